@@ -1,0 +1,19 @@
+"""What goes wrong between a toolpath and a robot."""
+
+from __future__ import annotations
+
+
+class CompensatorError(Exception):
+    """A job is refused. The message names the file or pose, the value, the bound and the remedy."""
+
+
+class CellError(CompensatorError):
+    """A cell file is refused."""
+
+
+class PathError(CompensatorError):
+    """The robot cannot follow the toolpath."""
+
+
+class SolveError(CompensatorError):
+    """The compensation of a pose is refused or did not converge."""

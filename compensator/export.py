@@ -1,0 +1,77 @@
+"""A compensation as a robot program."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from compensator.errors import SolveError
+from compensator.job import ONE_TOOL, Job
+from compensator.path import place
+from compensator.solve import Compensation
+from stiffness.inverse import SphericalInverse
+from toolpaths.programs.program import Program, ToolFrame
+from toolpaths.toolpath import CUT, Toolpath
+
+MM_MIN = 1.0 / 60000.0  # m/s
+
+
+def program_of(c: Compensation, *, corrected: bool = True) -> Program:
+    """The commands of a path in the work object, with everything a controller has to know.
+
+    Args:
+        corrected: False writes the nominal poses, as ``preview`` shows them.
+
+    Raises:
+        SolveError: a cutting move has no feed and the cell gives no default.
+    """
+    job, path = c.job, c.path
+    toolpath = path.toolpath
+    to_work = np.linalg.inv(job.cell.workobject.matrix())
+    rotation = c.command.rotation if corrected else path.rotation
+    position = c.command.position if corrected else path.position
+    joints = c.command.q if corrected else path.q
+    wanted_r, wanted_p = (c.target_rotation, c.target_position) if corrected else (path.rotation, path.position)
+    deflection = wanted_p - position if corrected else c.error_before
+    turn, origin = to_work[:3, :3], to_work[:3, 3]
+    spherical = isinstance(job.inverse, SphericalInverse)
+    return Program(
+        name=job.cell.program.name,
+        position=position @ turn.T + origin,
+        rotation=turn @ rotation,
+        joints=joints,
+        feed=_feed(job, toolpath),
+        kind=toolpath.kind,
+        tool=toolpath.tool if ONE_TOOL not in job.tools else np.zeros_like(toolpath.tool),
+        line=toolpath.line,
+        tools={
+            k: ToolFrame(t.name, t.position, t.rotation, t.mass or None, t.com if t.mass else None)
+            for k, t in job.tools.items()
+        },
+        workobject=job.cell.workobject.matrix(),
+        rapid_speed=job.cell.program.rapid_feed * MM_MIN,
+        configuration=job.inverse.configuration(joints).astype(np.int32) if spherical else None,
+        start_joints=None if job.cell.start is None else np.radians(job.cell.start.joints),
+        comments=tuple((e.pose, e.word) for e in toolpath.events if e.pose < len(toolpath)),
+        robot=job.robot.name,
+        source=toolpath.source,
+        nominal_position=path.position @ turn.T + origin,
+        nominal_rotation=turn @ path.rotation,
+        wrench=c.wrench,
+        deflection=deflection,
+    )
+
+
+def _feed(job: Job, toolpath: Toolpath) -> np.ndarray:
+    feed = toolpath.feed.copy()
+    feed[toolpath.kind != CUT] = np.nan
+    missing = (toolpath.kind == CUT) & ~(feed > 0)
+    if missing.any():
+        default = job.cell.program.default_feed
+        if default is None:
+            k = int(np.argmax(missing))
+            raise SolveError(
+                f"{place(toolpath, k)}: cutting move without a feed; give one in the toolpath, or program.default_feed "
+                f"(mm/min) in {job.cell.source}"
+            )
+        feed[missing] = default * MM_MIN
+    return feed

@@ -1,0 +1,126 @@
+"""What the commands do, from files to files."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.export import program_of
+from compensator.job import Job, load_job
+from compensator.outputs import Outputs
+from compensator.path import Planner
+from compensator.solve import Compensation, compensate, sampled, uncompensated
+from compensator.summary import as_json, summary
+from compensator.verify import verify
+from toolpaths.programs import format_of, write_program
+from toolpaths.readers import read_toolpath
+
+Floats = npt.NDArray[np.float64]
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, repr=False)
+class Done:
+    """What a task made: the result, its JSON report, the files, and findings about the program."""
+
+    result: Compensation
+    report: dict[str, Any]
+    files: tuple[Path, ...]
+    findings: tuple[str, ...]
+
+
+def _quiet(_: str) -> None:
+    return None
+
+
+def compensate_file(
+    toolpath: Path,
+    cell: Path,
+    program: Path,
+    *,
+    language: str | None = None,
+    report: Path | None = None,
+    json: Path | None = None,
+    say: Say = _quiet,
+) -> Done:
+    """The main job: a CAM file in, a compensated robot program out.
+
+    Raises:
+        ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    began = time.monotonic()
+    language = format_of(program, language)
+    job, path = _loaded(toolpath, cell, say)
+    say("solving")
+    result = compensate(job, path)
+    with Outputs() as outputs:
+        say(f"writing {language}")
+        staged = outputs.folder(program) / program.name
+        written = write_program(program_of(result), staged, language)
+        say("verifying the written program")
+        checked = verify(result, staged, language)
+        for file in written.files:
+            outputs.add(file, program.parent / file.name)
+        numbers = summary(result, checked.error, result.command.q, time.monotonic() - began)
+        if report:
+            _report(outputs, report, result, numbers, say)
+        if json:
+            outputs.text(json, as_json(numbers))
+        outputs.commit()
+    files = tuple(program.parent / f.name for f in written.files) + tuple(f for f in (report, json) if f)
+    return Done(result, numbers, files, tuple(str(f) for f in written.findings))
+
+
+def preview_file(
+    toolpath: Path,
+    cell: Path,
+    *,
+    csv: Path | None = None,
+    report: Path | None = None,
+    json: Path | None = None,
+    say: Say = _quiet,
+) -> Done:
+    """The deflection per pose when the nominal path is commanded.
+
+    Raises:
+        ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    began = time.monotonic()
+    job, path = _loaded(toolpath, cell, say)
+    say("predicting")
+    planner = Planner(job.cell, job.robot, job.inverse, job.tools)
+    result = uncompensated(job, planner.plan(sampled(job, path)))
+    error = np.linalg.norm(result.error_before, axis=1)
+    numbers = summary(result, error, result.path.q, time.monotonic() - began, corrected=False)
+    with Outputs() as outputs:
+        if csv:
+            staged = outputs.folder(csv) / csv.name
+            written = write_program(program_of(result, corrected=False), staged, "csv")
+            for file in written.files:
+                outputs.add(file, csv.parent / file.name)
+        if report:
+            _report(outputs, report, result, numbers, say)
+        if json:
+            outputs.text(json, as_json(numbers))
+        outputs.commit()
+    return Done(result, numbers, tuple(f for f in (csv, report, json) if f), ())
+
+
+def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Any]:
+    say("reading the cell")
+    job = load_job(cell)
+    say(f"reading {toolpath.name}")
+    return job, read_toolpath(toolpath, chord=job.cell.sampling.chord / 1e3)
+
+
+def _report(outputs: Outputs, target: Path, result: Compensation, numbers: dict[str, Any], say: Say) -> None:
+    from compensator.report.html import page
+
+    say("drawing the report")
+    outputs.text(target, page(result, numbers))

@@ -1,0 +1,116 @@
+"""The turn about the tool axis that a CAM file leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.toolpath import Toolpath
+
+Floats = npt.NDArray[np.float64]
+
+KEYS = 250  # poses that the dynamic program decides on; the turn is linear in between
+GRID = 72  # turns per pose, 5 deg apart
+FASTEST = 3  # grid steps that the turn may change between two keys
+
+
+def quaternion_matrix(q: Floats) -> Floats:
+    """(N, 4) w, x, y, z -> (N, 3, 3)."""
+    w, x, y, z = q.T
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], -1),
+            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], -1),
+            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1),
+        ],
+        -2,
+    )
+
+
+def slerp_axis(a: Floats, b: Floats, fraction: Floats) -> Floats:
+    """Unit vectors (M, 3) on the great circle from ``a`` to ``b``."""
+    cosine = np.clip(np.sum(a * b, axis=1), -1.0, 1.0)
+    angle = np.arccos(cosine)
+    sine = np.sin(angle)
+    small = sine < 1e-9
+    safe = np.where(small, 1.0, sine)
+    wa = np.where(small, 1 - fraction, np.sin((1 - fraction) * angle) / safe)
+    wb = np.where(small, fraction, np.sin(fraction * angle) / safe)
+    out = wa[:, None] * a + wb[:, None] * b
+    return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
+
+
+def slerp_quaternion(a: Floats, b: Floats, fraction: Floats) -> Floats:
+    """Unit quaternions (M, 4) on the shorter way from ``a`` to ``b``."""
+    near = np.where(np.sum(a * b, axis=1, keepdims=True) < 0, -b, b)
+    return slerp_axis(a, near, fraction)
+
+
+def reference_rotation(toolpath: Toolpath) -> Floats:
+    """TCP rotation (N, 3, 3) in the work object: the file's, or one with z = -axis and a continuous x.
+
+    x is a fixed direction projected normal to z, the one of x, y, z that stays farthest from the
+    axis; where the axis passes every one of them x is carried along without turning about z.
+    """
+    if toolpath.quaternion is not None:
+        return quaternion_matrix(toolpath.quaternion)
+    z = -toolpath.axis
+    nearest = np.abs(toolpath.axis).max(axis=0)
+    best = int(np.argmin(nearest))
+    if nearest[best] < 0.97:
+        guide = np.zeros(3)
+        guide[best] = 1.0
+        x = guide - z * z[:, best : best + 1]
+        x /= np.linalg.norm(x, axis=1, keepdims=True)
+    else:
+        x = _carried(z)
+    return np.stack([x, np.cross(z, x), z], axis=2)
+
+
+def _carried(z: Floats) -> Floats:
+    """x (N, 3) normal to z, each the one before with the least turn."""
+    x = np.empty_like(z)
+    guide = np.eye(3)[int(np.argmin(np.abs(z[0])))]
+    changed = np.concatenate([[True], np.any(z[1:] != z[:-1], axis=1)])
+    for k in np.flatnonzero(changed):
+        guide = guide - z[k] * (guide @ z[k])
+        guide /= np.linalg.norm(guide)
+        x[k] = guide
+    return np.asarray(x[np.maximum.accumulate(np.where(changed, np.arange(len(z)), 0))])
+
+
+def varying_turn(
+    toolpath: Toolpath, margins: Callable[[npt.NDArray[np.intp], Floats], Floats]
+) -> Floats | None:
+    """Turn (N,) rad along the path that stays inside the reach, by dynamic programming.
+
+    Args:
+        margins: (rows, turns) -> (rows, turns) margin, -inf where a turn cannot be reached.
+
+    Returns:
+        None where no continuous turn exists on the grid.
+    """
+    rows = np.unique(np.linspace(0, len(toolpath) - 1, KEYS).astype(np.intp))
+    turns = np.arange(GRID) * (2 * np.pi / GRID)
+    margin = margins(rows, turns)
+    # the price of a posture falls with its margin; turning costs as well
+    price = np.where(margin > -np.inf, np.exp(-4 * np.clip(margin, -1, 1)), np.inf)
+    total, came = price[0], np.zeros((len(rows), GRID), dtype=int)
+    steps = np.arange(-FASTEST, FASTEST + 1)
+    for k in range(1, len(rows)):
+        options = np.stack([np.roll(total, s) + 0.2 * s * s for s in steps])
+        best = np.argmin(options, axis=0)
+        total = options[best, np.arange(GRID)] + price[k]
+        came[k] = -steps[best]
+    if not np.isfinite(total.min()):
+        return None
+    at = int(np.argmin(total))
+    unwrapped = np.empty(len(rows))
+    value = turns[at]
+    for k in range(len(rows) - 1, -1, -1):
+        unwrapped[k] = value
+        value += came[k, at] * (2 * np.pi / GRID)
+        at = (at + came[k, at]) % GRID
+    return np.interp(np.arange(len(toolpath)), rows, unwrapped)

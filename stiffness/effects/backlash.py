@@ -1,0 +1,47 @@
+"""Backlash: a gap between tooth flanks that the joint crosses at a reversal or under load.
+
+    dq = u,   -b/2 <= u <= b/2        (b: total lost motion)
+
+u follows a play operator: a commanded move d shifts it by side * d, a torque beyond breakaway puts it
+on the side that the torque pushes to. side = +1 is the finding of Berntsen, Bertheussen, Tyapin
+(section 5): after a rotation the link rests on the side it turned to; -1 is a link that lags behind.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from stiffness.effects.effect import Clamp, Effect, Floats, JointInput, Memory, Numbers, Parameter, Values
+
+_NO_TORQUE = 1e-6  # N*m: rounding of a torque that is zero by symmetry must not choose a flank
+
+
+def _law(given: JointInput, p: Values) -> ca.SX:
+    return given.state
+
+
+def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
+    half = np.broadcast_to(p["gap_rad"] / 2, move.shape)
+    held = np.abs(torque) > np.maximum(p["breakaway_nm"], _NO_TORQUE)
+    side = np.where(held, np.sign(torque), 0.0)
+    return Clamp(p["side"] * move, np.where(held, side * half, -half), np.where(held, side * half, half))
+
+
+EFFECT = Effect(
+    name="backlash",
+    cause="the joint crosses a gap between its tooth flanks when it reverses or its torque changes sign",
+    scope="robot",
+    parameters=(
+        Parameter("gap_rad", "rad", "joint", 5e-5, 0.0, 0.05, 1e-4, "total lost motion per joint"),
+        Parameter(
+            "breakaway_nm", "N*m", "joint", 0.0, 0.0, 1e9, 10.0, "torque above which the load chooses the flank", 0.0
+        ),
+        Parameter(
+            "side", "1", "joint", 1.0, -1.0, 1.0, 1.0, "+1: rests on the side it turned to, -1: lags behind", 1.0
+        ),
+    ),
+    joint=_law,
+    memory=Memory("rad", _rule, lambda p: p["gap_rad"] / 2, lambda p: p["side"]),
+    needs_torque_sign=True,
+)

@@ -1,0 +1,317 @@
+"""Predictor: the statics of one arm with one tool, over whole paths, forwards and backwards.
+
+Forwards, a command is given and the equilibrium asked for. Backwards, the pose of the deflected TCP is given
+and the command asked for; the ACTUAL joint angles are then the unknown, because the load depends on
+them alone: a pure joint model needs no iteration (``q_cmd = q_act - law(J(q_act)^T W + g(q_act))`` is exact,
+K_c included), any other a few Newton steps with the Jacobian of the deflected chain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.errors import EquilibriumError
+from stiffness.kernel import Kernel
+from stiffness.robot import Robot, constant
+from stiffness.statics import Load, Posture, Statics
+
+Floats = npt.NDArray[np.float64]
+
+TOLERANCE = 1e-11  # m and rad, of a solved pose; two digits below what is promised
+MAX_STEPS = 25
+MAX_SWEEP_CALLS = 10
+
+
+@dataclass(frozen=True)
+class Tool:
+    """What hangs on the flange.
+
+    Attributes:
+        rotation, position: (3, 3) and (3,) m, flange -> TCP.
+        mass: kg, 0 for none.
+        com: (3,) m in the flange frame.
+        name: tool effects of a model hold for the tool of this name.
+    """
+
+    rotation: Floats
+    position: Floats
+    mass: float = 0.0
+    com: Floats | None = None
+    name: str = "tool"
+
+
+@dataclass(frozen=True, repr=False)
+class Prediction:
+    """Where a commanded path really goes: TCP ``rotation`` (N, 3, 3) and ``position`` (N, 3) in the base,
+    ``torque`` (N, n) of gravity and environment, ``residual`` (N,) of the equilibrium."""
+
+    rotation: Floats
+    position: Floats
+    torque: Floats
+    residual: Floats
+
+
+@dataclass(frozen=True, repr=False)
+class Near:
+    """A start value for a solve: (N, n) command, (N, n) actual angles, (N, k) further elastic coordinates."""
+
+    q: Floats
+    actual: Floats
+    twists: Floats
+
+
+@dataclass(frozen=True, repr=False)
+class Command:
+    """Commands for wanted TCP poses.
+
+    Attributes:
+        q: (N, n) rad to command.
+        actual: (N, n) rad where the joints then stand.
+        torque: (N, n) N*m.
+        rotation, position: nominal TCP pose of the command, base: what a program prints.
+        error: (N,) m and rad, what is left.
+        twists: (N, k) elastic coordinates beyond the joints.
+        steps: Newton steps needed.
+    """
+
+    q: Floats
+    actual: Floats
+    torque: Floats
+    rotation: Floats
+    position: Floats
+    error: Floats
+    twists: Floats
+    steps: int
+
+    @property
+    def converged(self) -> npt.NDArray[np.bool_]:
+        """Where the deflected pose equals the wanted one to TOLERANCE."""
+        return np.asarray(self.error <= TOLERANCE)
+
+
+class Predictor:
+    """Statics of ``robot`` with ``effects`` of the given ``values``, carrying ``tool``.
+
+    Args:
+        gravity: (3,) m/s2 in the base.
+        calibrated_out: the controller knows the sag of arm and declared tool: it is taken off again,
+            in base axes, with neutral joints (no gap, pre-loaded).
+        complementary: False drops K_c from the forward prediction.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        effects: Sequence[Effect],
+        values: Mapping[str, Numbers],
+        tool: Tool,
+        *,
+        gravity: Floats,
+        calibrated_out: bool = False,
+        complementary: bool = True,
+    ) -> None:
+        self.robot = robot
+        self.values = values
+        self.tool = tool
+        self.calibrated_out = calibrated_out
+        self.complementary = complementary
+        self.statics = Statics(robot, effects)
+        self._p = {e.name: {k: ca.SX(ca.DM(v)) for k, v in values[e.name].items()} for e in effects}
+        self._tcp = ca.SX(ca.DM(tool.position))
+        self._turn = constant(tool.rotation)
+        extra = []
+        if tool.mass and tool.com is not None:
+            extra.append((robot.n, ca.SX(tool.mass), ca.SX(ca.DM(tool.com))))
+        self._weights = self.statics.loads_of_weight(ca.SX(ca.DM(gravity)), extra)
+
+    def __repr__(self) -> str:
+        return f"Predictor({self.statics!r}, tool {self.tool.name!r})"
+
+    def forward(self, q: Floats, wrench: Floats, state: Floats) -> Prediction:
+        """Equilibrium of commanded poses.
+
+        Args:
+            q: (N, n) rad.
+            wrench: (N, 6) or (6,), on the robot, base axes, about the TCP.
+            state: (N, m) or (m,) memory, ``PreloadState.middle`` or a bracket.
+
+        Raises:
+            EquilibriumError: no equilibrium: the arm is too soft for the load.
+        """
+        x, torque, residual, rotation, position = self._settle(q, wrench, state)
+        if self.calibrated_out:
+            sag = self._sag(q)
+            nominal_r, nominal_p = self.nominal(q)
+            position = position - sag.position + nominal_p
+            rotation = rotation @ np.swapaxes(sag.rotation, 1, 2) @ nominal_r
+        return Prediction(rotation, position, torque, residual)
+
+    def nominal(self, q: Floats) -> tuple[Floats, Floats]:
+        """TCP rotation (N, 3, 3) and position (N, 3) of the rigid, nominal arm: what a controller prints."""
+        rotation, position = self._nominal_kernel.run(q)
+        return _matrices(rotation), position
+
+    def command(
+        self, rotation: Floats, position: Floats, wrench: Floats, state: Floats, start: Floats, near: Near | None = None
+    ) -> Command:
+        """Commands whose deflected TCP stands at the wanted pose.
+
+        Args:
+            rotation, position: (N, 3, 3) and (N, 3) of the wanted TCP, base.
+            wrench: (N, 6), base axes, about the TCP.
+            state: (N, m).
+            start: (N, n) rad, nominal inverse kinematics of the wanted poses: it decides the arm configuration.
+            near: where to begin instead, for models that need Newton steps.
+        """
+        flat = _flat(rotation)
+        exact = not self._newton_needed
+        if exact or near is None:
+            near = Near(start, start, np.zeros((len(start), self.statics.n_x - self.robot.n)))
+        q, actual, twists = near.q.copy(), near.actual.copy(), near.twists.copy()
+        torque, error = np.zeros_like(start), np.full(len(start), np.inf)
+        rows, steps = np.arange(len(start)), 0
+        while len(rows) and steps < MAX_STEPS:
+            kernel = self._exact_kernel if exact and steps == 0 else self._newton_kernel
+            target_r, target_p = flat[rows], position[rows]
+            if self.calibrated_out:
+                target_r, target_p = self._with_sag(rotation[rows], target_p, q[rows])
+            new, new_twists, q_new, tau, e = kernel.run(
+                target_r, target_p, _rows(wrench, rows), _rows(state, rows), actual[rows], twists[rows], q[rows]
+            )
+            if self._implicit_in_command:
+                e = np.maximum(e, np.abs(q_new - q[rows]).max(axis=1, keepdims=True))
+            q[rows], torque[rows], error[rows] = q_new, tau, e[:, 0]
+            open_rows = ~(e[:, 0] <= TOLERANCE)
+            rows, steps = rows[open_rows], steps + 1
+            q[rows] += new[open_rows] - actual[rows]  # the command goes along with the Newton step
+            actual[rows], twists[rows] = new[open_rows], new_twists[open_rows]
+        nominal_r, nominal_p = self.nominal(q)
+        return Command(q, actual, torque, nominal_r, nominal_p, error, twists, steps - 1)
+
+    def joint_deflection(self, q: Floats, torque: Floats, state: Floats) -> Floats:
+        """dq (N, n) of the joint laws alone at known torques: what a change of state is worth."""
+        (dq,) = self._joint_kernel.run(q, torque, state)
+        return dq
+
+    @cached_property
+    def _joint_kernel(self) -> Kernel:
+        q, tau = ca.SX.sym("q", self.robot.n), ca.SX.sym("tau", self.robot.n)
+        state = ca.SX.sym("state", self.statics.n_state)
+        dq = self.statics.joint_deflection(tau, q, state, self._p)
+        return Kernel(ca.Function("joint", [q, tau, state], [_dense(dq)]))
+
+    @property
+    def _newton_needed(self) -> bool:
+        return bool(self.statics.places) or self.calibrated_out
+
+    @cached_property
+    def _implicit_in_command(self) -> bool:
+        """Whether anything but the actual posture enters the law: then the command has to settle too."""
+        return self.calibrated_out or bool(np.any(ca.which_depends(self._law_of_angle[0], self._law_of_angle[1], 1, True)))
+
+    @cached_property
+    def _law_of_angle(self) -> tuple[ca.SX, ca.SX]:
+        angle, q = ca.SX.sym("angle", self.robot.n), ca.SX.sym("q", self.robot.n)
+        s = ca.SX.sym("s", self.statics.n_state)
+        x = ca.SX.zeros(self.statics.n_x)
+        law, _ = self.statics.law(self.statics.posture(q, x), angle, self._weights, (), s, self._p)
+        return law, angle
+
+    def _settle(self, q: Floats, wrench: Floats, state: Floats) -> tuple[Floats, ...]:
+        x = np.zeros((len(q), self.statics.n_x))
+        for _ in range(MAX_SWEEP_CALLS):
+            x, torque, residual, rotation, position = self._forward_kernel.run(q, wrench, state, x)
+            if not np.any(~(residual <= TOLERANCE)):
+                return x, torque, residual[:, 0], _matrices(rotation), position
+        worst = int(np.argmax(np.where(np.isfinite(residual[:, 0]), residual[:, 0], np.inf)))
+        raise EquilibriumError(
+            f"pose {worst}: no static equilibrium (last change {residual[worst, 0]:.2e} rad after "
+            f"{MAX_SWEEP_CALLS} x 6 sweeps): the load is too large for these stiffnesses; check their unit (N*m/rad)"
+        )
+
+    def _sag(self, q: Floats) -> Prediction:
+        x, torque, residual, rotation, position = self._settle(q, np.zeros(6), np.zeros(self.statics.n_state))
+        return Prediction(rotation, position, torque, residual)
+
+    def _with_sag(self, rotation: Floats, position: Floats, q: Floats) -> tuple[Floats, Floats]:
+        """Wanted poses with the sag in them that the controller takes off: forward() turned around."""
+        sag = self._sag(q)
+        nominal_r, nominal_p = self.nominal(q)
+        turned = rotation @ np.swapaxes(nominal_r, 1, 2) @ sag.rotation
+        return _flat(turned), position + sag.position - nominal_p
+
+    def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, Load]:
+        q, wrench = ca.SX.sym("q", self.robot.n), ca.SX.sym("wrench", 6)
+        return q, wrench, ca.SX.sym("state", self.statics.n_state), Load(self.robot.n, self._tcp, wrench)
+
+    def _tcp_of(self, posture: Posture) -> tuple[ca.SX, ca.SX]:
+        flange = posture.links[-1]
+        return ca.mtimes(flange.rotation, self._turn), flange.at(self._tcp)
+
+    @cached_property
+    def _nominal_kernel(self) -> Kernel:
+        q = ca.SX.sym("q", self.robot.n)
+        r, p = self._tcp_of(self.statics.posture(q, ca.SX.zeros(self.statics.n_x)))
+        return Kernel(ca.Function("nominal", [q], [_dense(r), _dense(p)], ["q"], ["rotation", "position"]))
+
+    @cached_property
+    def _forward_kernel(self) -> Kernel:
+        q, wrench, state, load = self._symbols()
+        x = ca.SX.sym("x", self.statics.n_x)
+        eq = self.statics.equilibrium(
+            q, x, self._weights, [load], state, self._p, complementary=self.complementary
+        )
+        r, p = self._tcp_of(eq.posture)
+        out = [_dense(v) for v in (eq.x, eq.torque, eq.residual, r, p)]
+        return Kernel(ca.Function("forward", [q, wrench, state, x], out))
+
+    @cached_property
+    def _exact_kernel(self) -> Kernel:
+        return self._step_kernel(newton=False)
+
+    @cached_property
+    def _newton_kernel(self) -> Kernel:
+        return self._step_kernel(newton=True)
+
+    def _step_kernel(self, *, newton: bool) -> Kernel:
+        q, wrench, state, load = self._symbols()
+        n, n_twist = self.robot.n, self.statics.n_x - self.robot.n
+        target_r, target_p = ca.SX.sym("rotation", 9), ca.SX.sym("position", 3)
+        twists, commanded = ca.SX.sym("twists", n_twist), ca.SX.sym("commanded", n)
+        posture = self.statics.posture(q, ca.vertcat(ca.SX.zeros(n), twists))
+        x, tau = self.statics.law(posture, commanded, self._weights, [load], state, self._p)
+        r, p = self._tcp_of(posture)
+        turn = ca.mtimes(ca.reshape(target_r, 3, 3), r.T)
+        off = ca.vertcat(target_p - p, 0.5 * ca.vertcat(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]))
+        error = ca.fmax(ca.norm_inf(off), ca.norm_inf(x[n:] - twists)) if n_twist else ca.norm_inf(off)
+        new = q
+        if newton:
+            columns = [ca.vertcat(ca.cross(a, p - j.origin), a) for a, j in zip(posture.axes, posture.joints, strict=True)]
+            new = q + ca.solve(ca.horzcat(*columns), off)
+        out = [_dense(v) for v in (new, x[n:], q - x[:n], tau, error)]
+        names = "newton" if newton else "exact"
+        return Kernel(ca.Function(names, [target_r, target_p, wrench, state, q, twists, commanded], out))
+
+
+def _dense(v: ca.SX) -> ca.SX:
+    return ca.densify(ca.vec(v))
+
+
+def _matrices(flat: Floats) -> Floats:
+    """(N, 9) column-major -> (N, 3, 3)."""
+    return np.swapaxes(flat.reshape(-1, 3, 3), 1, 2)
+
+
+def _flat(matrices: Floats) -> Floats:
+    return np.ascontiguousarray(np.swapaxes(matrices, 1, 2).reshape(-1, 9))
+
+
+def _rows(array: Floats, rows: npt.NDArray[np.intp]) -> Floats:
+    return array if array.ndim == 1 else array[rows]

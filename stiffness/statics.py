@@ -1,0 +1,211 @@
+"""THE equation: posture, loads and effects -> where every link is. Written once, in CasADi.
+
+    x = law(load(q + dq, twists))        x = (dq, twist coordinates)
+
+is solved by sweeps torque -> deflection -> posture from a start value. The load is taken at the DEFLECTED
+posture, so the complementary stiffness K_c (Chen & Kao, IJRR 19 (2000) 835) is in it; on real
+robots a sweep gains about two digits. ``residual`` is what the last sweep still moved.
+
+Every function takes SX or DM: prediction puts numbers where identification puts symbols.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from stiffness.effects.effect import Effect, JointInput, Values
+from stiffness.robot import Robot, axis_rotation, constant
+
+SWEEPS = 6  # contraction 0.01 per sweep on real robots: 6 reach rounding
+
+
+@dataclass(frozen=True)
+class Load:
+    """A wrench on a link, about a point fixed to it.
+
+    Attributes:
+        link: 0 base ... n flange.
+        point: (3,) m in the frame of the link.
+        wrench: (6,) N and N*m, in base axes, about the point.
+    """
+
+    link: int
+    point: ca.SX
+    wrench: ca.SX
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Rotation (3, 3) and origin (3,) of a frame in the base."""
+
+    rotation: ca.SX
+    origin: ca.SX
+
+    def at(self, point: ca.SX) -> ca.SX:
+        """A point of the frame, in the base."""
+        return self.origin + ca.mtimes(self.rotation, point)
+
+    def then(self, rotation: ca.SX, origin: ca.SX) -> Frame:
+        """The frame that stands at (rotation, origin) in this one."""
+        return Frame(ca.mtimes(self.rotation, rotation), self.at(origin))
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` before their twist."""
+
+    links: tuple[Frame, ...]
+    joints: tuple[Frame, ...]
+    axes: tuple[ca.SX, ...]
+    places: tuple[Frame, ...]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Result of the statics: ``x`` (m,) elastic coordinates, ``torque`` (n,), ``posture``, ``residual``."""
+
+    x: ca.SX
+    torque: ca.SX
+    posture: Posture
+    residual: ca.SX
+
+
+def rotation(vector: ca.SX) -> ca.SX:
+    """Rotation matrix of a small rotation vector: exact to rounding below 0.05 rad, smooth at zero.
+
+    Cayley form with the tangent of the half angle as a series, so that the result is orthogonal
+    whatever the length of the vector.
+    """
+    t2 = ca.dot(vector, vector)
+    g = vector * (0.5 + t2 * (1 / 24 + t2 * (1 / 240 + t2 * (17 / 40320))))
+    s = ca.skew(g)
+    return ca.SX.eye(3) + 2 / (1 + ca.dot(g, g)) * (s + ca.mtimes(s, s))
+
+
+class Statics:
+    """The equation for one robot and one set of effects.
+
+    Elastic coordinates ``x``: n joint deflections, then six (m, rad) for every place that yields.
+    Memory ``s``: n per effect with memory, in the order of the effects.
+    """
+
+    def __init__(self, robot: Robot, effects: Sequence[Effect]) -> None:
+        self.robot = robot
+        self.effects = tuple(effects)
+        n = robot.n
+        self.twisting = {k: tuple(e for e in effects if e.twist and k in e.places(n)) for k in range(n + 1)}
+        self.places = tuple(k for k, es in self.twisting.items() if es)
+        self.remembering = tuple(e for e in effects if e.memory)
+        self.n_x = n + 6 * len(self.places)
+        self.n_state = n * len(self.remembering)
+
+    def __repr__(self) -> str:
+        return f"Statics({self.robot.name}, {[e.name for e in self.effects]}, {self.n_x} coordinates)"
+
+    def posture(self, q: ca.SX, x: ca.SX) -> Posture:
+        """Frames of the arm at joint angles q + x[:n] with the twists x[n:]."""
+        n = self.robot.n
+        frame = Frame(ca.SX.eye(3), ca.SX.zeros(3))
+        links, joints, axes, places = [], [], [], [frame]
+        frame = self._twisted(frame, 0, x)
+        links.append(frame)
+        for k in range(n):
+            before, after = constant(self.robot.before[k]), constant(self.robot.after[k])
+            frame = frame.then(before[:3, :3], before[:3, 3])
+            joints.append(frame)
+            axes.append(ca.mtimes(frame.rotation, constant(self.robot.axis[k])))
+            frame = frame.then(axis_rotation(self.robot.axis[k], q[k] + x[k]), ca.SX(3, 1))
+            frame = frame.then(after[:3, :3], after[:3, 3])
+            places.append(frame)
+            frame = self._twisted(frame, k + 1, x)
+            links.append(frame)
+        return Posture(tuple(links), tuple(joints), tuple(axes), tuple(places))
+
+    def _twisted(self, frame: Frame, place: int, x: ca.SX) -> Frame:
+        if place not in self.places:
+            return frame
+        at = self.robot.n + 6 * self.places.index(place)
+        return frame.then(rotation(x[at + 3 : at + 6]), x[at : at + 3])
+
+    def loads_of_weight(self, gravity: ca.SX, extra: Sequence[tuple[int, ca.SX, ca.SX]] = ()) -> list[tuple[int, ca.SX, ca.SX]]:
+        """Weights as (link, point, force in base axes): the robot's links and ``extra`` (link, mass, com)."""
+        weights = []
+        if self.robot.mass is not None and self.robot.com is not None:
+            for k in range(self.robot.n):
+                weights.append((k + 1, ca.SX(ca.DM(self.robot.com[k])), self.robot.mass[k] * gravity))
+        return weights + [(link, com, mass * gravity) for link, mass, com in extra]
+
+    def law(
+        self, posture: Posture, q: ca.SX, weights: Sequence[tuple[int, ca.SX, ca.SX]], loads: Sequence[Load],
+        state: ca.SX, values: dict[str, Values],
+    ) -> tuple[ca.SX, ca.SX]:
+        """One sweep: the loads at a posture, and the elastic coordinates they cause.
+
+        Returns:
+            x (n_x,), torque (n,) of gravity and environment on each joint.
+        """
+        n = self.robot.n
+        force, moment = ca.SX.zeros(3), ca.SX.zeros(3)  # of all outward of a place, about the base origin
+        torque: list[ca.SX] = [ca.SX(0)] * n
+        twists: dict[int, ca.SX] = {}
+        for k in range(n, -1, -1):
+            for link, point, f in weights:
+                if link == k:
+                    force, moment = force + f, moment + ca.cross(posture.links[k].at(point), f)
+            for load in loads:
+                if load.link == k:
+                    f = load.wrench[:3]
+                    force = force + f
+                    moment = moment + load.wrench[3:] + ca.cross(posture.links[k].at(load.point), f)
+            if k in self.places:
+                place = posture.places[k]
+                turn = place.rotation.T
+                about = moment - ca.cross(place.origin, force)
+                wrench = ca.vertcat(ca.mtimes(turn, force), ca.mtimes(turn, about))
+                twists[k] = sum((e.twist(k, wrench, values[e.name]) for e in self.twisting[k] if e.twist), ca.SX.zeros(6))
+            if k > 0:
+                about = moment - ca.cross(posture.joints[k - 1].origin, force)
+                torque[k - 1] = ca.dot(posture.axes[k - 1], about)
+        tau = ca.vertcat(*torque)
+        tau = sum((e.torque(q, values[e.name]) for e in self.effects if e.torque), tau)
+        dq = self.joint_deflection(tau, q, state, values)
+        return ca.vertcat(dq, *(twists[k] for k in self.places)), tau
+
+    def joint_deflection(self, tau: ca.SX, q: ca.SX, state: ca.SX, values: dict[str, Values]) -> ca.SX:
+        """dq (n,) that all joint laws together make of a torque."""
+        n = self.robot.n
+        elastic = ca.SX.zeros(n)
+        dq = ca.SX.zeros(n)
+        at = 0
+        for e in self.effects:
+            own = ca.SX.zeros(n)
+            if e.memory:
+                own, at = state[at : at + n], at + n
+            if e.joint:
+                part = e.joint(JointInput(tau, elastic, q, own), values[e.name])
+                dq = dq + part
+                if e.name == "joint-stiffness":
+                    elastic = part
+        return dq
+
+    def equilibrium(
+        self, q: ca.SX, x: ca.SX, weights: Sequence[tuple[int, ca.SX, ca.SX]], loads: Sequence[Load],
+        state: ca.SX, values: dict[str, Values], *, sweeps: int = SWEEPS, complementary: bool = True,
+    ) -> Equilibrium:
+        """Static equilibrium at commanded angles ``q``, from the start value ``x``.
+
+        Args:
+            complementary: False takes the load at the undeflected posture (no K_c; paper, Eq. 26).
+        """
+        if not complementary:
+            x, tau = self.law(self.posture(q, ca.SX.zeros(self.n_x)), q, weights, loads, state, values)
+            return Equilibrium(x, tau, self.posture(q, x), ca.SX(0))
+        residual, tau = ca.SX(0), ca.SX.zeros(self.robot.n)
+        for _ in range(sweeps):
+            new, tau = self.law(self.posture(q, x), q, weights, loads, state, values)
+            residual = ca.norm_inf(new - x)
+            x = new
+        return Equilibrium(x, tau, self.posture(q, x), residual)

@@ -1,0 +1,82 @@
+"""Programs to write in tests: a small one made by hand, and random ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from toolpaths.programs.program import Program, ToolFrame
+
+SPINDLE = ToolFrame(
+    "spindle-a", np.array([0.01, -0.02, 0.25]), Rotation.from_euler("y", 30, degrees=True).as_matrix(),
+    35.0, np.array([0.0, 0.005, 0.12]),
+)  # fmt: skip
+WORKOBJECT = np.eye(4)
+WORKOBJECT[:3, :3] = Rotation.from_euler("ZYX", [30, -20, 10], degrees=True).as_matrix()
+WORKOBJECT[:3, 3] = [1.5, -0.2, 0.8]
+
+
+def small() -> Program:
+    """Two rapids, a square cut with a feed change, an exact pose, a retract; angles chosen by hand."""
+    xyz = [(0, 0, 50), (0, 0, 5), (0, 0, 0), (40, 0, 0), (40, 20, 0), (40.0123, 20.0006, 0.00004), (0, 20, 0), (0, 20, 50)]
+    degrees = np.array([
+        [0, -90, 90, 0, 45, 0], [-0.0, -89, 89, -1, 45, 1], [10, -88, 88, -91, 44, 91], [95, -87, 87, 179, 43, -179],
+        [-95, -86, 86, -181, -42, 181], [-100, -85, 85, 10, -41, 270], [-5, -84, 84, 10, 40, -270.5], [-5, -83, 83, 10, 39, 0],
+    ])  # fmt: skip
+    down = Rotation.from_euler("x", 180, degrees=True)
+    n = len(xyz)
+    return Program(
+        name="PART1",
+        position=np.array(xyz, dtype=float) * 1e-3,
+        rotation=(Rotation.from_rotvec(np.radians(2.0) * np.outer(np.arange(n), [0, 0, 1])) * down).as_matrix(),
+        joints=np.radians(degrees),
+        feed=np.array([np.nan, np.nan, 0.005, 0.02, 0.02, 0.02, 0.03, np.nan]),
+        kind=np.array([0, 0, 1, 1, 1, 1, 1, 0], dtype=np.uint8),
+        tool=np.ones(n, dtype=np.int32),
+        line=np.arange(10, 10 + n, dtype=np.int32),
+        tools={1: SPINDLE},
+        workobject=WORKOBJECT,
+        rapid_speed=0.5,
+        configuration=np.array([0, 0, 1, 2, 3, 4, 6, 7], dtype=np.int32),
+        exact=np.array([0, 0, 0, 0, 1, 0, 0, 0], dtype=bool),
+        start_joints=np.radians([0.0, -100.0, 100.0, 0.0, 45.0, 0.0]),
+        comments=((0, "T1 M6"), (2, "S12000 M3 – Fräsen")),
+        robot="a robot",
+        source="part.nc",
+    )
+
+
+def random_program(n: int, seed: int, name: str = "RANDOM", lock: bool = True) -> Program:
+    """n poses all over the place; a third of the orientations in or next to gimbal lock, some half turns."""
+    g = np.random.default_rng(seed)
+    rotation = Rotation.random(n, rng=g).as_matrix()
+    if lock:
+        angles = g.uniform(-180, 180, (n, 3))
+        angles[:, 1] = g.choice([-90.0, 90.0], n) + g.choice([0.0, 1e-9, 1e-7, 1e-5, 1e-3], n) * g.normal(size=n)
+        locked = Rotation.from_euler("ZYX", angles, degrees=True).as_matrix()
+        rotation[::3] = locked[::3]
+        rotation[1::7] = Rotation.from_rotvec(np.pi * np.eye(3)[g.integers(0, 3, len(rotation[1::7]))]).as_matrix()
+    kind = (g.random(n) < 0.8).astype(np.uint8)
+    return Program(
+        name=name,
+        position=np.cumsum(g.normal(scale=2e-3, size=(n, 3)), axis=0) + [0.3, -1.4, 0.6],
+        rotation=rotation,
+        joints=g.uniform(-2 * np.pi, 2 * np.pi, (n, 6)),
+        feed=np.where(kind == 1, g.choice([0.0011667, 0.02, 0.0333333], n), np.nan),
+        kind=kind,
+        tool=np.ones(n, dtype=np.int32),
+        line=np.arange(1, n + 1, dtype=np.int32),
+        tools={1: SPINDLE},
+        workobject=WORKOBJECT,
+        rapid_speed=0.5,
+        configuration=g.integers(0, 8, n).astype(np.int32),
+        robot="a robot",
+        source="random.nc",
+    )
+
+
+def changed(program: Program, **values: object) -> Program:
+    """The program with other values."""
+    return replace(program, **values)

@@ -1,0 +1,111 @@
+"""Joint laws and the memory of flanks: plain Python, by the rules of the physics page, nothing shared.
+
+Deflection of joint i = play_i + tau_i / K_i (K_i times ratio_i when tau_i is against the last rotation)
++ hardening_i(tau_i). tau is the generalised force of gravity and environment on the joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .geometry import Array
+
+# (torque (n,) N*m, actual angle (n,) rad) -> added deflection (n,) rad
+Extra = Callable[[Array, Array], Array]
+
+
+def per_joint(value: ArrayLike | None, n: int, default: float) -> Array:
+    """(n,) from None, a number or n numbers."""
+    return np.array(np.broadcast_to(default if value is None else np.asarray(value, dtype=float), (n,)))
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What the joints remember of the path so far."""
+
+    command: Array  # (n,) rad, last commanded angles
+    turned_at: Array  # (n,) rad, command at which the last rotation was noticed
+    direction: Array  # (n,) -1, 0 (unknown), +1: last rotation
+    play: Array  # (n,) rad in [-gap/2, +gap/2]: where the link sits in its gap
+
+    @classmethod
+    def fresh(cls, command: ArrayLike) -> Memory:
+        """Nothing known: middle of the gap, no direction."""
+        q = np.array(command, dtype=float)
+        return cls(q, q.copy(), np.zeros(len(q)), np.zeros(len(q)))
+
+    @classmethod
+    def settled(
+        cls, command: ArrayLike, direction: ArrayLike, gap: ArrayLike, side_sign: float = 1.0
+    ) -> Memory:
+        """After long moves in `direction` (n,)."""
+        s = np.array(direction, dtype=float)
+        return replace(cls.fresh(command), direction=s, play=side_sign * s * np.asarray(gap, dtype=float) / 2)
+
+
+@dataclass(frozen=True)
+class Joints:
+    """The laws of all n joints."""
+
+    stiffness: Array  # (n,) N*m/rad; inf is rigid
+    ratio: Array  # (n,) non-loaded stiffness / pre-loaded stiffness
+    gap: Array  # (n,) rad, total lost motion
+    breakaway: Array  # (n,) N*m; a torque beyond it carries the link to its own flank; inf: never
+    side_sign: float = 1.0  # +1: after a move in direction s the link rests on side s
+    hardening: Extra | None = None
+    still: float = 1e-9  # rad: a smaller commanded move is no turn
+
+    def elastic(self, torque: Array, angle: Array, direction: Array) -> Array:
+        """(n,) rad: everything but the play."""
+        softer = np.where(torque * direction < 0, self.ratio, 1.0)
+        out: Array = torque / (self.stiffness * softer)
+        return out if self.hardening is None else out + self.hardening(torque, angle)
+
+    def turned(self, memory: Memory, command: Array) -> Memory:
+        """The memory after a commanded move, before any torque is looked at."""
+        move = command - memory.turned_at
+        moved = np.abs(move) > self.still
+        play = memory.play + self.side_sign * (command - memory.command)
+        return Memory(
+            command=command.copy(),
+            turned_at=np.where(moved, command, memory.turned_at),
+            direction=np.where(moved, np.sign(move), memory.direction),
+            play=np.clip(play, -self.gap / 2, self.gap / 2),
+        )
+
+    @property
+    def load_matters(self) -> bool:
+        """Whether a torque can move a link within its gap."""
+        return bool(np.any((self.gap > 0) & np.isfinite(self.breakaway)))
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """A reducer in pieces, odd: tangent stiffness[:, j] for |torque| from breaks[:, j-1] to breaks[:, j]."""
+
+    stiffness: Array  # (n,m) N*m/rad
+    breaks: Array  # (n,m-1) N*m, rising
+
+    def __call__(self, torque: Array, angle: Array) -> Array:
+        n = len(self.stiffness)
+        edges = np.hstack([np.zeros((n, 1)), self.breaks, np.full((n, 1), np.inf)])
+        load = np.abs(torque)[:, None]
+        inside = np.clip(load, edges[:, :-1], edges[:, 1:]) - edges[:, :-1]  # (n,m) torque in each piece
+        out: Array = np.sign(torque) * np.sum(inside / self.stiffness, axis=1)
+        return out
+
+
+@dataclass(frozen=True)
+class Stiffening:
+    """Smooth: tangent stiffness k0 + slope |torque|; deflection = sign ln(1 + slope |tau| / k0) / slope."""
+
+    k0: Array  # (n,) N*m/rad
+    slope: Array  # (n,) 1/rad, above zero
+
+    def __call__(self, torque: Array, angle: Array) -> Array:
+        out: Array = np.sign(torque) * np.log1p(self.slope * np.abs(torque) / self.k0) / self.slope
+        return out

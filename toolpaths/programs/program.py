@@ -1,0 +1,183 @@
+"""Program: what a robot controller is told, before it is put into the words of one controller language."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.errors import WriteError
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int32]
+
+ERROR, WARNING = "error", "warning"
+
+
+@dataclass(frozen=True)
+class ToolFrame:
+    """Flange -> TCP of one tool, and its load.
+
+    Attributes:
+        name: as the user calls it.
+        xyz: (3,) m, TCP in the flange frame.
+        rotation: (3, 3) of the TCP in the flange frame.
+        mass: kg, or None where it is not known.
+        com: (3,) m, centre of mass in the flange frame, or None.
+    """
+
+    name: str
+    xyz: Floats
+    rotation: Floats
+    mass: float | None = None
+    com: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something wrong or noteworthy about a program as a whole; one of level ``error`` refuses it.
+
+    Attributes:
+        level: ``error`` or ``warning``.
+        place: where, in words of the user: ``pose 12 (line 40)``, ``tool 2``, ``name``.
+        what: what is wrong there, with the value and the bound.
+        remedy: what to do about it.
+        count: how many places had the same; ``place`` is the first.
+    """
+
+    level: str
+    place: str
+    what: str
+    remedy: str = ""
+    count: int = 1
+
+    def __str__(self) -> str:
+        more = f" (and {self.count - 1} more places)" if self.count > 1 else ""
+        return f"{self.level}: {self.place}{more}: {self.what}" + (f". {self.remedy}" if self.remedy else "")
+
+
+@dataclass(frozen=True, repr=False)
+class Program:
+    """Moves of one robot in the order of execution; every array has N rows.
+
+    The first pose is reached by a joint move, every other by a straight line of the TCP.
+
+    Attributes:
+        name: of the program, as the user calls it; each language makes it legal in its own way.
+        position: (N, 3) m, commanded TCP in the work-object frame.
+        rotation: (N, 3, 3) commanded orientation of the TCP in the work-object frame.
+        joints: (N, n) rad, command.
+        feed: (N,) m/s of the move that ends at the pose; NaN where none (rapids: ``rapid_speed`` holds).
+        kind: (N,) RAPID or CUT.
+        tool: (N,) number of the tool; a key of ``tools``.
+        line: (N,) line of the source file, counted from 1.
+        tools: number -> ToolFrame.
+        workobject: (4, 4) base -> work object.
+        rapid_speed: m/s of rapids.
+        configuration: (N,) bits 4 = wrist centre behind axis 1, 2 = wrist centre behind the lower arm,
+            1 = joint 5 negative; None for arms without a spherical wrist.
+        exact: (N,) poses that have to be reached, not rounded; None: none but the last.
+        start_joints: (n,) rad to drive to first, or None: start at the first pose.
+        comments: (pose, text): a comment in front of that pose.
+        robot: name of the robot.
+        source: name of the file that the poses come from.
+        nominal_position: (N, 3) m, where the TCP has to be; None: where it is commanded.
+        nominal_rotation: (N, 3, 3).
+        wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
+        deflection: (N, 3) m predicted at the command, base axes; None: not known.
+        findings: what whoever made the program has to say about it.
+    """
+
+    name: str
+    position: Floats
+    rotation: Floats
+    joints: Floats
+    feed: Floats
+    kind: npt.NDArray[np.uint8]
+    tool: Ints
+    line: Ints
+    tools: dict[int, ToolFrame]
+    workobject: Floats
+    rapid_speed: float
+    configuration: Ints | None = None
+    exact: npt.NDArray[np.bool_] | None = None
+    start_joints: Floats | None = None
+    comments: tuple[tuple[int, str], ...] = ()
+    robot: str = ""
+    source: str = ""
+    nominal_position: Floats | None = None
+    nominal_rotation: Floats | None = None
+    wrench: Floats | None = None
+    deflection: Floats | None = None
+    findings: tuple[Finding, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        n = len(self.position)
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, np.ndarray):
+                if f.name not in ("workobject", "start_joints") and len(value) != n:
+                    raise ValueError(f"Program.{f.name} has {len(value)} rows, position {n}")
+                value.setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def __repr__(self) -> str:
+        return f"Program({self.name!r}, {len(self)} poses, {int(np.sum(self.kind))} cutting, {self.robot})"
+
+    def place(self, pose: int) -> str:
+        """A pose as messages name it."""
+        return f"pose {pose} ({self.source or 'source'}:{int(self.line[pose])})"
+
+    def blocks(self, size: int = 4096, first: int = 0, end: int | None = None) -> Iterator[slice]:
+        """Ranges of poses to format at one time, so that memory stays bounded."""
+        stop = len(self) if end is None else end
+        for start in range(first, stop, size):
+            yield slice(start, min(start + size, stop))
+
+
+@dataclass(frozen=True, repr=False)
+class ReadBack:
+    """What stands in a written program: poses and joints as printed.
+
+    Attributes:
+        position: (N, 3) m.
+        rotation: (N, 3, 3).
+        joints: (N, n) rad where the language prints them for every pose, else None.
+        start_joints: (n,) rad of the joint move to the start, or None.
+        feed: (N,) m/s, NaN where none is printed.
+        configuration: (N,) bits as in Program, or None where the language has none.
+    """
+
+    position: Floats
+    rotation: Floats
+    joints: Floats | None = None
+    start_joints: Floats | None = None
+    feed: Floats | None = None
+    configuration: Ints | None = None
+
+    def __repr__(self) -> str:
+        return f"ReadBack({len(self.position)} poses)"
+
+
+def merged(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Findings with the same level, words and remedy as one, at the first place, errors first."""
+    first: dict[tuple[str, str, str], Finding] = {}
+    for f in findings:
+        key = (f.level, f.what, f.remedy)
+        seen = first.get(key)
+        count = f.count + (seen.count if seen else 0)
+        first[key] = Finding(f.level, seen.place if seen else f.place, f.what, f.remedy, count)
+    return tuple(sorted(first.values(), key=lambda f: f.level != ERROR))
+
+
+def refuse_errors(path: str, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """The findings, merged; WriteError listing them all when one is an error."""
+    found = merged(findings)
+    if any(f.level == ERROR for f in found):
+        listed = "\n".join(f"  {f}" for f in found)
+        raise WriteError(f"{path}: the program is refused:\n{listed}")
+    return found

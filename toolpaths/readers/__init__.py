@@ -1,0 +1,53 @@
+"""Readers of toolpath files: one module per language, found by the suffix of the file.
+
+A reader is a module with ``read(path, source, chord) -> Toolpath``. To add a language: one module, its
+suffixes here, one section in docs/toolpaths-in.md, one sample in tests/contracts/test_readers.py.
+"""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol, cast
+
+from toolpaths.errors import ReadError
+from toolpaths.toolpath import Toolpath
+
+SUFFIXES: dict[str, tuple[str, ...]] = {
+    "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g"),
+    "apt": (".apt", ".cl", ".cls", ".clsf", ".cldata"),
+    "csv": (".csv",),
+}
+READERS: dict[str, str] = {suffix: name for name, group in SUFFIXES.items() for suffix in group}
+
+
+class Reader(Protocol):
+    """What a reader module offers."""
+
+    def read(self, path: Path, source: str, chord: float) -> Toolpath:
+        """The poses of the file; arcs become points whose chords stay within ``chord`` (m) of the arc."""
+        ...
+
+
+def read_toolpath(path: str | os.PathLike[str], *, chord: float = 1e-5) -> Toolpath:
+    """Read a toolpath file; its suffix names the language.
+
+    Args:
+        path: file to read.
+        chord: largest distance between an arc of the file and the chords that replace it, m.
+
+    Raises:
+        ReadError: the file is refused; the message names the line, what stands there and what to do.
+        ValueError: ``chord`` is not a positive length.
+    """
+    if not 0.0 < chord < 1.0:
+        raise ValueError(f"chord = {chord} m: a length above 0 and below 1 m is needed")
+    source = os.fspath(path)
+    name = READERS.get(Path(source).suffix.lower())
+    if name is None:
+        known = "; ".join(f"{n}: {' '.join(s)}" for n, s in SUFFIXES.items())
+        suffix = repr(Path(source).suffix) if Path(source).suffix else "a file without suffix"
+        raise ReadError(source, None, f"no reader for {suffix}", f"Known: {known}")
+    reader = cast(Reader, import_module(f"toolpaths.readers.{name}"))
+    return reader.read(Path(source), source, chord)

@@ -1,0 +1,143 @@
+"""The words of G-code: which the reader acts on, which it lets pass, which it refuses, and why."""
+
+from __future__ import annotations
+
+import re
+
+from toolpaths.errors import ReadError
+
+# one word: a letter and its number; the third group is anything else
+WORD = re.compile(r"\s*(?:([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))|(\S))")
+COMMENT = re.compile(r"\(([^()]*)\)|;(.*)")
+
+# modal group -> its words; a block may hold one of each group. Keys are ten times the number: G91.1 -> 911
+GROUPS: dict[str, tuple[int, ...]] = {
+    "non-modal": (40, 280, 300, 530),
+    "motion": (0, 10, 20, 30, 800),
+    "plane": (170, 180, 190),
+    "units": (200, 210),
+    "distance": (900, 910),
+    "arc distance": (911,),
+    "feed mode": (940,),
+    "cutter compensation": (400,),
+    "tool length": (430, 490),
+    "work offset": (540,),
+    "path control": (610, 611, 640),
+    "scaling": (500,),
+    "rotation": (690,),
+    "spindle mode": (970,),
+    "cycle return": (980, 990),
+}
+GROUP = {key: name for name, keys in GROUPS.items() for key in keys}
+
+# Let pass on purpose: they choose what this reader does anyway (G40, G49, G50, G69, G91.1, G94, G97 to G99),
+# what the cell file says (G43 H: tool length, G54: work object), or how a machine rounds corners (G61, G64).
+
+G_REFUSED: dict[int, str] = {
+    **dict.fromkeys((410, 420, 411, 421), "cutter compensation; let CAM compensate ('in computer')"),
+    **dict.fromkeys((730, 740, 760, *range(810, 900, 10)), "a canned cycle; post with expanded cycles"),
+    **dict.fromkeys(
+        (550, 560, 570, 580, 590, 591, 592, 593, 541), "only G54 is read, the cell has one work object"
+    ),
+    **dict.fromkeys((920, 921, 922, 923, 520, 100), "it moves the origin; post in one work offset"),
+    **dict.fromkeys((930, 950), "only feeds per minute (G94) are read"),
+    **dict.fromkeys((901,), "absolute arc centres; post with incremental I J K"),
+    **dict.fromkeys((434, 435), "tool vectors are not read yet; post APT/CL instead"),
+    **dict.fromkeys((50, 51, 52, 53), "a spline; post arcs or lines"),
+    **dict.fromkeys((650, 660, 670), "a macro call"),
+    **dict.fromkeys((680, 510, 511, 160), "it turns, scales or bends the coordinates; post without it"),
+    382: "probing",
+    70: "diameter mode of lathes",
+    330: "threading",
+}
+
+M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9)
+M_END = (2, 30)
+PRINTER_M = frozenset(
+    {82, 83, 84, *range(104, 110), 117, 140, 190, 191, *range(200, 206), 220, 221, 862, 900}
+)
+
+LETTER_REFUSED: dict[str, str] = {
+    "E": "an extruder word: this is a file for a 3D printer, not a milling program",
+    **dict.fromkeys("ABC", "a rotary axis: the machine's kinematics is not known; post APT/CL instead"),
+    **dict.fromkeys("UVW", "a second linear axis"),
+    "D": "a tool radius offset; let CAM compensate ('in computer')",
+    "L": "a repetition or data word",
+}
+SYMBOLS: dict[str, str] = {
+    "#": "a variable: it is computed while the machine runs",
+    "[": "an expression: it is computed while the machine runs",
+    "=": "an assignment or expression",
+    "*": "a checksum: this looks like a file for a 3D printer",
+    "/": "block delete: whether the line counts is chosen at the machine; keep it or delete it",
+    "(": "a comment that is not closed, or one inside another",
+    ")": "a closing bracket without a comment",
+    "%": "a second '%' before the program ends",
+}
+
+Words = dict[str, float]
+LARGEST = 1e9
+
+
+def split_block(text: str, source: str, line: int) -> tuple[Words, list[int], list[int]]:
+    """Words of a block by letter, its G keys (ten times the number) and its M numbers.
+
+    Args:
+        text: upper case, without comments.
+
+    Raises:
+        ReadError: a character, letter or number that is no G-code, or a letter twice.
+    """
+    values: Words = {}
+    gs: list[int] = []
+    ms: list[int] = []
+    for letter, number, other in WORD.findall(text):
+        if other:
+            raise ReadError(source, line, f"{other!r}: {SYMBOLS.get(other, 'not a G-code word')}")
+        if letter == "G":
+            gs.append(_g_key(number, source, line))
+        elif letter == "M":
+            ms.append(_m_number(number, source, line))
+        elif letter in values:
+            raise ReadError(source, line, f"the letter {letter} stands twice")
+        elif letter in LETTER_REFUSED:
+            raise ReadError(source, line, f"{letter}{number[:20]}: {LETTER_REFUSED[letter]}")
+        else:
+            values[letter] = value = float(number)
+            if not -LARGEST < value < LARGEST:
+                raise ReadError(source, line, f"{letter}{number[:20]}: beyond {LARGEST:g}")
+    return values, gs, ms
+
+
+def strip_comments(text: str) -> tuple[str, list[str]]:
+    """The block without its comments, and the comments."""
+    found = [(a or b).strip() for a, b in COMMENT.findall(text)]
+    return COMMENT.sub(" ", text), [c for c in found if c]
+
+
+_KEYS: dict[str, int] = {}  # number as written -> key; a file repeats a few
+
+
+def _g_key(number: str, source: str, line: int) -> int:
+    key = _KEYS.get(number)
+    if key is None:
+        tenfold = float(number) * 10
+        key = int(tenfold + 0.5) if tenfold < 1e5 else -1
+        if abs(tenfold - key) > 1e-9 or key not in GROUP:
+            raise ReadError(
+                source, line, f"G{number[:20]}: {G_REFUSED.get(key, 'this reader does not know it')}"
+            )
+        _KEYS[number] = key
+    return key
+
+
+def _m_number(number: str, source: str, line: int) -> int:
+    value = float(number)
+    if value not in M_EVENTS and value not in M_END:
+        why = "this reader does not know it; take it out or post without it"
+        if value in PRINTER_M:
+            why = "a word of 3D printers; this is no milling program"
+        elif value in (96, 97, 98, 99, 198):
+            why = "a subprogram; post in one piece"
+        raise ReadError(source, line, f"M{number[:20]}: {why}")
+    return int(value)

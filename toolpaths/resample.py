@@ -1,0 +1,115 @@
+"""Long moves become short ones: positions along the straight line, orientations along the shortest turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.errors import ReadError, ToolpathError
+from toolpaths.toolpath import Event, Floats, Toolpath, tool_axis
+
+ANGLE = math.radians(0.1)
+MOST_POSES = 50_000_000
+_ROUNDING = 1e-6  # a move may be longer than allowed by this share, so that sampling twice changes nothing
+_OPPOSITE = math.pi - 1e-4  # rad; two axes this far apart have no shortest turn
+
+Index = npt.NDArray[np.intp]
+
+
+def resample(path: Toolpath, *, spacing: float, angle: float = ANGLE) -> Toolpath:
+    """Put poses into long moves, rapids included; every pose of ``path`` stays as it is.
+
+    Where the tool axis (or, if given, the orientation) turns, a move turns by at most ``theta`` with
+    ``theta^2 / 8 <= angle``: a controller that takes another way between the same two orientations strays
+    by no more than that (the sagitta of an arc of radius 1). Poses put in carry feed, kind, tool and line of
+    the move's end, and the fraction of the way in ``row``. Sampling a sampled path changes nothing.
+
+    Args:
+        path: any toolpath.
+        spacing: largest distance between poses, m.
+        angle: how far the orientation between poses may stray, rad.
+
+    Raises:
+        ToolpathError: the tool axis reverses within one move (which way is unknown), or too many poses.
+        ValueError: ``spacing`` or ``angle`` is not positive.
+    """
+    if not (spacing > 0.0 and angle > 0.0):
+        raise ValueError(f"spacing = {spacing}, angle = {angle}: both must be above 0")
+    if len(path) < 2:
+        return path
+    turn = _turns(path)
+    length = np.linalg.norm(np.diff(path.position, axis=0), axis=1)
+    with np.errstate(over="ignore"):
+        parts = np.maximum(length / spacing, turn / math.sqrt(8.0 * angle))
+    if parts.sum() > MOST_POSES:
+        raise ToolpathError(f"{path.source}: a spacing of {spacing * 1e3:g} mm makes {parts.sum():.3g} poses")
+    count = np.maximum(np.ceil(parts - _ROUNDING), 1.0).astype(np.intp)
+    return path if count.max() == 1 else _inserted(path, count, turn)
+
+
+def _turns(path: Toolpath) -> Floats:
+    """Angle (N - 1,) rad between neighbours; from the chord, which is exact for small angles too."""
+    if path.quaternion is not None:
+        a, b = path.quaternion[:-1], path.quaternion[1:]
+        chord = np.minimum(np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1))
+        quarter: Floats = 4.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
+        return quarter
+    chord = np.linalg.norm(np.diff(path.axis, axis=0), axis=1)
+    turn: Floats = 2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
+    if turn.max() > _OPPOSITE:
+        line = int(path.line[int(np.argmax(turn)) + 1])
+        problem = "the tool axis turns to its opposite within one move: which way round is not known"
+        raise ReadError(path.source, line, problem, "Put a pose with an axis between the two before it.")
+    return turn
+
+
+def _inserted(path: Toolpath, count: Index, turn: Floats) -> Toolpath:
+    """The path with move m (from pose m to m + 1) in ``count[m]`` parts."""
+    last = np.concatenate([[0], np.cumsum(count)])  # where each pose of the path ends up
+    end = np.repeat(np.arange(1, len(path)), count)
+    end = np.concatenate([[0], end])  # the pose that the move of each new pose leads to
+    new = np.ones(len(end), dtype=bool)
+    new[last] = False
+    move = end[new] - 1
+    share = (np.flatnonzero(new) - last[move]) / count[move]
+    position, row = path.position[end], path.row[end]
+    position[new] = path.position[move] + share[:, None] * (path.position[move + 1] - path.position[move])
+    row[new] = path.row[move] + share * (path.row[move + 1] - path.row[move])
+    axis, quaternion = path.axis[end], None
+    if path.quaternion is not None:
+        quaternion = path.quaternion[end]
+        quaternion[new] = _slerp(path.quaternion, move, share, turn[move] / 2.0)
+        axis[new] = tool_axis(quaternion[new])
+    else:
+        axis[new] = _slerp(path.axis, move, share, turn[move])
+    first = np.concatenate([[0], last[:-1] + 1, [len(end)]])
+    return replace(
+        path,
+        position=position,
+        axis=axis,
+        quaternion=quaternion,
+        feed=path.feed[end],
+        kind=path.kind[end],
+        tool=path.tool[end],
+        line=path.line[end],
+        row=row,
+        events=tuple(Event(int(first[e.pose]), e.word, e.line) for e in path.events),
+    )
+
+
+def _slerp(unit: Floats, move: Index, share: Floats, turn: Floats) -> Floats:
+    """Unit vectors (or quaternions) at ``share`` of the way of each move; ``turn`` rad between its ends."""
+    a, b = unit[move], unit[move + 1]
+    b = np.where(np.einsum("ij,ij->i", a, b)[:, None] < 0, -b, b) if unit.shape[1] == 4 else b
+    small = turn < 1e-6
+    sine = np.where(small, 1.0, np.sin(turn))
+    left = np.where(small, 1.0 - share, np.sin((1.0 - share) * turn) / sine)
+    right = np.where(small, share, np.sin(share * turn) / sine)
+    way = left[:, None] * a + right[:, None] * b
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    still = turn == 0.0
+    way[still] = a[still]
+    return way
