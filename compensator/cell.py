@@ -153,11 +153,11 @@ class Sampling(_Table):
 
 
 class ProgramTable(_Table):
-    """What the written program is called, and its speed in the air (mm/min)."""
+    """What the written program is called, its speed in the air and where the toolpath gives none (mm/min)."""
 
     name: str = "PART1"
     rapid_feed: Number = Field(default=30000.0, gt=0, le=300000)
-    default_feed: Number | None = Field(default=None, gt=0, le=300000)
+    default_feed: Number = Field(default=1000.0, gt=0, le=300000)
 
 
 class Cell(_Table):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
-from compensator.errors import SolveError
+from compensator.compensation import Compensation
 from compensator.job import ONE_TOOL, Job
 from compensator.path import place
-from compensator.solve import Compensation
 from stiffness.inverse import SphericalInverse
-from toolpaths.programs.program import Program, ToolFrame
+from toolpaths.programs.program import WARNING, Finding, Program, ToolFrame
 from toolpaths.toolpath import CUT, Toolpath
 
 MM_MIN = 1.0 / 60000.0  # m/s
@@ -20,9 +20,6 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
 
     Args:
         corrected: False writes the nominal poses, as ``preview`` shows them.
-
-    Raises:
-        SolveError: a cutting move has no feed and the cell gives no default.
     """
     job, path = c.job, c.path
     toolpath = path.toolpath
@@ -30,16 +27,17 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
     rotation = c.command.rotation if corrected else path.rotation
     position = c.command.position if corrected else path.position
     joints = c.command.q if corrected else path.q
-    wanted_r, wanted_p = (c.target_rotation, c.target_position) if corrected else (path.rotation, path.position)
-    deflection = wanted_p - position if corrected else c.error_before
+    deflection = c.target_position - position if corrected else c.error_before
     turn, origin = to_work[:3, :3], to_work[:3, 3]
+    feed, findings = _feed(job, toolpath)
     spherical = isinstance(job.inverse, SphericalInverse)
     return Program(
         name=job.cell.program.name,
         position=position @ turn.T + origin,
         rotation=turn @ rotation,
         joints=joints,
-        feed=_feed(job, toolpath),
+        feed=feed,
+        findings=findings,
         kind=toolpath.kind,
         tool=toolpath.tool if ONE_TOOL not in job.tools else np.zeros_like(toolpath.tool),
         line=toolpath.line,
@@ -61,17 +59,13 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
     )
 
 
-def _feed(job: Job, toolpath: Toolpath) -> np.ndarray:
-    feed = toolpath.feed.copy()
-    feed[toolpath.kind != CUT] = np.nan
+def _feed(job: Job, toolpath: Toolpath) -> tuple[npt.NDArray[np.float64], tuple[Finding, ...]]:
+    feed = np.where(toolpath.kind == CUT, toolpath.feed, np.nan)
     missing = (toolpath.kind == CUT) & ~(feed > 0)
-    if missing.any():
-        default = job.cell.program.default_feed
-        if default is None:
-            k = int(np.argmax(missing))
-            raise SolveError(
-                f"{place(toolpath, k)}: cutting move without a feed; give one in the toolpath, or program.default_feed "
-                f"(mm/min) in {job.cell.source}"
-            )
-        feed[missing] = default * MM_MIN
-    return feed
+    if not missing.any():
+        return feed, ()
+    default = job.cell.program.default_feed
+    feed[missing] = default * MM_MIN
+    what = f"no feed in the toolpath at {int(missing.sum())} cutting poses: {default:g} mm/min taken"
+    remedy = "Give feeds in the toolpath, or program.default_feed in the cell"
+    return feed, (Finding(WARNING, place(toolpath, int(np.argmax(missing))), what, remedy),)

@@ -75,11 +75,11 @@ class Job:
         """Predictor.command with the tool of every pose."""
         done = []
         for p, r in self._by_tool(toolpath):
-            begin = near and Near(near.q[r], near.actual[r], near.twists[r])
+            begin = near and Near(near.q[r], near.actual[r], near.extra[r])
             done.append((r, p.command(rotation[r], position[r], wrench[r], state[r], start[r], begin)))
         if len(done) == 1:
             return done[0][1]
-        names = ("q", "actual", "torque", "rotation", "position", "error", "twists")
+        names = ("q", "actual", "torque", "rotation", "position", "error", "extra")
         arrays = [_merged(len(start), [(r, getattr(c, name)) for r, c in done]) for name in names]
         return Command(*arrays, max(c.steps for _, c in done))
 

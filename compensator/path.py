@@ -101,6 +101,20 @@ class Planner:
         turn = np.interp(toolpath.row, path.toolpath.row, path.turn)
         return self._follow(toolpath, base, position, turn, path.branch, path.q[0])
 
+    def frames(self, path: Path, toolpath: Toolpath) -> tuple[Floats, Floats]:
+        """TCP rotation and position in the base after poses were put into ``path``: same turns."""
+        base, position = self._in_base(toolpath)
+        return base @ about_z(np.interp(toolpath.row, path.toolpath.row, path.turn)), position
+
+    def part(self, path: Path, toolpath: Toolpath, rows: npt.NDArray[np.intp]) -> Path:
+        """Some poses of a path with poses put in between, each near its neighbours in ``path``."""
+        rotation, position = self.frames(path, toolpath)
+        some, rotation, position = toolpath.take(rows), rotation[rows], position[rows]
+        seed = np.array([np.interp(some.row, path.toolpath.row, column) for column in path.q.T]).T
+        r, p = self.flange(some, rotation, position)
+        batch = self.inverse.along(r, p, path.branch, seed)
+        return Path(some, rotation, position, batch.q, np.zeros(len(rows)), path.branch)
+
     def _in_base(self, toolpath: Toolpath) -> tuple[Floats, Floats]:
         turn, origin = self._workobject[:3, :3], self._workobject[:3, 3]
         return turn @ reference_rotation(toolpath), toolpath.position @ turn.T + origin

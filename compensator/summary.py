@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compensator.solve import Compensation, spread_of_unknown
+from compensator.compensation import Compensation
+from compensator.state import spread_of_unknown
 from stiffness.effects import preload_softening
 from stiffness.preload import unknown, walk
 

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from compensator.compensation import Compensation
 from compensator.export import program_of
 from compensator.job import Job, load_job
 from compensator.outputs import Outputs
 from compensator.path import Planner
-from compensator.solve import Compensation, compensate, sampled, uncompensated
+from compensator.solve import compensate, sampled, uncompensated
 from compensator.summary import as_json, summary
 from compensator.verify import verify
 from toolpaths.programs import format_of, write_program

@@ -8,9 +8,10 @@ from pathlib import Path as File
 import numpy as np
 import numpy.typing as npt
 
+from compensator.compensation import Compensation
 from compensator.errors import SolveError
 from compensator.path import place
-from compensator.solve import Compensation, follow
+from compensator.state import follow
 from toolpaths.programs import read_back
 
 Floats = npt.NDArray[np.float64]

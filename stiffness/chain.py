@@ -1,4 +1,4 @@
-"""Chain: what a robot file says, before it becomes a Robot. Readers fill it; see ``Robot`` for the meaning."""
+"""Chain: what a robot file says, before it becomes a Robot. What the fields mean stands in ``Robot``."""
 
 from __future__ import annotations
 

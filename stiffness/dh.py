@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -62,7 +63,7 @@ class _File(_Strict):
     joints: tuple[_Joint, ...]
 
 
-def read(path: Path, *, label: str) -> Chain:
+def read(source: Path | Traversable, *, label: str) -> Chain:
     """Read a robot TOML file.
 
     Args:
@@ -72,7 +73,7 @@ def read(path: Path, *, label: str) -> Chain:
         RobotError: the file is missing, no TOML, or says something that is not understood.
     """
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+        raw = tomllib.loads(source.read_text(encoding="utf-8"))
     except OSError as error:
         raise RobotError(f"{label}: cannot be read: {error.strerror or error}") from error
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -81,12 +82,15 @@ def read(path: Path, *, label: str) -> Chain:
         file = _File.model_validate(raw)
     except ValidationError as error:
         raise RobotError(f"{label}: " + "; ".join(_problem(dict(e)) for e in error.errors())) from error
-    if file.name != path.stem:
-        raise RobotError(f"{label}: name = {file.name!r}, expected the name of the file, {path.stem!r}")
+    stem = source.name.removesuffix(".toml")
+    if file.name != stem:
+        raise RobotError(f"{label}: name = {file.name!r}, expected the name of the file, {stem!r}")
     for k, joint in enumerate(file.joints):
         low, high = joint.limits
         if not low < high:
-            raise RobotError(f"{label}: joints.{k + 1}.limits = [{low}, {high}]: the lower limit comes first, deg")
+            raise RobotError(
+                f"{label}: joints.{k + 1}.limits = [{low}, {high}]: the lower limit comes first, deg"
+            )
     return _chain(file, label)
 
 
@@ -122,7 +126,8 @@ def _chain(file: _File, label: str) -> Chain:
         com=com,
         mass_problem="" if mass is not None else f"{label} gives no masses",
         assumptions=file.assumptions,
-        sources=file.sources + tuple(f"joint {k + 1}: {j.source}" for k, j in enumerate(file.joints) if j.source),
+        sources=file.sources
+        + tuple(f"joint {k + 1}: {j.source}" for k, j in enumerate(file.joints) if j.source),
         base="base",
         tip="flange",
     )
@@ -132,7 +137,9 @@ def _masses(file: _File, label: str) -> tuple[Floats | None, Floats | None]:
     """Masses (n,) kg and centres (n, 3) m: of all links or of none."""
     without = [k + 1 for k, j in enumerate(file.joints) if j.mass is None or j.com is None]
     if len(without) < len(file.joints) and without:
-        raise RobotError(f"{label}: mass and com are given for some joints, but not for {without}: give all or none")
+        raise RobotError(
+            f"{label}: mass and com are given for some joints, but not for {without}: give all or none"
+        )
     if without:
         if any(j.mass is not None or j.com is not None for j in file.joints):
             raise RobotError(f"{label}: every joint needs both mass and com, or neither")

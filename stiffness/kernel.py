@@ -43,6 +43,12 @@ _UNARY: dict[int, Callable[[ca.MX], ca.MX]] = {
     ca.OP_SINH: ca.sinh,
     ca.OP_COSH: ca.cosh,
     ca.OP_TANH: ca.tanh,
+    ca.OP_ASINH: ca.asinh,
+    ca.OP_ACOSH: ca.acosh,
+    ca.OP_ATANH: ca.atanh,
+    ca.OP_ERF: ca.erf,
+    ca.OP_LOG1P: ca.log1p,
+    ca.OP_EXPM1: ca.expm1,
 }
 _BINARY: dict[int, Callable[[ca.MX, ca.MX], ca.MX]] = {
     ca.OP_ADD: lambda a, b: a + b,
@@ -58,6 +64,7 @@ _BINARY: dict[int, Callable[[ca.MX, ca.MX], ca.MX]] = {
     ca.OP_AND: ca.logic_and,
     ca.OP_OR: ca.logic_or,
     ca.OP_FMOD: ca.fmod,
+    ca.OP_REMAINDER: ca.remainder,
     ca.OP_FMIN: ca.fmin,
     ca.OP_FMAX: ca.fmax,
     ca.OP_ATAN2: ca.atan2,
@@ -171,12 +178,12 @@ class Kernel:
         outs = [np.zeros((w, block)) for w in self._widths_out]
         for k, array in enumerate(ins):
             if array.size:
-                buffer.set_arg(k, memoryview(array))
+                buffer.set_arg(k, memoryview(array))  # type: ignore[call-arg, arg-type]  # stubs know the C form only
             if inputs[k].ndim == 1:
                 array[:] = inputs[k][:, None]
         for k, array in enumerate(outs):
             if array.size:
-                buffer.set_res(k, memoryview(array))
+                buffer.set_res(k, memoryview(array))  # type: ignore[call-arg, arg-type]
         for start in range(a, b, block):
             count = min(block, b - start)
             for array, source in zip(ins, inputs, strict=True):

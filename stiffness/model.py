@@ -94,14 +94,14 @@ def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
     _known(name, "", table, _TOP)
     if table.get("schema") != SCHEMA:
         raise ModelError(f"{name}: schema = {table.get('schema')!r}; expected {SCHEMA!r}")
-    if not isinstance(table.get("robot"), str):
-        raise ModelError(f"{name}: robot: expected the name of a built-in robot or a path, got {table.get('robot')!r}")
+    _typed(name, table, "robot", str, "the name of a built-in robot or a path")
     gravity = table.get("gravity", GRAVITY[0])
     if gravity not in GRAVITY:
         raise ModelError(f"{name}: gravity = {gravity!r}; expected one of {', '.join(GRAVITY)}")
-    temperature = table.get("reference_temperature", 20.0)
-    if not isinstance(temperature, int | float) or not np.isfinite(temperature):
-        raise ModelError(f"{name}: reference_temperature = {temperature!r}; expected a number in deg C")
+    (temperature,) = _array(name, "reference_temperature", table.get("reference_temperature", 20.0), 1)
+    for key in ("base", "tip"):
+        _typed(name, {key: "", **table}, key, str, "the name of a frame")
+    _typed(name, {"provenance": {}, **table}, "provenance", dict, "a table")
     effects = table.get("effects")
     if not isinstance(effects, dict) or not effects:
         raise ModelError(f"{name}: no [effects.*] table; a model needs at least [effects.joint-stiffness]")
@@ -121,7 +121,7 @@ def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
         values={e: r[0] for e, r in read.items()},
         sd={e: r[1] for e, r in read.items() if r[1]},
         identified={e: r[2] for e, r in read.items() if r[2] is not None},
-        tools={e: str(effects[e].get("tool", "tool")) for e in read if BY_NAME[e].scope == "tool"},
+        tools={e: effects[e].get("tool", "tool") for e in read if BY_NAME[e].scope == "tool"},
         provenance=table.get("provenance", {}),
     )
 
@@ -130,6 +130,11 @@ def _known(name: str, place: str, table: Mapping[str, Any], keys: set[str]) -> N
     extra = [k for k in table if k not in keys]
     if extra:
         raise ModelError(f"{name}: unknown key {place}{extra[0]}; expected some of {', '.join(sorted(keys))}")
+
+
+def _typed(name: str, table: Mapping[str, Any], key: str, kind: type, expected: str, place: str = "") -> None:
+    if not isinstance(table.get(key), kind):
+        raise ModelError(f"{name}: {place}{key} = {table.get(key)!r}; expected {expected}")
 
 
 def _effect(
@@ -141,12 +146,14 @@ def _effect(
     names = [p.name for p in effect.parameters]
     allowed = {*names, *(f"sd_{_bare(p)}" for p in names), "identified"} | ({"tool"} if effect.scope == "tool" else set())
     _known(name, place + ".", table, allowed)
+    _typed(name, {"tool": "", **table}, "tool", str, "the name of the tool it was measured with", place + ".")
     values, sd = {}, {}
     for p in effect.parameters:
         if p.name in table:
             values[p.name] = _numbers(name, f"{place}.{p.name}", table[p.name], p, joints)
         elif p.default is not None:
             values[p.name] = np.full(p.count(joints), p.default)
+            values[p.name].setflags(write=False)
         else:
             raise ModelError(f"{name}: {place}.{p.name} is missing: {p.meaning}, {p.unit}")
         key = f"sd_{_bare(p.name)}"
@@ -154,12 +161,16 @@ def _effect(
             sd[p.name] = _array(name, f"{place}.{key}", table[key], p.count(joints))
             if np.any(sd[p.name] < 0):
                 raise ModelError(f"{name}: {place}.{key}: a standard deviation is negative")
+    problem = effect.check(values)
+    if problem:
+        raise ModelError(f"{name}: {place}.{problem}")
     identified = None
     if "identified" in table:
         flags = table["identified"]
         if not isinstance(flags, list) or len(flags) != joints or not all(isinstance(f, bool) for f in flags):
             raise ModelError(f"{name}: {place}.identified = {flags!r}; expected {joints} booleans")
         identified = np.array(flags)
+        identified.setflags(write=False)
     return values, sd, identified
 
 
@@ -172,7 +183,11 @@ def _array(name: str, place: str, given: Any, count: int) -> Floats:
     numbers = given if isinstance(given, list) else [given]
     if len(numbers) != count or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in numbers):
         raise ModelError(f"{name}: {place} = {given!r}; expected {count} number{'s' if count > 1 else ''}")
-    array = np.array(numbers, dtype=float)
+    try:
+        array = np.array(numbers, dtype=float)
+    except OverflowError as e:
+        raise ModelError(f"{name}: {place} = {given!r}; a number is too large") from e
+    array.setflags(write=False)
     if not np.all(np.isfinite(array)):
         raise ModelError(f"{name}: {place} = {given!r}; every number must be finite")
     return array

@@ -16,11 +16,11 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, Numbers
+from stiffness.effects.effect import Effect, Numbers, Values
 from stiffness.errors import EquilibriumError
 from stiffness.kernel import Kernel
 from stiffness.robot import Robot, constant
-from stiffness.statics import Load, Posture, Statics
+from stiffness.statics import SWEEPS, Equilibrium, Load, Posture, Statics
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,6 +46,10 @@ class Tool:
     com: Floats | None = None
     name: str = "tool"
 
+    def __post_init__(self) -> None:
+        if self.mass and self.com is None:
+            raise ValueError(f"tool {self.name!r}: a mass of {self.mass:g} kg without a centre of mass has no weight torque")
+
 
 @dataclass(frozen=True, repr=False)
 class Prediction:
@@ -64,7 +68,7 @@ class Near:
 
     q: Floats
     actual: Floats
-    twists: Floats
+    extra: Floats
 
 
 @dataclass(frozen=True, repr=False)
@@ -77,7 +81,7 @@ class Command:
         torque: (N, n) N*m.
         rotation, position: nominal TCP pose of the command, base: what a program prints.
         error: (N,) m and rad, what is left.
-        twists: (N, k) elastic coordinates beyond the joints.
+        extra: (N, k) elastic coordinates beyond the joints, and those of the sag.
         steps: Newton steps needed.
     """
 
@@ -87,7 +91,7 @@ class Command:
     rotation: Floats
     position: Floats
     error: Floats
-    twists: Floats
+    extra: Floats
     steps: int
 
     @property
@@ -103,7 +107,8 @@ class Predictor:
         gravity: (3,) m/s2 in the base.
         calibrated_out: the controller knows the sag of arm and declared tool: it is taken off again,
             in base axes, with neutral joints (no gap, pre-loaded).
-        complementary: False drops K_c from the forward prediction.
+        complementary: False takes every load at the undeflected posture: no K_c.
+        temperature: K above the reference temperature of the model.
     """
 
     def __init__(
@@ -116,20 +121,24 @@ class Predictor:
         gravity: Floats,
         calibrated_out: bool = False,
         complementary: bool = True,
+        temperature: float = 0.0,
     ) -> None:
         self.robot = robot
         self.values = values
         self.tool = tool
         self.calibrated_out = calibrated_out
         self.complementary = complementary
+        self.temperature = temperature
         self.statics = Statics(robot, effects)
-        self._p = {e.name: {k: ca.SX(ca.DM(v)) for k, v in values[e.name].items()} for e in effects}
+        self._p: dict[str, Values] = {e.name: {k: ca.SX(ca.DM(v)) for k, v in values[e.name].items()} for e in effects}
         self._tcp = ca.SX(ca.DM(tool.position))
         self._turn = constant(tool.rotation)
         extra = []
         if tool.mass and tool.com is not None:
             extra.append((robot.n, ca.SX(tool.mass), ca.SX(ca.DM(tool.com))))
-        self._weights = self.statics.loads_of_weight(ca.SX(ca.DM(gravity)), extra)
+        downward = ca.SX(ca.DM(gravity))
+        self._declared = self.statics.loads_of_weight(downward, extra)
+        self._weights = self.statics.loads_of_weight(downward, extra, self._p)
 
     def __repr__(self) -> str:
         return f"Predictor({self.statics!r}, tool {self.tool.name!r})"
@@ -145,13 +154,16 @@ class Predictor:
         Raises:
             EquilibriumError: no equilibrium: the arm is too soft for the load.
         """
-        x, torque, residual, rotation, position = self._settle(q, wrench, state)
-        if self.calibrated_out:
-            sag = self._sag(q)
-            nominal_r, nominal_p = self.nominal(q)
-            position = position - sag.position + nominal_p
-            rotation = rotation @ np.swapaxes(sag.rotation, 1, 2) @ nominal_r
-        return Prediction(rotation, position, torque, residual)
+        x = np.zeros((len(q), self._n_forward))
+        for _ in range(MAX_SWEEP_CALLS):
+            x, torque, residual, rotation, position = self._forward_kernel.run(q, wrench, state, x)
+            if not np.any(~(residual <= TOLERANCE)):
+                return Prediction(_matrices(rotation), position, torque, residual[:, 0])
+        worst = int(np.argmax(np.where(np.isfinite(residual[:, 0]), residual[:, 0], np.inf)))
+        raise EquilibriumError(
+            f"pose {worst}: no static equilibrium (last change {residual[worst, 0]:.2e} rad after "
+            f"{MAX_SWEEP_CALLS} x {SWEEPS} sweeps): the load is too large for these stiffnesses; check their unit (N*m/rad)"
+        )
 
     def nominal(self, q: Floats) -> tuple[Floats, Floats]:
         """TCP rotation (N, 3, 3) and position (N, 3) of the rigid, nominal arm: what a controller prints."""
@@ -173,27 +185,23 @@ class Predictor:
         flat = _flat(rotation)
         exact = not self._newton_needed
         if exact or near is None:
-            near = Near(start, start, np.zeros((len(start), self.statics.n_x - self.robot.n)))
-        q, actual, twists = near.q.copy(), near.actual.copy(), near.twists.copy()
+            near = Near(start, start, np.zeros((len(start), self._n_extra)))
+        q, actual, extra = near.q.copy(), near.actual.copy(), near.extra.copy()
         torque, error = np.zeros_like(start), np.full(len(start), np.inf)
         rows, steps = np.arange(len(start)), 0
         while len(rows) and steps < MAX_STEPS:
             kernel = self._exact_kernel if exact and steps == 0 else self._newton_kernel
-            target_r, target_p = flat[rows], position[rows]
-            if self.calibrated_out:
-                target_r, target_p = self._with_sag(rotation[rows], target_p, q[rows])
-            new, new_twists, q_new, tau, e = kernel.run(
-                target_r, target_p, _rows(wrench, rows), _rows(state, rows), actual[rows], twists[rows], q[rows]
-            )
+            given = (flat, position, wrench, state, actual, extra, q)
+            new, new_extra, q_new, tau, e = kernel.run(*(_rows(array, rows, len(q)) for array in given))
             if self._implicit_in_command:
                 e = np.maximum(e, np.abs(q_new - q[rows]).max(axis=1, keepdims=True))
             q[rows], torque[rows], error[rows] = q_new, tau, e[:, 0]
             open_rows = ~(e[:, 0] <= TOLERANCE)
             rows, steps = rows[open_rows], steps + 1
             q[rows] += new[open_rows] - actual[rows]  # the command goes along with the Newton step
-            actual[rows], twists[rows] = new[open_rows], new_twists[open_rows]
+            actual[rows], extra[rows] = new[open_rows], new_extra[open_rows]
         nominal_r, nominal_p = self.nominal(q)
-        return Command(q, actual, torque, nominal_r, nominal_p, error, twists, steps - 1)
+        return Command(q, actual, torque, nominal_r, nominal_p, error, extra, steps - 1)
 
     def joint_deflection(self, q: Floats, torque: Floats, state: Floats) -> Floats:
         """dq (N, n) of the joint laws alone at known torques: what a change of state is worth."""
@@ -204,48 +212,35 @@ class Predictor:
     def _joint_kernel(self) -> Kernel:
         q, tau = ca.SX.sym("q", self.robot.n), ca.SX.sym("tau", self.robot.n)
         state = ca.SX.sym("state", self.statics.n_state)
-        dq = self.statics.joint_deflection(tau, q, state, self._p)
+        dq = self.statics.joint_deflection(tau, q, state, self._p, self.temperature)
         return Kernel(ca.Function("joint", [q, tau, state], [_dense(dq)]))
 
     @property
     def _newton_needed(self) -> bool:
-        return bool(self.statics.places) or self.calibrated_out
+        return bool(self.statics.places) or self.calibrated_out or not self.complementary
+
+    @property
+    def _n_extra(self) -> int:
+        return self.statics.n_x - self.robot.n + self.calibrated_out * self.statics.n_x
+
+    @property
+    def _n_forward(self) -> int:
+        return self.statics.n_x * (1 + self.calibrated_out)
 
     @cached_property
     def _implicit_in_command(self) -> bool:
         """Whether anything but the actual posture enters the law: then the command has to settle too."""
-        return self.calibrated_out or bool(np.any(ca.which_depends(self._law_of_angle[0], self._law_of_angle[1], 1, True)))
+        if self.calibrated_out or not self.complementary:
+            return True
+        return bool(np.any(ca.which_depends(self._law_of_angle[0], self._law_of_angle[1], 1, True)))
 
     @cached_property
     def _law_of_angle(self) -> tuple[ca.SX, ca.SX]:
         angle, q = ca.SX.sym("angle", self.robot.n), ca.SX.sym("q", self.robot.n)
         s = ca.SX.sym("s", self.statics.n_state)
         x = ca.SX.zeros(self.statics.n_x)
-        law, _ = self.statics.law(self.statics.posture(q, x), angle, self._weights, (), s, self._p)
+        law, _ = self.statics.law(self.statics.posture(q, x), angle, self._weights, (), s, self._p, self.temperature)
         return law, angle
-
-    def _settle(self, q: Floats, wrench: Floats, state: Floats) -> tuple[Floats, ...]:
-        x = np.zeros((len(q), self.statics.n_x))
-        for _ in range(MAX_SWEEP_CALLS):
-            x, torque, residual, rotation, position = self._forward_kernel.run(q, wrench, state, x)
-            if not np.any(~(residual <= TOLERANCE)):
-                return x, torque, residual[:, 0], _matrices(rotation), position
-        worst = int(np.argmax(np.where(np.isfinite(residual[:, 0]), residual[:, 0], np.inf)))
-        raise EquilibriumError(
-            f"pose {worst}: no static equilibrium (last change {residual[worst, 0]:.2e} rad after "
-            f"{MAX_SWEEP_CALLS} x 6 sweeps): the load is too large for these stiffnesses; check their unit (N*m/rad)"
-        )
-
-    def _sag(self, q: Floats) -> Prediction:
-        x, torque, residual, rotation, position = self._settle(q, np.zeros(6), np.zeros(self.statics.n_state))
-        return Prediction(rotation, position, torque, residual)
-
-    def _with_sag(self, rotation: Floats, position: Floats, q: Floats) -> tuple[Floats, Floats]:
-        """Wanted poses with the sag in them that the controller takes off: forward() turned around."""
-        sag = self._sag(q)
-        nominal_r, nominal_p = self.nominal(q)
-        turned = rotation @ np.swapaxes(nominal_r, 1, 2) @ sag.rotation
-        return _flat(turned), position + sag.position - nominal_p
 
     def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, Load]:
         q, wrench = ca.SX.sym("q", self.robot.n), ca.SX.sym("wrench", 6)
@@ -258,19 +253,42 @@ class Predictor:
     @cached_property
     def _nominal_kernel(self) -> Kernel:
         q = ca.SX.sym("q", self.robot.n)
-        r, p = self._tcp_of(self.statics.posture(q, ca.SX.zeros(self.statics.n_x)))
+        r, p = self._nominal(q)
         return Kernel(ca.Function("nominal", [q], [_dense(r), _dense(p)], ["q"], ["rotation", "position"]))
 
     @cached_property
     def _forward_kernel(self) -> Kernel:
         q, wrench, state, load = self._symbols()
-        x = ca.SX.sym("x", self.statics.n_x)
-        eq = self.statics.equilibrium(
-            q, x, self._weights, [load], state, self._p, complementary=self.complementary
-        )
+        n_x = self.statics.n_x
+        x = ca.SX.sym("x", self._n_forward)
+        eq = self._equilibrium(q, x[:n_x], [load], state)
         r, p = self._tcp_of(eq.posture)
-        out = [_dense(v) for v in (eq.x, eq.torque, eq.residual, r, p)]
+        coordinates, residual = eq.x, eq.residual
+        if self.calibrated_out:
+            sag = self._equilibrium(q, x[n_x:], None, None)
+            nominal_r, nominal_p = self._nominal(q)
+            sag_r, sag_p = self._tcp_of(sag.posture)
+            r, p = ca.mtimes(ca.mtimes(r, sag_r.T), nominal_r), p - sag_p + nominal_p
+            coordinates, residual = ca.vertcat(eq.x, sag.x), ca.fmax(eq.residual, sag.residual)
+        out = [_dense(v) for v in (coordinates, eq.torque, residual, r, p)]
         return Kernel(ca.Function("forward", [q, wrench, state, x], out))
+
+    def _equilibrium(self, q: ca.SX, x: ca.SX, loads: Sequence[Load] | None, state: ca.SX | None) -> Equilibrium:
+        """With ``loads``, or where None the sag that a controller may know: arm and declared tool alone."""
+        weights = self._declared if loads is None else self._weights
+        return self.statics.equilibrium(
+            q, x, weights, loads or (), state, self._p,
+            complementary=self.complementary, temperature=self.temperature,
+        )
+
+    def _nominal(self, q: ca.SX) -> tuple[ca.SX, ca.SX]:
+        return self._tcp_of(self.statics.posture(q, ca.SX.zeros(self.statics.n_x)))
+
+    def _sag(self, q: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """One sweep of the sag without process: coordinates, and TCP rotation and position with them."""
+        at = self.statics.posture(q, x if self.complementary else ca.SX.zeros(self.statics.n_x))
+        new, _ = self.statics.law(at, q, self._declared, (), None, self._p, self.temperature)
+        return new, *self._tcp_of(self.statics.posture(q, new))
 
     @cached_property
     def _exact_kernel(self) -> Kernel:
@@ -281,23 +299,41 @@ class Predictor:
         return self._step_kernel(newton=True)
 
     def _step_kernel(self, *, newton: bool) -> Kernel:
+        """One step towards the command: every coordinate moves once, the largest move and miss is the error."""
         q, wrench, state, load = self._symbols()
         n, n_twist = self.robot.n, self.statics.n_x - self.robot.n
-        target_r, target_p = ca.SX.sym("rotation", 9), ca.SX.sym("position", 3)
-        twists, commanded = ca.SX.sym("twists", n_twist), ca.SX.sym("commanded", n)
+        flat_r, target_p = ca.SX.sym("rotation", 9), ca.SX.sym("position", 3)
+        extra, commanded = ca.SX.sym("extra", self._n_extra), ca.SX.sym("commanded", n)
+        target_r = ca.reshape(flat_r, 3, 3)
+        twists, sag = extra[:n_twist], extra[n_twist:]
         posture = self.statics.posture(q, ca.vertcat(ca.SX.zeros(n), twists))
-        x, tau = self.statics.law(posture, commanded, self._weights, [load], state, self._p)
+        loaded = posture if self.complementary else self.statics.posture(commanded, ca.SX.zeros(self.statics.n_x))
+        x, tau = self.statics.law(loaded, commanded, self._weights, [load], state, self._p, self.temperature)
+        new_extra = x[n:]
+        if self.calibrated_out:
+            new_sag, sag_r, sag_p = self._sag(commanded, sag)
+            nominal_r, nominal_p = self._nominal(commanded)
+            target_r, target_p_ = ca.mtimes(ca.mtimes(target_r, nominal_r.T), sag_r), target_p + sag_p - nominal_p
+            new_extra = ca.vertcat(new_extra, new_sag)
+        else:
+            target_p_ = target_p
         r, p = self._tcp_of(posture)
-        turn = ca.mtimes(ca.reshape(target_r, 3, 3), r.T)
-        off = ca.vertcat(target_p - p, 0.5 * ca.vertcat(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]))
-        error = ca.fmax(ca.norm_inf(off), ca.norm_inf(x[n:] - twists)) if n_twist else ca.norm_inf(off)
+        turn = ca.mtimes(target_r, r.T)
+        off = ca.vertcat(target_p_ - p, _turned(turn))
+        half_turn = (3 - ca.trace(turn)) / 2  # 1 - cos: the rotation vector above is zero for half a turn too
+        error = ca.norm_inf(ca.vertcat(off, half_turn, new_extra - extra))
         new = q
         if newton:
             columns = [ca.vertcat(ca.cross(a, p - j.origin), a) for a, j in zip(posture.axes, posture.joints, strict=True)]
             new = q + ca.solve(ca.horzcat(*columns), off)
-        out = [_dense(v) for v in (new, x[n:], q - x[:n], tau, error)]
-        names = "newton" if newton else "exact"
-        return Kernel(ca.Function(names, [target_r, target_p, wrench, state, q, twists, commanded], out))
+        out = [_dense(v) for v in (new, new_extra, q - x[:n], tau, error)]
+        given = [flat_r, target_p, wrench, state, q, extra, commanded]
+        return Kernel(ca.Function("newton" if newton else "exact", given, out))
+
+
+def _turned(turn: ca.SX) -> ca.SX:
+    """Rotation vector of a small rotation matrix."""
+    return 0.5 * ca.vertcat(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1])
 
 
 def _dense(v: ca.SX) -> ca.SX:
@@ -313,5 +349,5 @@ def _flat(matrices: Floats) -> Floats:
     return np.ascontiguousarray(np.swapaxes(matrices, 1, 2).reshape(-1, 9))
 
 
-def _rows(array: Floats, rows: npt.NDArray[np.intp]) -> Floats:
-    return array if array.ndim == 1 else array[rows]
+def _rows(array: Floats, rows: npt.NDArray[np.intp], count: int) -> Floats:
+    return array if array.ndim == 1 or len(rows) == count else array[rows]

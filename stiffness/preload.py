@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import REVERSAL, Clamp, Effect, Numbers
+from stiffness.effects.effect import REVERSAL, Clamp, Effect, Memory, Numbers
 
 Floats = npt.NDArray[np.float64]
 
@@ -69,26 +69,38 @@ def walk(
     """The state at every pose of a path.
 
     Args:
-        move: (N, n) rad commanded from the pose before to this one (row 0: from where ``start`` holds).
+        move: (N, n) rad commanded from the pose before to this one (row 0: from where ``start`` holds), or
+            (N, M, n) for M paths of one length side by side.
             With ``corrected`` the moves are those of the command as it would be with all deflection
             states taken as zero; the state and the correction it asks for are solved together.
-        torque: (N, n) N*m of gravity and environment at the pose.
-        start: the state before row 0.
+        torque: N*m of gravity and environment at the pose, shaped as ``move``.
+        start: the state before row 0, (m,) or (M, m).
     """
-    n = move.shape[1]
-    low, high = np.empty((len(move), 0)), np.empty((len(move), 0))
-    remembering = [e for e in effects if e.memory]
-    for k, effect in enumerate(remembering):
-        if effect.memory is None:
-            continue
-        own = values[effect.name]
-        clamp = effect.memory.rule(move, torque, own)
+    n = move.shape[-1]
+    low = np.empty((*move.shape[:-1], start.low.shape[-1]))
+    high = np.empty_like(low)
+    for k, name, memory in _deflections_first(effects, values):
+        own, span = values[name], slice(k * n, (k + 1) * n)
+        clamp, gain = memory.rule(move, torque, own), memory.gain(own)
         if corrected:
-            clamp = _implicit(clamp, effect.memory.gain(own), effect.memory.bounds(own))
-        span = slice(k * n, (k + 1) * n)
-        a, b = _scan(clamp, start.low[span], start.high[span])
-        low, high = np.hstack([low, a]), np.hstack([high, b])
+            clamp = _implicit(clamp, gain, memory.bounds(own))
+        a, b = _scan(clamp, start.low[..., span].ravel(), start.high[..., span].ravel())
+        low[..., span], high[..., span] = a.reshape(move.shape), b.reshape(move.shape)
+        if corrected and np.any(gain):  # what the command really moves, for the states that only look on
+            state = np.concatenate([start.middle[None, ..., span], 0.5 * (low + high)[..., span]])
+            change = np.diff(state, axis=0)
+            change[0] *= start.known[..., span]  # no command has answered a state that nobody knew
+            move = move - change
     return PreloadState(low, high)
+
+
+def _deflections_first(
+    effects: Sequence[Effect], values: Mapping[str, Numbers]
+) -> list[tuple[int, str, Memory]]:
+    """(place in the state, name, memory): first the states that are themselves a deflection."""
+    found = [(e.name, e.memory) for e in effects if e.memory]
+    listed = [(k, name, memory) for k, (name, memory) in enumerate(found)]
+    return sorted(listed, key=lambda entry: not np.any(entry[2].gain(values[entry[1]])))
 
 
 def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
@@ -103,30 +115,36 @@ def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
 
 
 def _scan(clamp: Clamp, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Apply the clamps one after the other to two start states, blocks side by side."""
-    rows, n = clamp.shift.shape
-    length = max(1, int(np.sqrt(rows)))
+    """Apply the clamps one after the other to two start states, blocks of rows side by side."""
+    rows = len(clamp.shift)
+    n = clamp.shift[0].size if rows else 0
+    length = max(1, int(np.sqrt(rows))) if n < 1000 else max(rows, 1)  # many paths: one block is wide enough
     blocks = -(-rows // length)
     span = np.finfo(float).max / 8
-    shift = np.zeros((blocks * length, n))
-    lo, hi = np.full_like(shift, -span), np.full_like(shift, span)
-    shift[:rows] = np.clip(clamp.shift, -span, span)
-    lo[:rows], hi[:rows] = clamp.low, clamp.high
+    shift, lo, hi = (np.full((blocks * length, n), v) for v in (0.0, -span, span))
+    shift[:rows] = np.clip(clamp.shift.reshape(rows, n), -span, span)
+    lo[:rows], hi[:rows] = clamp.low.reshape(rows, n), clamp.high.reshape(rows, n)
     shift, lo, hi = (a.reshape(blocks, length, n) for a in (shift, lo, hi))
     # 1. the composed clamp of every block
     c, a, b = np.zeros((blocks, n)), np.full((blocks, n), -span), np.full((blocks, n), span)
-    for i in range(length):
+    for i in range(length if blocks > 1 else 0):
         s, x, y = shift[:, i], lo[:, i], hi[:, i]
-        c, a, b = np.clip(c + s, -span, span), np.clip(a + s, x, y), np.clip(b + s, x, y)
+        c = _clip(c + s, -span, span)
+        a, b = _clip(a + s, x, y), _clip(b + s, x, y)
     # 2. the state before every block, block after block
     first_low, first_high = np.empty((blocks, n)), np.empty((blocks, n))
     for k in range(blocks):
         first_low[k], first_high[k] = low, high
-        low, high = np.clip(low + c[k], a[k], b[k]), np.clip(high + c[k], a[k], b[k])
-    # 3. every state
-    out_low, out_high = np.empty_like(shift), np.empty_like(shift)
+        low, high = _clip(low + c[k], a[k], b[k]), _clip(high + c[k], a[k], b[k])
+    # 3. every state, in place of the bounds that made it
     for i in range(length):
         s, x, y = shift[:, i], lo[:, i], hi[:, i]
-        first_low, first_high = np.clip(first_low + s, x, y), np.clip(first_high + s, x, y)
-        out_low[:, i], out_high[:, i] = first_low, first_high
-    return out_low.reshape(-1, n)[:rows], out_high.reshape(-1, n)[:rows]
+        first_low, first_high = _clip(first_low + s, x, y), _clip(first_high + s, x, y)
+        lo[:, i], hi[:, i] = first_low, first_high
+    return lo.reshape(-1, n)[:rows], hi.reshape(-1, n)[:rows]
+
+
+def _clip(x: Floats, low: Floats | float, high: Floats | float) -> Floats:
+    """np.clip without its overhead, in place."""
+    np.maximum(x, low, out=x)
+    return np.minimum(x, high, out=x)

@@ -1,6 +1,6 @@
 """Robot: a serial arm of six rotary joints behind a few verbs.
 
-Frames: ``L_0`` is the base, ``L_k = L_{k-1} @ before[k-1] @ Rot(axis[k-1], q_k) @ after[k-1]``, and ``L_n`` the
+Frames: ``L_0`` is the base, ``L_k = L_{k-1} @ before[k-1] @ Rot(axis[k-1], q_k) @ after[k-1]``, ``L_n`` the
 flange. Numbers come from Pinocchio, symbols from CasADi; both are built from these same placements.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import as_file, files
+from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
@@ -135,8 +135,12 @@ class Robot:
             if self.mass is not None and self.com is not None:
                 # Rotational inertia plays no part in statics.
                 com = self.after[k][:3, :3] @ self.com[k] + self.after[k][:3, 3]
-                model.appendBodyToJoint(parent, pin.Inertia(self.mass[k], com, np.zeros((3, 3))), pin.SE3.Identity())
-        frame = model.addFrame(pin.Frame(self.tip, parent, pin.SE3(np.array(placement)), pin.FrameType.OP_FRAME))
+                model.appendBodyToJoint(
+                    parent, pin.Inertia(self.mass[k], com, np.zeros((3, 3))), pin.SE3.Identity()
+                )
+        frame = model.addFrame(
+            pin.Frame(self.tip, parent, pin.SE3(np.array(placement)), pin.FrameType.OP_FRAME)
+        )
         return model, model.createData(), frame
 
 
@@ -173,12 +177,13 @@ def load_robot(
     """
     builtin = _builtin_files().get(name_or_path)
     if builtin is not None:
-        with as_file(builtin) as path:
-            return _robot(dh.read(path, label=f"built-in robot {name_or_path}"), name_or_path, base, tip)
+        return _robot(dh.read(builtin, label=f"built-in robot {name_or_path}"), name_or_path, base, tip)
     path = (folder or Path()) / name_or_path
     if path.suffix not in (".toml", ".urdf"):
         names = ", ".join(builtin_robots())
-        raise RobotError(f"{name_or_path!r} is no robot: expected a path to a .toml or .urdf file, or one of {names}")
+        raise RobotError(
+            f"{name_or_path!r} is no robot: expected a path to a .toml or .urdf file, or one of {names}"
+        )
     if path.suffix == ".urdf":
         return _robot(urdf.read(path, base=base, tip=tip), path.stem, None, None)
     return _robot(dh.read(path, label=str(path)), path.stem, base, tip)
@@ -191,11 +196,26 @@ def _builtin_files() -> dict[str, Traversable]:
 def _robot(chain: Chain, name: str, base: str | None, tip: str | None) -> Robot:
     for asked, has, key in ((base, chain.base, "base"), (tip, chain.tip, "tip")):
         if asked is not None and asked != has:
-            raise RobotError(f"robot {name} has the {key} {has!r}, not {asked!r}: only a URDF has links to choose from")
+            raise RobotError(
+                f"robot {name} has the {key} {has!r}, not {asked!r}: only a URDF has links to choose from"
+            )
     count = len(chain.joint_names)
     if count != 6:
         raise RobotError(f"robot {name}: {count} joints between {chain.base} and {chain.tip}, expected 6")
     return Robot(
-        name, chain.joint_names, chain.before, chain.axis, chain.after, chain.lower, chain.upper, chain.velocity,
-        chain.mass, chain.com, chain.mass_problem, chain.assumptions, chain.sources, chain.base, chain.tip,
+        name,
+        chain.joint_names,
+        chain.before,
+        chain.axis,
+        chain.after,
+        chain.lower,
+        chain.upper,
+        chain.velocity,
+        chain.mass,
+        chain.com,
+        chain.mass_problem,
+        chain.assumptions,
+        chain.sources,
+        chain.base,
+        chain.tip,
     )

@@ -1,11 +1,11 @@
 """Inverse kinematics in closed form for arms with a spherical wrist.
 
-Pieper's case (D. L. Pieper, Stanford AIM-72, 1968), written on the screw axes of the arm at q = 0, so that it does
-not depend on how a file describes the arm. Needed: axes 4, 5, 6 meet in a point, 5 is normal to 4 and to 6, axis 2 is
-parallel to 3 and normal to 1. Any offset along axis 2 is allowed.
+Pieper's case (D. L. Pieper, Stanford AIM-72, 1968), written on the screw axes of the arm at q = 0, so that it
+does not depend on how a file describes the arm. Needed: axes 4, 5, 6 meet in a point, 5 is normal to 4 and to
+6, axis 2 is parallel to 3 and normal to 1. Any offset along axis 2 is allowed.
 
-Arm axes F: z along axis 1 (upwards in the base), x from axis 1 towards axis 2, y = z cross x along axis 2. In the plane
-of the arm a point is the complex number z + i x, and a turn about y multiplies it by exp(i angle).
+Arm axes F: z along axis 1 (upwards in the base), x from axis 1 towards axis 2, y = z cross x along axis 2. In
+the plane of the arm a point is the complex number z + i x, and a turn about y multiplies it by exp(i angle).
 """
 
 from __future__ import annotations
@@ -109,7 +109,9 @@ def _meeting_point(axes: list[Floats], points: list[Floats]) -> Floats | None:
 
 def _solvable(axes: list[Floats]) -> bool:
     normal = (axes[0] @ axes[1], axes[3] @ axes[4], axes[4] @ axes[5])
-    return max(abs(c) for c in normal) < _PARALLEL and bool(np.linalg.norm(np.cross(axes[1], axes[2])) < _PARALLEL)
+    return float(max(abs(c) for c in normal)) < _PARALLEL and bool(
+        np.linalg.norm(np.cross(axes[1], axes[2])) < _PARALLEL
+    )
 
 
 def _bend(axes: list[Floats]) -> tuple[float, float]:
@@ -131,7 +133,9 @@ def closed_form(arm: SphericalArm) -> ca.Function:
     at = ca.mtimes(constant(arm.arm.T), p + ca.mtimes(rotation, constant(arm.centre)) - constant(arm.origin))
     q1, phi2, phi3, margins = _position(arm, at, branch)
     turn = ca.mtimes(_turn_y(-phi2 - phi3), _turn_z(-q1))
-    inner = ca.mtimes([constant(arm.arm.T), rotation, constant(arm.flange.T @ arm.wrist @ _np_turn_y(arm.bend))])
+    inner = ca.mtimes(
+        [constant(arm.arm.T), rotation, constant(arm.flange.T @ arm.wrist @ _np_turn_y(arm.bend))]
+    )
     m = ca.mtimes([constant(arm.wrist.T @ arm.arm), turn, inner])  # = Rz(q4) Ry(q5 + bend) Rz(q6)
     wrist = ca.sqrt(m[0, 2] * m[0, 2] + m[1, 2] * m[1, 2])
     q4 = ca.atan2(branch[2] * m[1, 2], branch[2] * m[0, 2])
@@ -178,7 +182,7 @@ class Posture:
 
     def branch(self) -> Ints:
         """(N,) branch bits: 4 behind axis 1, 2 behind the lower arm, 1 axis 5 bent to its negative side."""
-        return 4 * (self.ahead < 0) + 2 * (self.elbow < 0) + 1 * (self.wrist < 0)
+        return np.asarray(4 * (self.ahead < 0) + 2 * (self.elbow < 0) + 1 * (self.wrist < 0))
 
 
 def posture(arm: SphericalArm, q: Floats) -> Posture:

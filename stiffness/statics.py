@@ -11,12 +11,12 @@ Every function takes SX or DM: prediction puts numbers where identification puts
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, JointInput, Values
+from stiffness.effects.effect import Effect, JointInput, TwistInput, Values
 from stiffness.robot import Robot, axis_rotation, constant
 
 SWEEPS = 6  # contraction 0.01 per sweep on real robots: 6 reach rounding
@@ -55,8 +55,13 @@ class Frame:
 
 @dataclass(frozen=True)
 class Posture:
-    """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` before their twist."""
+    """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` before their twist.
 
+    ``angles`` (n,) rad are those of the links, ``twists`` [d; phi] of the places that yield.
+    """
+
+    angles: ca.SX
+    twists: Mapping[int, ca.SX]
     links: tuple[Frame, ...]
     joints: tuple[Frame, ...]
     axes: tuple[ca.SX, ...]
@@ -83,6 +88,18 @@ def rotation(vector: ca.SX) -> ca.SX:
     g = vector * (0.5 + t2 * (1 / 24 + t2 * (1 / 240 + t2 * (17 / 40320))))
     s = ca.skew(g)
     return ca.SX.eye(3) + 2 / (1 + ca.dot(g, g)) * (s + ca.mtimes(s, s))
+
+
+def generalised_moment(phi: ca.SX, moment: ca.SX) -> ca.SX:
+    """The generalised force that a moment (3,) does to a rotation vector: J_l(phi)^T m, J_l the left Jacobian.
+
+    Sola, Deray, Atchuthan, arXiv 1812.01537, appendix B; as a series, like ``rotation``.
+    """
+    t2 = ca.dot(phi, phi)
+    once = ca.cross(phi, moment)
+    first = 0.5 - t2 * (1 / 24 - t2 * (1 / 720 - t2 / 40320))
+    second = 1 / 6 - t2 * (1 / 120 - t2 * (1 / 5040 - t2 / 362880))
+    return moment - first * once + second * ca.cross(phi, once)
 
 
 class Statics:
@@ -122,27 +139,46 @@ class Statics:
             places.append(frame)
             frame = self._twisted(frame, k + 1, x)
             links.append(frame)
-        return Posture(tuple(links), tuple(joints), tuple(axes), tuple(places))
+        twists = {k: self._twist(k, x) for k in self.places}
+        return Posture(q + x[:n], twists, tuple(links), tuple(joints), tuple(axes), tuple(places))
 
     def _twisted(self, frame: Frame, place: int, x: ca.SX) -> Frame:
         if place not in self.places:
             return frame
-        at = self.robot.n + 6 * self.places.index(place)
-        return frame.then(rotation(x[at + 3 : at + 6]), x[at : at + 3])
+        twist = self._twist(place, x)
+        return frame.then(rotation(twist[3:]), twist[:3])
 
-    def loads_of_weight(self, gravity: ca.SX, extra: Sequence[tuple[int, ca.SX, ca.SX]] = ()) -> list[tuple[int, ca.SX, ca.SX]]:
-        """Weights as (link, point, force in base axes): the robot's links and ``extra`` (link, mass, com)."""
+    def _twist(self, place: int, x: ca.SX) -> ca.SX:
+        at = self.robot.n + 6 * self.places.index(place)
+        return x[at : at + 6]
+
+    def loads_of_weight(
+        self, gravity: ca.SX, extra: Sequence[tuple[int, ca.SX, ca.SX]] = (), values: Mapping[str, Values] | None = None
+    ) -> list[tuple[int, ca.SX, ca.SX]]:
+        """Weights as (link, point, force in base axes): the robot's links and ``extra`` (link, mass, com).
+
+        With ``values`` also the masses that effects add: what no controller knows.
+        """
         weights = []
         if self.robot.mass is not None and self.robot.com is not None:
             for k in range(self.robot.n):
                 weights.append((k + 1, ca.SX(ca.DM(self.robot.com[k])), self.robot.mass[k] * gravity))
-        return weights + [(link, com, mass * gravity) for link, mass, com in extra]
+        weights += [(link, com, mass * gravity) for link, mass, com in extra]
+        if values is not None:
+            for e in self.effects:
+                masses = e.mass(self.robot.n, values[e.name]) if e.mass else ()
+                weights += [(m.link, m.com, m.mass * gravity) for m in masses]
+        return weights
 
     def law(
         self, posture: Posture, q: ca.SX, weights: Sequence[tuple[int, ca.SX, ca.SX]], loads: Sequence[Load],
-        state: ca.SX, values: dict[str, Values],
+        state: ca.SX | None, values: Mapping[str, Values], temperature: ca.SX | float = 0.0,
     ) -> tuple[ca.SX, ca.SX]:
         """One sweep: the loads at a posture, and the elastic coordinates they cause.
+
+        Args:
+            q: (n,) rad commanded.
+            temperature: K above the model's reference.
 
         Returns:
             x (n_x,), torque (n,) of gravity and environment on each joint.
@@ -161,39 +197,43 @@ class Statics:
                     force = force + f
                     moment = moment + load.wrench[3:] + ca.cross(posture.links[k].at(load.point), f)
             if k in self.places:
-                place = posture.places[k]
-                turn = place.rotation.T
-                about = moment - ca.cross(place.origin, force)
-                wrench = ca.vertcat(ca.mtimes(turn, force), ca.mtimes(turn, about))
-                twists[k] = sum((e.twist(k, wrench, values[e.name]) for e in self.twisting[k] if e.twist), ca.SX.zeros(6))
+                turn = posture.places[k].rotation.T
+                about = moment - ca.cross(posture.links[k].origin, force)
+                about = generalised_moment(posture.twists[k][3:], ca.mtimes(turn, about))
+                given = TwistInput(k, ca.vertcat(ca.mtimes(turn, force), about), ca.SX(temperature))
+                twists[k] = sum((e.twist(given, values[e.name]) for e in self.twisting[k] if e.twist), ca.SX.zeros(6))
             if k > 0:
                 about = moment - ca.cross(posture.joints[k - 1].origin, force)
                 torque[k - 1] = ca.dot(posture.axes[k - 1], about)
         tau = ca.vertcat(*torque)
-        tau = sum((e.torque(q, values[e.name]) for e in self.effects if e.torque), tau)
-        dq = self.joint_deflection(tau, q, state, values)
+        tau = sum((e.torque(posture.angles, values[e.name]) for e in self.effects if e.torque), tau)
+        dq = self.joint_deflection(tau, q, state, values, temperature)
         return ca.vertcat(dq, *(twists[k] for k in self.places)), tau
 
-    def joint_deflection(self, tau: ca.SX, q: ca.SX, state: ca.SX, values: dict[str, Values]) -> ca.SX:
-        """dq (n,) that all joint laws together make of a torque."""
-        n = self.robot.n
-        elastic = ca.SX.zeros(n)
-        dq = ca.SX.zeros(n)
+    def joint_deflection(
+        self, tau: ca.SX, q: ca.SX, state: ca.SX | None, values: Mapping[str, Values], temperature: ca.SX | float = 0.0
+    ) -> ca.SX:
+        """dq (n,) that all joint laws together make of a torque; without ``state`` those without memory."""
+        n, warm = self.robot.n, ca.SX(temperature)
+        none = ca.SX.zeros(n)
+        base = [e.joint for e in self.effects if e.name == "joint-stiffness" and e.joint]
+        elastic = base[0](JointInput(tau, none, q, none, warm), values["joint-stiffness"]) if base else none
+        dq = none
         at = 0
         for e in self.effects:
-            own = ca.SX.zeros(n)
-            if e.memory:
+            own = none
+            if e.memory and state is None:
+                continue
+            if e.memory and state is not None:
                 own, at = state[at : at + n], at + n
             if e.joint:
-                part = e.joint(JointInput(tau, elastic, q, own), values[e.name])
-                dq = dq + part
-                if e.name == "joint-stiffness":
-                    elastic = part
+                dq = dq + e.joint(JointInput(tau, elastic, q, own, warm), values[e.name])
         return dq
 
     def equilibrium(
         self, q: ca.SX, x: ca.SX, weights: Sequence[tuple[int, ca.SX, ca.SX]], loads: Sequence[Load],
-        state: ca.SX, values: dict[str, Values], *, sweeps: int = SWEEPS, complementary: bool = True,
+        state: ca.SX | None, values: Mapping[str, Values], *, sweeps: int = SWEEPS, complementary: bool = True,
+        temperature: ca.SX | float = 0.0,
     ) -> Equilibrium:
         """Static equilibrium at commanded angles ``q``, from the start value ``x``.
 
@@ -201,11 +241,12 @@ class Statics:
             complementary: False takes the load at the undeflected posture (no K_c; paper, Eq. 26).
         """
         if not complementary:
-            x, tau = self.law(self.posture(q, ca.SX.zeros(self.n_x)), q, weights, loads, state, values)
+            rigid = self.posture(q, ca.SX.zeros(self.n_x))
+            x, tau = self.law(rigid, q, weights, loads, state, values, temperature)
             return Equilibrium(x, tau, self.posture(q, x), ca.SX(0))
         residual, tau = ca.SX(0), ca.SX.zeros(self.robot.n)
         for _ in range(sweeps):
-            new, tau = self.law(self.posture(q, x), q, weights, loads, state, values)
+            new, tau = self.law(self.posture(q, x), q, weights, loads, state, values, temperature)
             residual = ca.norm_inf(new - x)
             x = new
         return Equilibrium(x, tau, self.posture(q, x), residual)

@@ -7,9 +7,13 @@ arguments and of the effect's parameters, so that prediction, compensation and i
 the same text and take derivatives from it.
 
     slot     given                                             returns
-    joint    torque (n,) N*m, angle (n,) rad, state (n,)        dq (n,) rad
-    torque   angle (n,) rad                                    tau (n,) N*m of an internal spring
-    twist    wrench (6,) that crosses the place, in its axes    [d; phi] (6,) m and rad
+    joint    JointInput: torque, angle, state, temperature      dq (n,) rad
+    torque   angle (n,) rad of the links                        tau (n,) N*m of an internal spring
+    mass     number of joints                                  point masses on links
+    twist    TwistInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
+
+A twist moves what lies outward of the place by d, then turns it by the rotation vector phi. Its wrench is the
+generalised force of these six coordinates, so that a symmetric compliance has a potential.
 
 A joint law with memory declares it as a clamp,
 
@@ -74,6 +78,25 @@ class JointInput:
     elastic: ca.SX  # deflection of the base model (joint-stiffness) under it, rad
     angle: ca.SX  # commanded, rad
     state: ca.SX  # the effect's own memory, zeros when it has none
+    temperature: ca.SX  # (1,) K above the model's reference temperature
+
+
+@dataclass(frozen=True)
+class TwistInput:
+    """What a place that yields is given."""
+
+    place: int  # 0 base ... n flange
+    wrench: ca.SX  # (6,) N and N*m, in the axes of the place, about its displaced origin
+    temperature: ca.SX  # (1,) K above the model's reference temperature
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """A mass that the robot model does not contain."""
+
+    link: int  # 0 base ... n flange
+    mass: ca.SX  # kg
+    com: ca.SX  # (3,) m in the frame of the link
 
 
 @dataclass(frozen=True)
@@ -104,6 +127,10 @@ class Memory:
     gain: Callable[[Numbers], Floats]
 
 
+def _nothing_wrong(values: Numbers) -> str:
+    return ""
+
+
 @dataclass(frozen=True)
 class Effect:
     """A physical cause of deflection: parameters, and the slots of the equation that it fills.
@@ -114,11 +141,12 @@ class Effect:
         scope: ``robot`` goes where the robot goes, ``tool`` with the tool it was measured with,
             ``instruments`` concerns readings only and never a path.
         parameters: in the order of the model file.
-        joint, torque, twist: the slots, None where not filled.
+        joint, torque, mass, twist: the slots, None where not filled.
         places: joints -> the places that ``twist`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
             controller takes the sag off.
+        check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
     """
 
     name: str
@@ -127,10 +155,12 @@ class Effect:
     parameters: tuple[Parameter, ...]
     joint: Callable[[JointInput, Values], ca.SX] | None = None
     torque: Callable[[ca.SX, Values], ca.SX] | None = None
-    twist: Callable[[int, ca.SX, Values], ca.SX] | None = None
+    mass: Callable[[int, Values], tuple[PointMass, ...]] | None = None
+    twist: Callable[[TwistInput, Values], ca.SX] | None = None
     places: Callable[[int], tuple[int, ...]] = lambda n: ()
     memory: Memory | None = None
     needs_torque_sign: bool = False
+    check: Callable[[Numbers], str] = _nothing_wrong
 
     def __repr__(self) -> str:
         return f"Effect({self.name})"

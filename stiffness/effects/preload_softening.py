@@ -1,10 +1,11 @@
 """Preload softening: a joint is softer while its torque acts against its last rotation.
 
-    dq = (1/r - 1) tau/K   where tau * d < 0,   else 0        (on top of joint-stiffness)
+    dq = (1/r - 1) tau/K   where tau * d < 0,   0 where tau * d > 0      (on top of joint-stiffness)
 
 d is the direction of the last rotation, r the ratio of non-loaded to pre-loaded stiffness
 (Berntsen, Bertheussen, Tyapin, Table 4: joint 1, 0.758 / 1.015 = 0.747). The deflection is continuous
-in torque; d is a play operator of very small width, so that rounding in a command is no reversal.
+in torque, and in d, which passes from -1 to 1 within a travel of REVERSAL: rounding in a command is no
+reversal. An unknown direction, d = 0, gets the mean of both.
 """
 
 from __future__ import annotations
@@ -12,11 +13,21 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import REVERSAL, Clamp, Effect, Floats, JointInput, Memory, Numbers, Parameter, Values
+from stiffness.effects.effect import (
+    REVERSAL,
+    Clamp,
+    Effect,
+    Floats,
+    JointInput,
+    Memory,
+    Numbers,
+    Parameter,
+    Values,
+)
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:
-    against = ca.fmin(given.elastic * ca.sign(given.state), 0) * ca.sign(given.state)
+    against = 0.5 * (given.elastic - given.state * ca.fabs(given.elastic))  # 0 with d, elastic against it
     return (1 / p["ratio"] - 1) * against
 
 

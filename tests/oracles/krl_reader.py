@@ -1,4 +1,4 @@
-"""A second reader of KRL, from KUKA's manuals (KR C2 Expert Programming, KSS 8.3): it knows the language, not our writer.
+"""A second reader of KRL, from KUKA's manuals (KR C2 Expert Programming, KSS 8.3), not from our writer.
 
 It executes a program and the files that it calls, and gives every move with the state it runs in: speed,
 approximation distance, tool, base. It refuses names over 24 characters, a file that is not called like its
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+KNOWN = r"BAS\(#\w+,\d+\)|INTERRUPT ON 3|GLOBAL INTERRUPT DECL 3 WHEN \$STOPMESS==TRUE DO \w+\(\)"
 COMPONENTS = {
     "FRAME": ("X", "Y", "Z", "A", "B", "C"),
     "POS": ("X", "Y", "Z", "A", "B", "C", "S", "T"),
@@ -73,8 +74,7 @@ def execute(line: str, path: Path, state: State, depth: int) -> None:
     elif m := re.fullmatch(r"(\w+)\(\)", line):
         run(path.with_name(m[1] + path.suffix), state, depth + 1)
     else:
-        known = r"BAS\(#\w+,\d+\)|INTERRUPT ON 3|GLOBAL INTERRUPT DECL 3 WHEN \$STOPMESS==TRUE DO IR_STOPM\(\)"
-        assert re.fullmatch(known, line), f"not KRL: {line!r}"
+        assert re.fullmatch(KNOWN, line), f"not KRL: {line!r}"
 
 
 def assigned(name: str, text: str):

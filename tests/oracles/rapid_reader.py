@@ -1,4 +1,4 @@
-"""A second reader of RAPID, from ABB's grammar (3HAC16581, 3HAC16585 "RAPID kernel"): it knows the language, not our writer.
+"""A second reader of RAPID, from ABB's grammar (3HAC16581, 3HAC16585 "RAPID kernel"), not from our writer.
 
 It executes main() of a set of modules and gives every move with all its data resolved. It refuses whatever a
 controller would: undeclared and doubled names, names over 32 characters, aggregates of the wrong shape,
@@ -56,7 +56,7 @@ class Module:
 
 
 def read(path: Path) -> tuple[list[Move], list[str]]:
-    """Moves of main() in order, and the other instructions that ran. Modules: what the .pgf lists, else the file."""
+    """Moves of main() in order, and what else ran; of the modules that the .pgf lists, if there is one."""
     listing = path.with_suffix(".pgf")
     names = [path.name]
     if listing.exists():
@@ -95,7 +95,7 @@ class Parser:
         return self.tokens[self.at][1] if self.at < len(self.tokens) else ""
 
     def take(self, expected: str | None = None) -> str:
-        kind, text = self.tokens[self.at]
+        text = self.tokens[self.at][1]
         self.at += 1
         assert expected is None or text.upper() == expected.upper(), f"{text!r}, expected {expected!r}"
         return text

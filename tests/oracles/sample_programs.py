@@ -20,17 +20,23 @@ WORKOBJECT[:3, 3] = [1.5, -0.2, 0.8]
 
 def small() -> Program:
     """Two rapids, a square cut with a feed change, an exact pose, a retract; angles chosen by hand."""
-    xyz = [(0, 0, 50), (0, 0, 5), (0, 0, 0), (40, 0, 0), (40, 20, 0), (40.0123, 20.0006, 0.00004), (0, 20, 0), (0, 20, 50)]
+    xyz = [
+        (0, 0, 50), (0, 0, 5), (0, 0, 0), (40, 0, 0), (40, 20, 0),
+        (40.0123, 20.0006, 0.00004), (0, 20, 0), (0, 20, 50),
+    ]  # fmt: skip
     degrees = np.array([
-        [0, -90, 90, 0, 45, 0], [-0.0, -89, 89, -1, 45, 1], [10, -88, 88, -91, 44, 91], [95, -87, 87, 179, 43, -179],
-        [-95, -86, 86, -181, -42, 181], [-100, -85, 85, 10, -41, 270], [-5, -84, 84, 10, 40, -270.5], [-5, -83, 83, 10, 39, 0],
+        [0, -90, 90, 0, 45, 0], [-0.0, -89, 89, -1, 45, 1],
+        [10, -88, 88, -91, 44, 91], [95, -87, 87, 179, 43, -179],
+        [-95, -86, 86, -181, -42, 181], [-100, -85, 85, 10, -41, 270],
+        [-5, -84, 84, 10, 40, -270.5], [-5, -83, 83, 10, 39, 0],
     ])  # fmt: skip
     down = Rotation.from_euler("x", 180, degrees=True)
     n = len(xyz)
+    turned = Rotation.from_rotvec(np.radians(2.0) * np.outer(np.arange(n), [0, 0, 1]))
     return Program(
         name="PART1",
         position=np.array(xyz, dtype=float) * 1e-3,
-        rotation=(Rotation.from_rotvec(np.radians(2.0) * np.outer(np.arange(n), [0, 0, 1])) * down).as_matrix(),
+        rotation=(turned * down).as_matrix(),
         joints=np.radians(degrees),
         feed=np.array([np.nan, np.nan, 0.005, 0.02, 0.02, 0.02, 0.03, np.nan]),
         kind=np.array([0, 0, 1, 1, 1, 1, 1, 0], dtype=np.uint8),
@@ -42,7 +48,7 @@ def small() -> Program:
         configuration=np.array([0, 0, 1, 2, 3, 4, 6, 7], dtype=np.int32),
         exact=np.array([0, 0, 0, 0, 1, 0, 0, 0], dtype=bool),
         start_joints=np.radians([0.0, -100.0, 100.0, 0.0, 45.0, 0.0]),
-        comments=((0, "T1 M6"), (2, "S12000 M3 – Fräsen")),
+        comments=((0, "T1 M6"), (2, "S12000 M3 \u2013 Fr\u00e4sen")),
         robot="a robot",
         source="part.nc",
     )
@@ -54,14 +60,16 @@ def random_program(n: int, seed: int, name: str = "RANDOM", lock: bool = True) -
     rotation = Rotation.random(n, rng=g).as_matrix()
     if lock:
         angles = g.uniform(-180, 180, (n, 3))
-        angles[:, 1] = g.choice([-90.0, 90.0], n) + g.choice([0.0, 1e-9, 1e-7, 1e-5, 1e-3], n) * g.normal(size=n)
+        off = g.choice([0.0, 1e-9, 1e-7, 1e-5, 1e-3], n) * g.normal(size=n)
+        angles[:, 1] = g.choice([-90.0, 90.0], n) + off
         locked = Rotation.from_euler("ZYX", angles, degrees=True).as_matrix()
         rotation[::3] = locked[::3]
-        rotation[1::7] = Rotation.from_rotvec(np.pi * np.eye(3)[g.integers(0, 3, len(rotation[1::7]))]).as_matrix()
+        axis = np.eye(3)[g.integers(0, 3, len(rotation[1::7]))]
+        rotation[1::7] = Rotation.from_rotvec(np.pi * axis).as_matrix()
     kind = (g.random(n) < 0.8).astype(np.uint8)
     return Program(
         name=name,
-        position=np.cumsum(g.normal(scale=2e-3, size=(n, 3)), axis=0) + [0.3, -1.4, 0.6],
+        position=np.array([0.3, -1.4, 0.6]) + np.cumsum(g.normal(scale=2e-3, size=(n, 3)), axis=0),
         rotation=rotation,
         joints=g.uniform(-2 * np.pi, 2 * np.pi, (n, 6)),
         feed=np.where(kind == 1, g.choice([0.0011667, 0.02, 0.0333333], n), np.nan),

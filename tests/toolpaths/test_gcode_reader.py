@@ -61,7 +61,10 @@ def test_inch_and_relative(tmp_path: Path) -> None:
 def test_position_is_known_only_after_x_y_and_z(tmp_path: Path) -> None:
     path = read(tmp_path, "G21\nG1 Z5 F100\nG0 X1\nY2\nX3\nM30\n")
     np.testing.assert_allclose(path.position * 1e3, [[1, 2, 5], [3, 2, 5]], rtol=0, atol=1e-14)
-    assert [e.word for e in path.events[:2]] == ["Z5, before the position is known", "X1, before the position is known"]
+    assert [e.word for e in path.events[:2]] == [
+        "Z5, before the position is known",
+        "X1, before the position is known",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -84,7 +87,9 @@ def test_position_is_known_only_after_x_y_and_z(tmp_path: Path) -> None:
         ("G91 G17", "X10 Y0 Z0", "G3 X-10 Y10 I-10 J0", [0, 10, 0], [math.sqrt(50), math.sqrt(50), 0]),
     ],
 )
-def test_arcs(tmp_path: Path, plane: str, start: str, arc: str, end: list[float], middle: list[float]) -> None:
+def test_arcs(
+    tmp_path: Path, plane: str, start: str, arc: str, end: list[float], middle: list[float]
+) -> None:
     path = read(tmp_path, f"G21 G90\nG0 {start}\n{plane} F100\n{arc}\nM30\n", chord=1e-7)
     np.testing.assert_allclose(path.position[-1] * 1e3, end, rtol=0, atol=1e-12)
     near = np.linalg.norm(path.position * 1e3 - middle, axis=1).min()
@@ -130,10 +135,11 @@ def test_retracts_to_the_machine_are_events(tmp_path: Path) -> None:
 
 
 def test_retract_that_hides_a_low_way_is_refused(tmp_path: Path) -> None:
-    text = HEAD + "G0 Z5\nG1 X5 Z-1\nG28 G91 Z0\nG90\nG0 X50\nZ5\nG1 Z-1\nM30\n"
-    with pytest.raises(ReadError, match=r"part\.nc:6: G28 Z0 .*Z -1 mm where cuts reach up to Z -1 mm") as caught:
-        read(tmp_path, text.replace("G1 X5 Z-1\n", "G1 X5 Z-1\nG1 X9 Z-1\n").replace("G0 Z5\nG1", "G1"))
-    assert caught.value.line == 6
+    text = HEAD + "G0 Z5\nG1 X5 Z-1\nG1 Z{up}\nG28 G91 Z0\nG90\nG0 X50\nZ{down}\nG1 Z-2\nG0 Z9\nM30\n"
+    for up, down in ((-1, 5), (-0.5, -1), (-2, -2)):
+        with pytest.raises(ReadError, match=r"part\.nc:7: G28 Z0 .*cuts reach up to Z -1 mm"):
+            read(tmp_path, text.format(up=up, down=down))
+    assert len(read(tmp_path, text.format(up=-0.5, down=3))) == 7
 
 
 REFUSED = {
@@ -220,7 +226,7 @@ def test_real_files(shared: Path) -> None:
     folder = shared / "data/cam"
     path = read_toolpath(folder / "gcode_fusion/1110_wall_265bit.nc")
     np.testing.assert_allclose(path.position[0] * 1e3, [-1.322, 35.263, 10], atol=1e-12)
-    assert path.kind.sum() > 19_000 and (path.tool == 1).all() and path.line[0] == 15
+    assert path.kind.sum() > 19_000 and (path.tool == 1).all() and path.line[0] == 16
     np.testing.assert_allclose(path.position[:, 2].min() * 1e3, -13.3, atol=1e-9)  # ZMIN of its header
     path = read_toolpath(folder / "gcode_cncjs/tball-pocket.gcode")
     assert path.line[-1] > 40_000 and len(path) == 40_265

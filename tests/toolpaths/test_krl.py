@@ -40,7 +40,7 @@ def test_what_a_controller_reads(n, tmp_path):
 
 
 def test_status_and_turn_by_hand():
-    """KSS 8.3: S bit 0 overhead area, bit 1 axis 3 bent forward, bit 2 axis 5 negative; T bit i-1 axis i < 0."""
+    """KSS 8.3: S bit 0 overhead area, 1 axis 3 bent forward, 2 axis 5 negative; T bit i-1 axis i < 0."""
     degrees = np.array([
         [0.0, -90.0, 90.0, 0.0, 0.0, 0.0],  # KUKA's home: only axis 2 negative
         [-10.0, -60.0, 80.0, 20.0, 30.0, -40.0],  # S 2, T 35 of many taught points

@@ -197,6 +197,13 @@ def test_longest_name_in_the_most_parts_stays_legal(tmp_path):
     rapid_reader.read(files[0])
 
 
+def test_file_names_that_a_pgf_cannot_spell(tmp_path):
+    for name in ("größe.mod", "a&b.mod"):
+        rapid_reader.read(write_program(small(), tmp_path / name).files[0])
+        with pytest.raises(WriteError, match="cannot spell this name"):
+            write_program(random_program(5001, 1), tmp_path / name)
+
+
 def test_other_arms(tmp_path):
     p = random_program(5, 1)
     done = write_program(changed(p, configuration=None), tmp_path / "ur.mod")

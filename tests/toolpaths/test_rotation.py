@@ -14,7 +14,8 @@ def sample() -> np.ndarray:
     """Random, exact gimbal lock of both orders, near it, half turns, tiny turns, identity."""
     g = np.random.default_rng(7)
     near = g.choice([0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4], 200) * g.normal(size=200)
-    angles = np.column_stack((g.uniform(-180, 180, 200), g.choice([-90, 90], 200) + near, g.uniform(-180, 180, 200)))
+    angles = g.uniform(-180, 180, (200, 3))
+    angles[:, 1] = g.choice([-90, 90], 200) + near
     parts = [
         Rotation.random(300, rng=g).as_matrix(),
         Rotation.from_euler("ZYX", angles, degrees=True).as_matrix(),
@@ -91,7 +92,7 @@ def test_quaternion():
     np.testing.assert_allclose(ours.matrix_from_quaternion(q), MATRICES, atol=1e-15)
     robodks = np.array([robomath.quaternion_2_pose(x).rows for x in q.tolist()])[:, :3, :3]
     np.testing.assert_allclose(robodks, MATRICES, atol=1e-14)
-    # robodk's own quaternion is good to 1e-4 only (it rounds to no turn or half a turn): same rotation within that
+    # robodk's own quaternion is good to 1e-4 only: it rounds to no turn or half a turn
     theirs = np.array([robomath.Pose_2_ABB(pose(m))[3:] for m in MATRICES])
     np.testing.assert_allclose(np.abs(np.einsum("ni,ni->n", q, theirs)), 1.0, atol=1e-6)
 

@@ -1,4 +1,4 @@
-"""G-code against LinuxCNC's own interpreter (``rs274 -g``): end points of every move, and the arcs between."""
+"""G-code against LinuxCNC's interpreter (``rs274 -g``): end points of every move, and the arcs between."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ Arc = tuple[int, int, np.ndarray, float]  # move, normal axis, center mm, turns 
 
 def reference(file: Path) -> tuple[np.ndarray, list[Arc]]:
     """End points (N, 3) mm of all moves, and the arcs, as LinuxCNC's canonical calls say."""
-    run = subprocess.run(["rs274", "-g", str(file)], capture_output=True, text=True, timeout=120, cwd=file.parent)
+    run = subprocess.run(
+        ["rs274", "-g", str(file)], capture_output=True, text=True, timeout=120, cwd=file.parent
+    )
     if run.returncode:
         raise ReadError(str(file), None, run.stderr.strip() or run.stdout[-300:])
     scale, plane, at = 1.0, "XY", np.zeros(3)
@@ -94,7 +96,13 @@ def test_real_files_agree(shared: Path, name: str) -> None:
 
 
 def test_unfinished_real_files_agree_once_they_end(shared: Path, tmp_path: Path) -> None:
-    for name in ("jsdc.gcode", "g2-arc.gcode", "circle-inch.gcode", "arc-xz-plane.gcode", "arc-yz-plane.gcode"):
+    for name in (
+        "jsdc.gcode",
+        "g2-arc.gcode",
+        "circle-inch.gcode",
+        "arc-xz-plane.gcode",
+        "arc-yz-plane.gcode",
+    ):
         text = (shared / "data/cam/gcode_cncjs" / name).read_text()
         head = "" if "G21" in text or "G20" in text else "G21\nG0 X0 Y0 Z0\n"
         file = tmp_path / f"{name}.nc"
@@ -134,9 +142,11 @@ def random_program(seed: int) -> str:
 
 
 def arc(rng: random.Random, lines: list[str]) -> str:
-    """An arc block that is right for the plane in force; relative, so that its end is where the radius wants it."""
+    """An arc block for the plane in force; in G90 a full turn, whose end is right wherever it starts."""
     plane = next((w for line in reversed(lines) for w in ("G17", "G18", "G19") if w in line.upper()), "G17")
-    relative = next((w for line in reversed(lines) for w in ("G90", "G91") if w in line.upper()), "G90") == "G91"
+    relative = (
+        next((w for line in reversed(lines) for w in ("G90", "G91") if w in line.upper()), "G90") == "G91"
+    )
     word = rng.choice(["G2", "G3", "G02", "G03"])
     (u, i), (v, j), w = {
         "G17": (("X", "I"), ("Y", "J"), "Z"),

@@ -1,7 +1,7 @@
 """How far a controller may round each pose without leaving the path or eating a neighbouring segment.
 
 Controllers replace the corner at a fly-by pose by a parabola that leaves the path at distance r before the
-pose and is back at distance r behind it (ABB 3HAC050917 RAPID overview, "Positioning during program
+pose and is back at distance r behind it (ABB 3HAC16580 RAPID overview, "Positioning during program
 execution: zones"; KUKA KSS 8.3, "Approximate positioning"). As a quadratic Bezier curve it misses the pose by
 r/2 sin(theta/2), theta being the angle by which the direction turns there.
 """

@@ -7,6 +7,7 @@ speeddata, tooldata, loaddata, MoveL, MoveAbsJ, ConfL, SingArea), 3HAC16580 "RAP
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -77,6 +78,11 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
         yield Finding(
             ERROR, program.robot or "robot", f"{program.joints.shape[1]} joints: a robtarget of RAPID has 6",
             "write CSV for this arm",
+        )  # fmt: skip
+    if len(program) > MOVES_PER_MODULE and not re.fullmatch(r"[A-Za-z0-9_. -]+", path.name):
+        yield Finding(
+            ERROR, path.name, "a .pgf lists the modules of a program of more than "
+            f"{MOVES_PER_MODULE} moves, and cannot spell this name", "use letters, digits, _, - and . only",
         )  # fmt: skip
     name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
     if name != program.name:

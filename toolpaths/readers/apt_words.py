@@ -91,13 +91,13 @@ def statements(lines: list[str], source: str) -> Iterator[Statement]:
         if mark and comment.strip():
             yield Statement("$$", comment.strip(), number)
         text = text.strip()
+        if not text:
+            continue
         if text.endswith("$"):
             pending, begin = pending + text[:-1], begin or number
             continue
         text, first = pending + text, begin or number
         pending, begin = "", 0
-        if not text:
-            continue
         match = _STATEMENT.match(text)
         if match is None:
             problem = f"{text[:60]!r}: not an APT statement"

@@ -241,17 +241,33 @@ class _Machine:
         self.at = tuple(math.nan if a in (axes or "XYZ") else v for a, v in zip("XYZ", self.at, strict=True))  # type: ignore[assignment]
 
     def _check_retracts(self) -> None:
-        """The retract itself is no pose: the straight way that is left must not be lower than any cut."""
-        track, n = self.track, len(self.track)
-        if not any(0 < before < n for before, _, _ in self.retracts):
+        """The retract itself is no pose: the straight way that is left must run above all cuts."""
+        n = len(self.track)
+        inner = [r for r in self.retracts if 0 < r[0] < n]
+        if not inner:
             return
-        heights, kinds = track.moves[2::7], track.marks[0::3]
-        top = max((z for z, kind in zip(heights, kinds, strict=True) if kind), default=-math.inf)
-        for before, line, words in self.retracts:
-            if 0 < before < n and (low := min(heights[before - 1], heights[before])) < top - 1e-9:
+        heights = self.track.moves[2::7]
+        top = self._highest_cut()
+        for before, line, words in inner:
+            if not (low := min(heights[before - 1], heights[before])) > top:
                 problem = f"{words} is no place in the work object, and without it the tool would travel at "
-                problem += f"Z {low * 1e3:g} mm where cuts reach up to Z {top * 1e3:g} mm"
-                raise self._error(line, problem, "Add a rapid to a safe Z before it, and approach from one.")
+                problem += f"Z {low * 1e3:g} mm, cuts reach up to Z {top * 1e3:g} mm"
+                raise self._error(
+                    line, problem, "Add a rapid to a higher Z before it, and approach from one."
+                )
+
+    def _highest_cut(self) -> float:
+        """Z of the highest cutting pose, m; moves straight up are retracts, whatever their feed."""
+        x, y, z = (self.track.moves[k::7] for k in range(3))
+        kinds = self.track.marks[0::3]
+        return max(
+            (
+                z[m]
+                for m in range(1, len(z))
+                if kinds[m] and not (x[m] == x[m - 1] and y[m] == y[m - 1] and z[m] >= z[m - 1])
+            ),
+            default=-math.inf,
+        )
 
     def _check_end(self, lines: list[str]) -> None:
         if self.ended:

@@ -93,7 +93,8 @@ def split_block(text: str, source: str, line: int) -> tuple[Words, list[int], li
     ms: list[int] = []
     for letter, number, other in WORD.findall(text):
         if other:
-            raise ReadError(source, line, f"{other!r}: {SYMBOLS.get(other, 'not a G-code word')}")
+            told = next((c for c in other + text if c in SYMBOLS), other)  # X#1: the '#' says more than the X
+            raise ReadError(source, line, f"{told!r}: {SYMBOLS.get(told, 'not a G-code word')}")
         if letter == "G":
             gs.append(_g_key(number, source, line))
         elif letter == "M":

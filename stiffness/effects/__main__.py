@@ -1,0 +1,7 @@
+"""``python -m stiffness.effects`` prints the table of docs/effects.md."""
+
+from __future__ import annotations
+
+from stiffness.effects.table import markdown
+
+print(markdown(), end="")

@@ -1,0 +1,33 @@
+"""The table of docs/effects.md, made from the catalogue so that the page cannot differ from the code."""
+
+from __future__ import annotations
+
+from stiffness.effects import CATALOGUE
+from stiffness.effects.effect import Parameter
+
+_SIZES = {"joint": "one per joint", 1: "one"}
+
+
+def markdown() -> str:
+    """Keys, units, bounds and defaults of every effect, as Markdown."""
+    lines = [
+        "| effect | scope | key | unit | numbers | bounds | default | meaning |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for effect in CATALOGUE:
+        for p in effect.parameters:
+            cells = (f"`{effect.name}`", effect.scope, f"`{p.name}`", p.unit, _size(p), _bounds(p), _default(p), p.meaning)
+            lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _size(p: Parameter) -> str:
+    return _SIZES.get(p.size, str(p.size))
+
+
+def _bounds(p: Parameter) -> str:
+    return f"{p.low:g} ... {p.high:g}"
+
+
+def _default(p: Parameter) -> str:
+    return "must be given" if p.default is None else f"{p.default:g}"

@@ -1,0 +1,193 @@
+"""One suite over all readers of toolpath files: shapes, mistakes, and that only clear refusals escape."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from toolpaths.errors import ReadError, ToolpathError
+from toolpaths.readers import READERS, SUFFIXES, read_toolpath
+
+SAMPLES = {  # the same four poses in every language; the cuts are those at Z 0, at 600 mm/min
+    "gcode": "G21 G90\nG0 X0 Y0 Z5\nG1 X10 Z0 F600\nY-4\nG0 Z5\nM30\n",
+    "apt": "UNITS/MM\nRAPID\nGOTO/0,0,5\nFEDRAT/600,MMPM\nGOTO/10,0,0\nGOTO/10,-4,0\nRAPID\n"
+    "GOTO/10,-4,5\nFINI\n",
+    "csv": "x_mm,y_mm,z_mm,i,j,k,feed_mm_min,kind\n0,0,5,0,0,1,0,rapid\n10,0,0,0,0,1,600,cut\n"
+    "10,-4,0,0,0,1,600,cut\n10,-4,5,0,0,1,0,rapid\n",
+}
+EVERY = [(name, suffix) for name, group in SUFFIXES.items() for suffix in group]
+PIECES = {
+    "gcode": "G0 G1 G2 G3 G17 G18 G20 G21 G90 G91 G28 G53 X1 Y-2.5 Z I3 J0 K1 R9 F100 T1 M6 M30 % ( ) ; #1 E1"
+    " O1 N5 H1 P2",
+    "apt": "GOTO/ 1,2,3 ,0,0,1 CIRCLE/0,0,0,0,0,1,1,1,1,1,1 FEDRAT/ MMPM , 5 RAPID $ $$"
+    " MSYS/0,0,0,1,0,0,0,1,0 UNITS/MM FINI TOOL END-OF-PATH LOAD/TOOL, 1E999 nan SPINDL/",
+    "csv": 'x_mm,y_mm,z_mm,i,j,k ,kind ,feed_mm_min 1,2,3,0,0,1 , cut " nan 1e999 qw',
+}
+FRAGMENTS = {name: [*text.split(), "\n", "9" * 400] for name, text in PIECES.items()}
+
+
+def write(tmp_path: Path, suffix: str, data: str | bytes) -> Path:
+    file = tmp_path / f"part{suffix}"
+    file.write_bytes(data if isinstance(data, bytes) else data.encode())
+    return file
+
+
+def test_every_reader_has_a_sample_and_a_module() -> None:
+    assert set(SAMPLES) == set(SUFFIXES) == set(FRAGMENTS) == set(READERS.values())
+    for name in SUFFIXES:
+        assert callable(import_module(f"toolpaths.readers.{name}").read)
+
+
+@pytest.mark.parametrize(("name", "suffix"), EVERY)
+@pytest.mark.parametrize("dress", ["plain", "crlf", "bom", "upper"])
+def test_same_poses_from_every_language(tmp_path: Path, name: str, suffix: str, dress: str) -> None:
+    text = SAMPLES[name].replace("\n", "\r\n") if dress == "crlf" else SAMPLES[name]
+    data = text.encode("utf-8-sig" if dress == "bom" else "utf-8")
+    file = write(tmp_path, suffix.upper() if dress == "upper" else suffix, data)
+    path = read_toolpath(str(file))
+    expected = np.array([[0, 0, 5], [10, 0, 0], [10, -4, 0], [10, -4, 5]]) * 1e-3
+    np.testing.assert_allclose(path.position, expected, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(path.axis, [[0, 0, 1]] * 4)
+    np.testing.assert_array_equal(path.kind, [0, 1, 1, 0])
+    np.testing.assert_allclose(path.feed, [np.nan, 0.01, 0.01, np.nan], rtol=1e-14)
+    np.testing.assert_array_equal(path.row, [0, 1, 2, 3])
+    assert [text.split("\n")[n - 1].count("5") for n in path.line] == [1, 0, 0, 1]
+    assert (path.source, path.language) == (str(file), name)
+    kinds = {
+        "position": "f8",
+        "axis": "f8",
+        "feed": "f8",
+        "kind": "u1",
+        "tool": "i4",
+        "line": "i4",
+        "row": "f8",
+    }
+    for field, dtype in kinds.items():
+        value = getattr(path, field)
+        assert value.dtype == np.dtype(dtype) and len(value) == 4 and not value.flags.writeable, field
+
+
+@pytest.mark.parametrize(("name", "suffix"), [(n, s[0]) for n, s in SUFFIXES.items()])
+@pytest.mark.parametrize(
+    ("data", "word"),
+    [
+        (b"", "empty"),
+        (b" \r\n\t\n", "empty"),
+        (b"\x7fELF\x02\x01\x00\x00", "binary"),
+        ("G0 X1\n".encode("utf-16"), "UTF-16"),
+        (b"GOTO/1,2\x01,3\n", "not a text file"),
+        (b"<<<<<<< ours\nG1\n=======\nG2\n>>>>>>> theirs\n", "merge-conflict"),
+        (b"%PDF-1.7\nxref\n", ""),
+        (b"<html><body>Not found</body></html>\n", ""),
+    ],
+)
+def test_mistakes_of_a_person(tmp_path: Path, name: str, suffix: str, data: bytes, word: str) -> None:
+    file = write(tmp_path, suffix, data)
+    with pytest.raises(ReadError) as caught:
+        read_toolpath(file)
+    assert word in str(caught.value) and str(caught.value).startswith(str(file))
+
+
+@pytest.mark.parametrize("name", SUFFIXES)
+def test_missing_file_and_folder(tmp_path: Path, name: str) -> None:
+    suffix = SUFFIXES[name][0]
+    with pytest.raises(ReadError, match="no such file"):
+        read_toolpath(tmp_path / f"none{suffix}")
+    (tmp_path / f"folder{suffix}").mkdir()
+    with pytest.raises(ReadError, match="folder"):
+        read_toolpath(tmp_path / f"folder{suffix}")
+
+
+def test_unknown_suffix_lists_the_known(tmp_path: Path) -> None:
+    for suffix in (".stl", ""):
+        with pytest.raises(ReadError) as caught:
+            read_toolpath(write(tmp_path, suffix, "G0"))
+        assert all(known in str(caught.value) for known in READERS)
+
+
+def test_senseless_chord(tmp_path: Path) -> None:
+    for chord in (0.0, -1e-5, float("nan"), 2.0):
+        with pytest.raises(ValueError, match="chord"):
+            read_toolpath(write(tmp_path, ".nc", SAMPLES["gcode"]), chord=chord)
+
+
+@pytest.mark.parametrize("name", [n for n in SUFFIXES if n != "csv"])
+def test_every_cut_off_file_is_refused_or_whole(tmp_path: Path, name: str) -> None:
+    """Cut at any byte: refused; or only the end word is missing and the poses are those of the lines left."""
+    text = SAMPLES[name]
+    whole = read_toolpath(write(tmp_path, SUFFIXES[name][0], text))
+    for end in range(len(text) - 1):
+        file = write(tmp_path, SUFFIXES[name][0], text[:end])
+        try:
+            path = read_toolpath(file)
+        except ReadError:
+            continue
+        assert text[end - 1] == "\n" or text[end:].strip("\n") == "" or "M30" in text[:end]
+        np.testing.assert_array_equal(path.position, whole.position[: len(path)])
+
+
+def attempt(file: Path) -> None:
+    try:
+        path = read_toolpath(file)
+    except ToolpathError as refusal:
+        assert str(file) in str(refusal)
+        return
+    assert len(path) > 0 and np.isfinite(path.position).all()
+    np.testing.assert_allclose(np.linalg.norm(path.axis, axis=1), 1, atol=1e-12)
+    assert (path.feed[path.kind == 1] > 0).all() or np.isnan(path.feed).any()
+    assert (np.diff(path.row) > 0).all() and all(0 <= e.pose <= len(path) for e in path.events)
+
+
+@pytest.mark.parametrize("name", SUFFIXES)
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_only_refusals_escape(tmp_path: Path, name: str, data: st.DataObject) -> None:
+    suffix = SUFFIXES[name][0]
+    attempt(write(tmp_path, suffix, data.draw(st.binary(max_size=80))))
+    attempt(write(tmp_path, suffix, data.draw(st.text(max_size=80)).encode("utf-8", "replace")))
+    pieces = data.draw(st.lists(st.sampled_from(FRAGMENTS[name]), max_size=40))
+    attempt(write(tmp_path, suffix, data.draw(st.sampled_from(["", " ", "\n"])).join(pieces)))
+    lines = SAMPLES[name].split("\n")
+    at = data.draw(st.integers(0, len(lines) - 1))
+    lines[at] = lines[at] + data.draw(st.sampled_from(["", " ", ","])) + "".join(pieces[:3])
+    attempt(write(tmp_path, suffix, "\n".join(lines)))
+
+
+def test_readers_are_imported_only_when_used() -> None:
+    code = (
+        "import sys, toolpaths.readers as r; "
+        "names = [m for m in sys.modules if m.startswith('toolpaths.readers.')]; sys.exit(len(names))"
+    )
+    root = Path(__file__).parents[2]
+    assert subprocess.run([sys.executable, "-c", code], cwd=root, timeout=60).returncode == 0
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "toolpaths-in.md"
+EXAMPLES = re.findall(
+    r"^```(\w+) (?:(\d+) poses|refused in line (\d+))\n(.*?)^```$", PAGE.read_text(), re.M | re.S
+)
+
+
+@pytest.mark.parametrize(("suffix", "poses", "line", "text"), EXAMPLES)
+def test_examples_of_the_page(tmp_path: Path, suffix: str, poses: str, line: str, text: str) -> None:
+    file = write(tmp_path, f".{suffix}", text)
+    if poses:
+        assert len(read_toolpath(file)) == int(poses)
+        return
+    with pytest.raises(ReadError) as caught:
+        read_toolpath(file)
+    assert caught.value.line == int(line)
+
+
+def test_the_page_has_examples_of_every_language() -> None:
+    assert PAGE.read_text().count("\n```") == 2 * len(EXAMPLES)
+    assert {READERS[f".{suffix}"] for suffix, *_ in EXAMPLES} == set(SUFFIXES)
+    assert all(suffix in PAGE.read_text() for suffix in READERS)

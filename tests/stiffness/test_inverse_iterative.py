@@ -1,0 +1,211 @@
+"""Iterative inverse kinematics of arms without a spherical wrist: UR10 against its closed form, CRX-10iA/L."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stiffness.errors import RobotError
+from stiffness.inverse import IterativeInverse, inverse_kinematics
+from stiffness.kinematics import pose_error
+from stiffness.robot import Robot, load_robot
+
+A2, A3, D1, D4, D5, D6 = -0.612, -0.5723, 0.1273, 0.163941, 0.1157, 0.0922
+START = np.array([0.3, -1.2, 1.4, -1.5, -1.3, 0.4])
+
+
+def row(theta: float, d: float, a: float, alpha: float) -> np.ndarray:
+    c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    return np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
+
+
+def closed_form(t: np.ndarray) -> Iterator[np.ndarray]:
+    """Up to eight postures of a UR10 (K. P. Hawkins, Analytic inverse kinematics for the UR-5/UR-10 arms, 2013)."""
+    wrist = t @ [0, 0, -D6, 1]
+    radius, heading = np.hypot(wrist[0], wrist[1]), np.arctan2(wrist[1], wrist[0])
+    if radius < D4:
+        return
+    for q1 in (heading + s * np.arccos(D4 / radius) + np.pi / 2 for s in (1, -1)):
+        c5 = (t[0, 3] * np.sin(q1) - t[1, 3] * np.cos(q1) - D4) / D6
+        if abs(c5) > 1:
+            continue
+        for q5 in (np.arccos(c5), -np.arccos(c5)):
+            side = np.array([np.sin(q1), -np.cos(q1), 0]) @ t[:3, :2] / np.sin(q5)
+            q6 = np.arctan2(-side[1], side[0])
+            inner = np.linalg.inv(row(q1, D1, 0, np.pi / 2)) @ t
+            inner = inner @ np.linalg.inv(row(q5, D5, 0, -np.pi / 2) @ row(q6, D6, 0, 0))
+            x, y = (inner @ [0, -D4, 0, 1])[:2]
+            c3 = (x * x + y * y - A2 * A2 - A3 * A3) / (2 * A2 * A3)
+            if abs(c3) > 1:
+                continue
+            for q3 in (np.arccos(c3), -np.arccos(c3)):
+                q2 = np.arctan2(y, x) - np.arctan2(A3 * np.sin(q3), A2 + A3 * np.cos(q3))
+                last = np.linalg.inv(row(q2, 0, A2, 0) @ row(q3, 0, A3, 0)) @ inner
+                yield np.array([q1, q2, q3, np.arctan2(last[1, 0], last[0, 0]), q5, q6])
+
+
+def apart(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.abs((a - b + np.pi) % (2 * np.pi) - np.pi).max())
+
+
+@pytest.fixture(scope="module")
+def ur() -> Robot:
+    return load_robot("ur10")
+
+
+@pytest.fixture(scope="module")
+def inverse(ur: Robot) -> IterativeInverse:
+    made = inverse_kinematics(ur)
+    assert isinstance(made, IterativeInverse)
+    return made
+
+
+def circle(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """A circle of 100 mm radius that sinks 50 mm while the tool tilts by 0.2 rad to and fro."""
+    t = np.linspace(0, 1, count)
+    pose = robot.pose(START)
+    origin = pose[:3, 3] + np.stack([0.1 * np.sin(7 * t), 0.1 * np.cos(7 * t) - 0.1, -0.05 * t], axis=1)
+    c, s, zero = np.cos(0.2 * np.sin(10 * t)), np.sin(0.2 * np.sin(10 * t)), np.zeros(count)
+    tilt = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
+    return tilt @ pose[:3, :3], origin
+
+
+def test_ur10_has_the_postures_of_its_closed_form(ur: Robot, inverse: IterativeInverse) -> None:
+    counts = []
+    for q in np.random.default_rng(5).uniform(-np.pi, np.pi, (60, 6)):
+        pose = ur.pose(q)
+        expected = list(closed_form(pose))
+        assert max(pose_error(ur, e, pose) for e in expected) < 1e-9
+        found = [f for _, f in inverse.all(pose, limits=False)]
+        assert len(found) == len(expected)
+        assert all(min(apart(e, f) for f in found) < 1e-7 for e in expected)
+        assert max(pose_error(ur, f, pose) for f in found) < 1e-11
+        counts.append(len(found))
+    assert set(counts) <= {2, 4, 6, 8}
+    assert counts.count(8) > 30
+
+
+def test_turns_within_limits(ur: Robot, inverse: IterativeInverse) -> None:
+    """+-360 deg on six joints: two turns each, so 64 postures a branch."""
+    pose = ur.pose(START)
+    every, within = inverse.all(pose, limits=False), inverse.all(pose)
+    assert len(within) == 64 * len(every) == 64 * 8
+    assert all((np.abs(q) <= 2 * np.pi).all() for _, q in within)
+    assert {b for b, _ in within} == set(range(8))
+
+
+def test_crx_round_trip(shared: Path) -> None:
+    robot = load_robot(str(shared / "data/robots/fanuc_official_crx10ia_l.urdf"))
+    inverse = inverse_kinematics(robot)
+    assert isinstance(inverse, IterativeInverse)
+    for q in np.random.default_rng(6).uniform(-np.pi, np.pi, (40, 6)):
+        pose = robot.pose(q)
+        found = [f for _, f in inverse.all(pose, limits=False)]
+        assert min(apart(f, q) for f in found) < 1e-6
+        assert max(pose_error(robot, f, pose) for f in found) < 1e-11
+        assert len(found) % 2 == 0
+        assert all(apart(f, g) > 1e-4 for k, f in enumerate(found) for g in found[:k])
+
+
+def test_two_inverses_agree(ur: Robot) -> None:
+    """Nothing depends on what was asked before."""
+    first, second = IterativeInverse(ur), IterativeInverse(ur)
+    first.all(ur.pose(np.ones(6)))
+    for (a, p), (b, q) in zip(first.all(ur.pose(START)), second.all(ur.pose(START)), strict=True):
+        assert a == b
+        np.testing.assert_array_equal(p, q)
+
+
+def test_labels_and_configuration(ur: Robot, inverse: IterativeInverse) -> None:
+    for label, q in inverse.all(ur.pose(START), limits=False):
+        assert inverse.configuration(q[None])[0] == label
+        rotation, origin = ur.pose(START)[None, :3, :3], ur.pose(START)[None, :3, 3]
+        assert apart(inverse.along(rotation, origin, label).q[0], q) < 1e-9
+
+
+@pytest.mark.parametrize("count", [40, 3000])
+def test_along_keeps_its_branch(ur: Robot, inverse: IterativeInverse, count: int) -> None:
+    """Coarse and fine samplings of one path agree where they meet; every pose is taken up to 1e-9."""
+    rotation, origin = circle(ur, count)
+    batch = inverse.along(rotation, origin, 0, START)
+    assert batch.ok.all()
+    np.testing.assert_allclose(batch.q[0], START, atol=1e-9)
+    for k in range(0, count, max(count // 40, 1)):
+        pose = ur.pose(batch.q[k])
+        assert np.linalg.norm(pose[:3, 3] - origin[k]) < 1e-9
+        assert np.abs(pose[:3, :3] - rotation[k]).max() < 1e-9
+    # Joint speeds are those of the path: the Jacobian carries each step to the next pose.
+    middle = (batch.q[1:] + batch.q[:-1]) / 2
+    move = np.array([ur.jacobian(m)[:3] @ d for m, d in zip(middle, np.diff(batch.q, axis=0), strict=True)])
+    np.testing.assert_allclose(move, np.diff(origin, axis=0), atol=0.02 * np.abs(np.diff(origin, axis=0)).max())
+
+
+def test_long_moves_stay_on_the_branch(ur: Robot, inverse: IterativeInverse) -> None:
+    """Two poses 0.7 m apart: the posture at the end is the one that a finely sampled straight line reaches."""
+    pose = ur.pose(START)
+    line = pose[:3, 3] + np.linspace(0, 1, 2000)[:, None] * np.array([-0.3, 0.6, 0.2])
+    rotation = np.tile(pose[:3, :3], (2000, 1, 1))
+    fine = inverse.along(rotation, line, 0, START)
+    coarse = inverse.along(rotation[[0, -1]], line[[0, -1]], 0, START)
+    assert fine.ok.all()
+    assert coarse.ok.all()
+    np.testing.assert_allclose(coarse.q[1], fine.q[-1], atol=1e-8)
+
+
+def test_seed_turns(ur: Robot, inverse: IterativeInverse) -> None:
+    rotation, origin = circle(ur, 30)
+    plain = inverse.along(rotation, origin, 0, START).q
+    shift = np.array([0, 0, 0, 2 * np.pi, 0, -2 * np.pi])
+    np.testing.assert_allclose(inverse.along(rotation, origin, 0, START + shift).q, plain + shift, atol=1e-9)
+    np.testing.assert_allclose(inverse.along(rotation, origin, 0, plain + 0.01).q, plain, atol=1e-9)
+
+
+def test_the_pose_where_the_path_leaves_the_reach_is_the_first_to_fail(ur: Robot, inverse: IterativeInverse) -> None:
+    pose = ur.pose(START)
+    outwards = pose[:3, 3] + np.linspace(0, 1, 101)[:, None] * np.array([1.2, 0.3, 0.0])
+    rotation = np.tile(pose[:3, :3], (101, 1, 1))
+    batch = inverse.along(rotation, outwards, 0, START)
+    first = int(np.argmin(batch.ok))
+    assert 0 < first < 100
+    assert not batch.ok[first:].any()
+    assert np.isfinite(batch.q).all()
+    assert "out of reach" in batch.why(first)
+
+    def reachable(k: int) -> bool:
+        t = np.eye(4)
+        t[:3, :3], t[:3, 3] = rotation[k], outwards[k]
+        return any(True for _ in closed_form(t))
+
+    assert reachable(first - 1)
+    assert not reachable(first)
+
+
+def test_singular_and_unreachable(ur: Robot, inverse: IterativeInverse) -> None:
+    singular = np.array([0.3, -1.2, 1.4, -1.5, 0.0, 0.4])  # axes 4 and 6 parallel
+    assert inverse.singularity(singular[None])["jacobian"][0] < 1e-12
+    assert inverse.singularity(START[None])["jacobian"][0] > 0.05
+    batch = inverse.along(ur.pose(singular)[None, :3, :3], ur.pose(singular)[None, :3, 3], 0, singular[None])
+    assert np.isfinite(batch.q).all()
+    assert not batch.ok[0]
+    assert batch.why(0) == "singular"
+    with pytest.raises(RobotError, match="is singular: it has no branch"):
+        inverse.configuration(singular[None])
+    far = np.eye(4)
+    far[:3, 3] = [3.0, 0, 0]
+    assert inverse.all(far) == []
+    nowhere = inverse.along(far[None, :3, :3], far[None, :3, 3], 0, START)
+    assert not nowhere.ok[0]
+    assert "first pose" in nowhere.why(0)
+
+
+def test_refusals(ur: Robot, inverse: IterativeInverse) -> None:
+    rotation, origin = circle(ur, 3)
+    with pytest.raises(RobotError, match="one branch for the whole path"):
+        inverse.along(rotation, origin, np.array([0, 1, 0]))
+    with pytest.raises(RobotError, match=r"has 0\.\.15"):
+        inverse.along(rotation, origin, 16)
+    with pytest.raises(RobotError, match="seed has the shape"):
+        inverse.along(rotation, origin, 0, np.zeros((2, 6)))
+    assert inverse.along(rotation[:0], origin[:0], 0, START).q.shape == (0, 6)
