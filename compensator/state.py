@@ -14,7 +14,7 @@ from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
 
-STATE_ROUNDS = 30
+STATE_ROUNDS = 12
 FOLLOW_ROUNDS = 10
 SAME_STATE = 1e-9  # rad, and of the direction state: below, two states are one
 

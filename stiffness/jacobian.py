@@ -25,7 +25,7 @@ class Conditioning:
 
     def __call__(self, q: Floats) -> Floats:
         (flat,) = self._kernel.run(np.ascontiguousarray(q, dtype=float))
-        jacobian = flat.reshape(len(q), -1, 6)  # transposed: singular values are the same
+        jacobian = flat.reshape(len(q), q.shape[1], 6)  # transposed: singular values are the same
         return np.linalg.svd(jacobian / np.r_[[self._length] * 3, 1, 1, 1], compute_uv=False)[:, -1]
 
 

@@ -25,16 +25,21 @@ def along_figure(c: Compensation, before: Floats, after: Floats | None) -> Figur
         before, after: (N,) mm; without ``after`` only what preview knows.
     """
     cut, every = np.flatnonzero(c.cutting), np.arange(len(c))
-    distance = [_curve(c, cut, before, "before", BEFORE)]
-    panels: list[Panel] = [("distance, mm", distance)]
-    if after is not None:
-        distance.append(_curve(c, cut, after, "after", AFTER))
-        unit, per_mm = ("µm", 1e3) if after[cut].max() >= 1e-5 else ("nm", 1e6)
-        panels.append((f"after, {unit}", [_curve(c, cut, after * per_mm, "after", AFTER, unit)]))
-    panels.append(("deflection before, mm", _three(c, cut, c.error_before, "d{} before")))
-    if after is not None:
-        panels.append(("correction, mm", _three(c, every, c.correction, "correction {}")))
-    return _stacked(panels)
+    if after is None:
+        distance = _curve(c, cut, before, "distance", BEFORE)
+        return _stacked(
+            [("distance, mm", [distance]), ("deflection, mm", _three(c, cut, c.error_before, "d{}"))]
+        )
+    both = [_curve(c, cut, before, "before", BEFORE), _curve(c, cut, after, "after", AFTER)]
+    unit, per_mm = ("µm", 1e3) if after[cut].max() >= 1e-5 else ("nm", 1e6)
+    return _stacked(
+        [
+            ("distance, mm", both),
+            (f"after, {unit}", [_curve(c, cut, after * per_mm, "after", AFTER, unit)]),
+            ("deflection before, mm", _three(c, cut, c.error_before, "d{} before")),
+            ("correction, mm", _three(c, every, c.correction, "correction {}")),
+        ]
+    )
 
 
 def _three(c: Compensation, rows: Index, vectors: Floats, name: str) -> list[Figure]:
@@ -73,6 +78,7 @@ def _stacked(panels: list[Panel], height: float = 220) -> Figure:
         "height": 90 + height * len(panels),
         "margin": {"l": 85, "r": 150, "t": 40, "b": 50},
         "hovermode": "x",
+        "showlegend": True,
         "plot_bgcolor": "#ffffff",
         "xaxis": {"title": {"text": "path length, rapids included, m"}, "anchor": last, "gridcolor": GRID},
     }
@@ -150,7 +156,7 @@ def _lane(c: Compensation, joint: int, column: int, half: float) -> list[Figure]
     band = []
     for edge in (c.state.low, c.state.high):
         side = _curve(c, unsure, at + LANE * edge[:, column] / half, f"{name}, not known", "#777777")
-        side |= {"showlegend": False, "hoverinfo": "skip", "line": {"width": 0}}
+        side |= {"mode": "lines", "showlegend": False, "hoverinfo": "skip", "line": {"width": 0}}
         del side["hovertemplate"]
         band.append(side)
     band[1] |= {"fill": "tonexty", "fillcolor": "rgba(110,110,110,0.35)"}

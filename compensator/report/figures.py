@@ -12,7 +12,7 @@ from compensator.compensation import Compensation
 from compensator.report.thinning import FONT, Figure, Floats, Index, numbers, thin
 from toolpaths.toolpath import CUT
 
-RAPID_COLOUR = "#9aa3ab"
+RAPID_COLOUR = "#7b858e"
 SCALE = "Viridis"
 _LABEL = "distance from where the TCP has to be, mm"
 
@@ -38,7 +38,7 @@ def path_figure(c: Compensation, views: list[tuple[str, Floats]]) -> Figure:
         number = _number(k)
         left, right = k / len(views) + 0.005, (k + 1) / len(views) - 0.005
         data += _path_traces(c, rows, xyz, value, number)
-        layout[f"scene{number}"] = _scene(xyz, [left, right])
+        layout[f"scene{number}"] = _scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.8)
         layout[f"coloraxis{number}"] = _colours(top, 0.5 * (left + right), 0.8 / len(views))
         layout["annotations"].append(_heading(title, 0.5 * (left + right)))
     return {"data": data, "layout": layout}
@@ -56,6 +56,7 @@ def _heading(text: str, x: float) -> Figure:
         "y": 1.0,
         "xref": "paper",
         "yref": "paper",
+        "xanchor": "center",
         "yanchor": "top",
         "showarrow": False,
     }
@@ -125,7 +126,7 @@ def _segments(mine: npt.NDArray[np.bool_]) -> tuple[Index, Index]:
     return np.concatenate(at), np.concatenate(end)
 
 
-def _scene(xyz: Floats, across: list[float]) -> Figure:
+def _scene(xyz: Floats, across: list[float], away: float) -> Figure:
     """Equal axes: the ranges and the shape of the box go together; a flat path still gets a box."""
     low, high = xyz.min(axis=0), xyz.max(axis=0)
     largest = max(float((high - low).max()), 1.0)
@@ -135,7 +136,10 @@ def _scene(xyz: Floats, across: list[float]) -> Figure:
         "domain": {"x": across, "y": [0.12, 0.95]},
         "aspectmode": "manual",
         "aspectratio": {a: float(round(1.35 * s / size.max(), 6)) for a, s in zip("xyz", size, strict=True)},
-        "camera": {"eye": {"x": -0.95, "y": -1.35, "z": 1.1}, "center": {"x": 0, "y": 0, "z": -0.1}},
+        "camera": {
+            "eye": {"x": -0.95 * away, "y": -1.35 * away, "z": 1.1 * away},
+            "center": {"x": 0, "y": 0, "z": -0.1},
+        },
     }
     for i, a in enumerate("xyz"):
         scene[f"{a}axis"] = {

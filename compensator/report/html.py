@@ -151,9 +151,9 @@ def _warnings(numbers: dict[str, Any]) -> list[str]:
     unknown = numbers["unknown_state"]
     if unknown["n_cut"]:
         out.append(
-            f'<p class="warn">At {unknown["n_cut"]:,} cutting poses it is not known on which flank every joint '
-            f"rests: between the extremes the TCP moves by up to {millimetres(unknown['max_spread_mm'])} mm. "
-            "[start] joints in the cell or a longer approach settle it.</p>"
+            f'<p class="warn">At {unknown["n_cut"]:,} cutting poses it is not known on which flank every '
+            f"joint rests: that is up to {millimetres(unknown['max_spread_mm'])} mm at the TCP, from one "
+            "extreme to the other. [start] joints in the cell or a longer approach settle it.</p>"
         )
     if numbers["not_applied"]:
         names = escape(", ".join(numbers["not_applied"]))
@@ -166,9 +166,7 @@ def _warnings(numbers: dict[str, Any]) -> list[str]:
 
 def _figures(c: Compensation, left: Floats | None) -> dict[str, Figure]:
     before = np.linalg.norm(c.error_before, axis=1) * 1e3
-    views = [("before: nominal poses commanded", before)]
-    if left is not None:
-        views.append(("after: program as written", left))
+    views = [("not compensated", before)] if left is None else [("before", before), ("after", left)]
     flanks = flanks_figure(c)
     return {
         "path": path_figure(c, views),
@@ -179,7 +177,8 @@ def _figures(c: Compensation, left: Floats | None) -> dict[str, Figure]:
 
 
 def _path_section(c: Compensation, done: bool) -> list[str]:
-    text = "Colour: distance of the TCP from where it has to be. "
+    text = "Colour: distance of the TCP from where it has to be when the nominal poses are commanded"
+    text += " (before) and with the program as written (after). " if done else ". "
     if done:
         text += (
             "Both views have one colour range, from 0 to the largest error, so that a colour means the same "
@@ -213,9 +212,9 @@ def _curve_sections(figures: dict[str, Figure], done: bool) -> list[str]:
     if "flanks" in figures:
         out += [
             "<h2>Flanks</h2>",
-            "<p>A lane per joint. backlash: where the joint stands in its gap, from its lowest to its highest "
-            "angle. preload-softening: the direction of the last rotation, up is positive. Grey: not known. A "
-            "joint without a gap has no line.</p>",
+            "<p>A lane per joint. backlash: where the joint stands in its gap, from its lowest to its "
+            "highest angle. preload-softening: the direction of the last rotation, up is positive. Grey: "
+            "not known. A joint without a gap has no line.</p>",
             '<div id="flanks"></div>',
         ]
     return out

@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffness.effects.effect import Clamp, Effect, Floats, JointInput, Memory, Numbers, Parameter, Values
 
-_NO_TORQUE = 1e-6  # N*m: rounding of a torque that is zero by symmetry must not choose a flank
+_NO_TORQUE = 0.01  # N*m: no gear turns freely under less; a torque that is zero by symmetry chooses no flank
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:

@@ -15,13 +15,13 @@ from tests.plant.geometry import Array
 ROBOT = "abb-irb6600-175-255"
 RADIUS = 125.0  # mm
 GAP = [2.0e-4, 1.5e-4, 1.5e-4, 3.0e-4, 3.0e-4, 3.0e-4]  # rad: 0.5 to 1 arcmin
-BREAKAWAY = [4000.0, 50.0, 50.0, 800.0, 20.0, 800.0]  # N*m: gravity holds joints 2, 3 and 5
+BREAKAWAY = [4000.0, 50.0, 50.0, 800.0, 800.0, 800.0]  # N*m: gravity holds joints 2 and 3, the motion decides
 MODEL: dict[str, dict[str, Any]] = {
     "joint-stiffness": {"k_nm_per_rad": [2.0e6, 1.774e6, 1.378e6, 2.82e5, 1.5e5, 6.0e4]},
     "backlash": {"gap_rad": GAP, "breakaway_nm": BREAKAWAY, "side": [1.0] * 6},
 }
 GCODE = f"""%
-(circle of {2 * RADIUS:g} mm, half of it clockwise words, half counter-clockwise ones would be another circle)
+(full circle, diameter {2 * RADIUS:g} mm, counter-clockwise)
 G90 G94 G17 G21 G54
 T1 M6
 S9000 M3
@@ -51,7 +51,7 @@ def bench(folder: Path, side: float) -> Bench:
         start=[0.0, 20.0, 15.0, 0.0, 50.0, 0.0],
         tool={"xyz": [60.0, 0.0, 230.0], "rpy": [0.0, 35.0, 0.0], "mass": 35.0, "com": [20.0, 5.0, 110.0]},
         gravity="calibrated-out",
-        extra={"sampling": {"chord": 0.001}},
+        extra={"sampling": {"chord": 0.002}},
     )
 
 

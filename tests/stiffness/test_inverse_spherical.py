@@ -61,7 +61,9 @@ def test_turns_are_those_within_limits(robot: Robot) -> None:
         expected = 0
         for _, one in inverse.all(pose, limits=False):
             turned = one[:, None] + 2 * np.pi * np.arange(-3, 4)
-            expected += np.prod(((turned >= robot.lower[:, None]) & (turned <= robot.upper[:, None])).sum(axis=1))
+            expected += np.prod(
+                ((turned >= robot.lower[:, None]) & (turned <= robot.upper[:, None])).sum(axis=1)
+            )
         found = inverse.all(pose, limits=True)
         assert len(found) == expected > 0
         for _, other in found:
@@ -130,7 +132,9 @@ def test_unreachable_poses_are_said(abb: Robot) -> None:
     inverse = inverse_kinematics(abb)
     forward = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float)
     # reach of the wrist centre: axis 2 stands at x = 0.32, z = 0.78; 1.075 + hypot(0.2, 1.142) = 2.2344 m from it
-    origin = np.array([[1.842, 0, 2.055], [4.0, 0, 0.78], [0.38, 0.0, 3.0], [0.38 + 0.4, 0, 0.8], [1.5, 0.2, 1.2]])
+    origin = np.array(
+        [[1.842, 0, 2.055], [4.0, 0, 0.78], [0.38, 0.0, 3.0], [0.38 + 0.4, 0, 0.8], [1.5, 0.2, 1.2]]
+    )
     batch = inverse.along(np.tile(forward, (5, 1, 1)), origin, 0, np.zeros(6))
     assert np.isfinite(batch.q).all()
     assert batch.ok.tolist() == [False, False, False, False, True]

@@ -91,7 +91,7 @@ def test_gravity_torque_is_what_the_weights_do(name: str) -> None:
 
     def energy(q: np.ndarray) -> float:
         links, bodies = dh_links(name, q)
-        return -sum(m * field @ (l[:3, :3] @ c + l[:3, 3]) for l, (m, c) in zip(links, bodies, strict=True))
+        return -sum(m * field @ (t[:3, :3] @ c + t[:3, 3]) for t, (m, c) in zip(links, bodies, strict=True))
 
     for q in random_postures(10, seed=4):
         slope = [(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(6)]

@@ -9,11 +9,15 @@ import pytest
 from stiffness.errors import RobotError
 from stiffness.robot import load_robot
 
-ROW = 'd = {d}\na = {a}\nalpha = {alpha}\noffset = {offset}\nsign = {sign}\nlimits = [-180.0, 180.0]\n'
+ROW = "d = {d}\na = {a}\nalpha = {alpha}\noffset = {offset}\nsign = {sign}\nlimits = [-180.0, 180.0]\n"
 
 
-def text(rows: list[tuple[float, ...]], convention: str = "classic", extra: str = "", name: str = "arm") -> str:
-    head = f'schema = "robot/1"\nname = "{name}"\nconvention = "{convention}"\nsources = ["a test"]\n{extra}\n'
+def text(
+    rows: list[tuple[float, ...]], convention: str = "classic", extra: str = "", name: str = "arm"
+) -> str:
+    head = (
+        f'schema = "robot/1"\nname = "{name}"\nconvention = "{convention}"\nsources = ["a test"]\n{extra}\n'
+    )
     keys = ("d", "a", "alpha", "offset", "sign")
     return head + "".join(
         "\n[[joints]]\n" + ROW.format(**dict(zip(keys, (*row[:4], int(row[4])), strict=True))) for row in rows
@@ -45,7 +49,9 @@ def test_base_and_flange_placements(tmp_path: Path) -> None:
     """rpy in deg, R = Rz Ry Rx; here a quarter turn about z, and one about x."""
     extra = "[base]\nxyz = [100.0, 200.0, 300.0]\nrpy = [0.0, 0.0, 90.0]\n[flange]\nxyz = [0.0, 0.0, 50.0]\nrpy = [90.0, 0.0, 0.0]"
     plain = load_robot(write(tmp_path, text(KR500_MODIFIED, "modified"))).pose([0.1, -1, 1, 0.4, 0.5, 0.6])
-    placed = load_robot(write(tmp_path, text(KR500_MODIFIED, "modified", extra))).pose([0.1, -1, 1, 0.4, 0.5, 0.6])
+    placed = load_robot(write(tmp_path, text(KR500_MODIFIED, "modified", extra))).pose(
+        [0.1, -1, 1, 0.4, 0.5, 0.6]
+    )
     base = np.array([[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]])
     flange = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0.05], [0, 0, 0, 1]])
     np.testing.assert_allclose(placed, base @ plain @ flange, atol=1e-12)

@@ -1,4 +1,4 @@
-"""URDF files: every one beside the checkout against Pinocchio's own reader, and small ones with one thing wrong."""
+"""URDF files: those beside the checkout against Pinocchio's own reader, small ones with one thing wrong."""
 
 from __future__ import annotations
 
@@ -73,7 +73,9 @@ def test_jacobian_and_gravity_equal_pinocchio(pair: tuple[Robot, Reference]) -> 
         pin.framesForwardKinematics(model, data, full)
         turn = data.oMf[model.getFrameId(robot.base)].rotation
         aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        jacobian = pin.computeFrameJacobian(model, data, full, model.getFrameId(robot.tip), aligned)[:, columns]
+        jacobian = pin.computeFrameJacobian(model, data, full, model.getFrameId(robot.tip), aligned)[
+            :, columns
+        ]
         np.testing.assert_allclose(robot.jacobian(q)[:3], turn.T @ jacobian[:3], atol=1e-12)
         np.testing.assert_allclose(robot.jacobian(q)[3:], turn.T @ jacobian[3:], atol=1e-12)
         if robot.mass is not None:
