@@ -26,15 +26,15 @@ LOOK = {  # colour, width, what it is called
     "stiffness only": ("#e08e0b", 1.6, "compensated for stiffness only"),
     "stiffness and play": ("#1f6f43", 2.2, "compensated for stiffness and joint play"),
 }
-SIDES = {1.0: "link rests on the side it turned to (+1, the paper)", -1.0: "link lags behind (-1, textbook)"}
+SIDES = {1.0: "Link rests on the side it turned to (side +1)", -1.0: "Link lags behind (side -1)"}
 
 
-def merged_reversals(circle: Circle) -> list[tuple[float, str]]:
-    """(angle deg, joints) where joints turn around; joints that turn together share a label."""
+def merged_reversals(circle: Circle, apart: float) -> list[tuple[float, str]]:
+    """(angle deg, joints) where joints turn around; those less than `apart` deg apart share a label."""
     groups: list[tuple[float, list[int]]] = []
     for joint, angle in sorted(circle.reversals, key=lambda r: r[1]):
         degrees = float(np.degrees(angle))
-        if groups and degrees - groups[-1][0] < 4.0:
+        if groups and degrees - groups[-1][0] < apart:
             groups[-1][1].append(joint)
         else:
             groups.append((degrees, [joint]))
@@ -49,18 +49,13 @@ def polar(axes: plt.Axes, circles: dict[str, Circle]) -> None:
         r = RADIUS + MAGNIFIED * circle.radial * 1e3
         colour, width, _ = LOOK[name]
         axes.plot(r * np.cos(circle.angle), r * np.sin(circle.angle), color=colour, lw=width, zorder=2)
-    for degrees, joints in merged_reversals(circles["uncompensated"]):
-        a = np.radians(degrees)
-        inner, outer = 0.52 * RADIUS, 0.62 * RADIUS
-        axes.plot(
-            [inner * np.cos(a), outer * np.cos(a)], [inner * np.sin(a), outer * np.sin(a)], color="0.3", lw=1
-        )
-        axes.text(
-            0.43 * RADIUS * np.cos(a), 0.43 * RADIUS * np.sin(a), joints, ha="center", va="center", fontsize=9
-        )
-    axes.text(0, 0, "joints that\nreverse here", ha="center", va="center", fontsize=8, color="0.3")
-    axes.plot([-RADIUS * 1.5, -RADIUS * 1.5 + MAGNIFIED * 0.2], [-RADIUS * 1.55] * 2, color="k", lw=2)
-    axes.text(-RADIUS * 1.5, -RADIUS * 1.5, "0.2 mm of error", fontsize=8)
+    for degrees, joints in merged_reversals(circles["uncompensated"], 14.0):
+        ray = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+        axes.plot(*np.outer(ray, [0.62 * RADIUS, 1.62 * RADIUS]), color="0.75", lw=0.8, zorder=0)
+        axes.text(*(1.78 * RADIUS * ray), "joint " + joints, ha="center", va="center", fontsize=9)
+    axes.plot([-MAGNIFIED * 0.1, MAGNIFIED * 0.1], [-RADIUS * 0.12] * 2, color="k", lw=2)
+    axes.text(0, 0, "0.2 mm of error", ha="center", fontsize=9)
+    axes.set_xlim(-2.1 * RADIUS, 2.1 * RADIUS)
     axes.set_aspect("equal")
     axes.axis("off")
 
@@ -71,7 +66,7 @@ def unrolled(axes: plt.Axes, circles: dict[str, Circle], *, labels: bool) -> Non
         colour, width, label = LOOK[name]
         axes.plot(np.degrees(circle.angle), circle.radial * 1e6, color=colour, lw=width, label=label)
     top = axes.get_ylim()[1]
-    for degrees, joints in merged_reversals(circles["uncompensated"]):
+    for degrees, joints in merged_reversals(circles["uncompensated"], 5.0):
         axes.axvline(degrees, color="0.75", lw=0.8, zorder=0)
         if labels:
             axes.text(degrees, top, joints, ha="center", va="bottom", fontsize=8)
@@ -84,21 +79,21 @@ def unrolled(axes: plt.Axes, circles: dict[str, Circle], *, labels: bool) -> Non
 
 def picture(results: dict[float, dict[str, Circle]], target: Path) -> None:
     """One row per way in which the link sits in its gap."""
-    figure = plt.figure(figsize=(13, 9.4), dpi=110)
-    grid = figure.add_gridspec(2, 2, width_ratios=[1, 1.75], wspace=0.08, hspace=0.3, top=0.86, bottom=0.07)
+    figure = plt.figure(figsize=(13.5, 9.6), dpi=100)
+    grid = figure.add_gridspec(2, 2, width_ratios=[1, 1.35], wspace=0.06, hspace=0.34, top=0.855, bottom=0.06, left=0.01, right=0.985)
     for row, (side, circles) in enumerate(results.items()):
         polar(figure.add_subplot(grid[row, 0]), circles)
         axes = figure.add_subplot(grid[row, 1])
         unrolled(axes, circles, labels=True)
-        axes.set_title(SIDES[side] + "\nnumbers: joints that reverse", fontsize=10, loc="left", pad=16)
+        axes.set_title(SIDES[side] + "; on top: which joint reverses", fontsize=11, loc="left", pad=18)
         axes.set_xlabel("angle around the circle (deg)")
     handles, labels = figure.axes[1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.94), ncol=3, frameon=False)
+    figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.953), ncol=3, frameon=False, fontsize=11)
     figure.suptitle(
         f"Milled circle, {2 * RADIUS:g} mm, on a robot with 0.5 to 1 arcmin of joint play "
-        f"(left: error magnified {MAGNIFIED}x)",
-        fontsize=13,
-        y=0.975,
+        f"(circles: error drawn {MAGNIFIED}x)",
+        fontsize=14,
+        y=0.985,
     )
     target.parent.mkdir(exist_ok=True)
     figure.savefig(target)

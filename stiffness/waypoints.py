@@ -9,7 +9,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 _TURN = 2 * np.pi
-_KNOT = (64, 0.05, 0.1)  # poses, m and rad from one knot to the next at most
+_KNOT = (4096, 0.05, 0.1)  # poses, m and rad from one knot to the next at most
 
 
 def rotation_vector(rotation: Floats) -> Floats:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from stiffness.errors import RobotError
 from stiffness.inverse import IterativeInverse, inverse_kinematics
 from stiffness.kinematics import pose_error

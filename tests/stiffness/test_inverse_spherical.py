@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from stiffness.errors import RobotError
 from stiffness.inverse import SphericalInverse, inverse_kinematics
 from stiffness.kinematics import pose_error
@@ -37,7 +38,7 @@ def poses_of(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_round_trip_and_all_branches(robot: Robot) -> None:
-    """Every branch takes up the pose, each is another posture, and the one that made the pose is among them."""
+    """Every branch takes up the pose, no two are alike, and the posture that made the pose is among them."""
     inverse = inverse_kinematics(robot)
     counts = []
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (150, 6)):
@@ -112,8 +113,8 @@ def test_branches_by_pose(robot: Robot) -> None:
 
 
 def test_branch_bits_are_abb_configurations(abb: Robot) -> None:
-    """RAPID reference, confdata: 0 in front / in front / positive; +1 axis 5 negative, +2 behind the lower arm,
-    +4 behind axis 1."""
+    """RAPID reference, confdata: 0 in front, in front, positive; +1 axis 5 negative, +2 behind the lower
+    arm, +4 behind axis 1."""
     postures = {
         0: [0.0, 0, 0, 0, 30, 0],
         1: [0.0, 0, 0, 0, -30, 0],
@@ -131,7 +132,7 @@ def test_branch_bits_are_abb_configurations(abb: Robot) -> None:
 def test_unreachable_poses_are_said(abb: Robot) -> None:
     inverse = inverse_kinematics(abb)
     forward = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float)
-    # reach of the wrist centre: axis 2 stands at x = 0.32, z = 0.78; 1.075 + hypot(0.2, 1.142) = 2.2344 m from it
+    # axis 2 stands at x = 0.32, z = 0.78; the wrist centre reaches 1.075 + hypot(0.2, 1.142) m from it
     origin = np.array(
         [[1.842, 0, 2.055], [4.0, 0, 0.78], [0.38, 0.0, 3.0], [0.38 + 0.4, 0, 0.8], [1.5, 0.2, 1.2]]
     )
@@ -183,7 +184,7 @@ def test_singularity_measures_vanish_where_the_arm_is_singular(abb: Robot) -> No
 
 
 def test_jacobian_measure_is_the_smallest_singular_value(abb: Robot) -> None:
-    """Linear rows in units of half the chain: (320 + 1075 + 200 + 1142 + 380 mm, and 780) / 2, Pinocchio's Jacobian."""
+    """Linear rows in units of half the chain, on Pinocchio's Jacobian."""
     q = np.radians([[20.0, 10, 15, 30, 50, 10], [-40, 30, -60, 100, -80, 10]])
     length = (np.hypot(0.78, 0.32) + 1.075 + 0.2 + 1.142 + 0.38) / 2
     for row, value in zip(q, inverse_kinematics(abb).singularity(q)["jacobian"], strict=True):

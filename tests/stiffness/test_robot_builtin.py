@@ -9,6 +9,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+
 from stiffness.errors import RobotError
 from stiffness.kernel import Kernel
 from stiffness.robot import Robot, builtin_robots, load_robot

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from stiffness.errors import RobotError
 from stiffness.robot import load_robot
 
@@ -24,7 +25,7 @@ def text(
     )
 
 
-# KUKA KR 500 R2830 in modified rows (public coursework, RobotKinematicsCatalogue format): d, a, alpha, offset, sign.
+# KUKA KR 500 R2830 in modified rows (public coursework): d, a, alpha, offset, sign.
 KR500_MODIFIED = [
     (1045.0, 0.0, 0.0, 0.0, -1), (0.0, 500.0, -90.0, 0.0, 1), (0.0, 1300.0, 0.0, -90.0, 1),
     (1025.0, -55.0, -90.0, 0.0, -1), (0.0, 0.0, 90.0, 0.0, 1), (290.0, 0.0, -90.0, 180.0, -1),
@@ -47,7 +48,8 @@ def test_modified_rows_are_the_same_robot_as_classic_rows(tmp_path: Path) -> Non
 
 def test_base_and_flange_placements(tmp_path: Path) -> None:
     """rpy in deg, R = Rz Ry Rx; here a quarter turn about z, and one about x."""
-    extra = "[base]\nxyz = [100.0, 200.0, 300.0]\nrpy = [0.0, 0.0, 90.0]\n[flange]\nxyz = [0.0, 0.0, 50.0]\nrpy = [90.0, 0.0, 0.0]"
+    extra = "[base]\nxyz = [100.0, 200.0, 300.0]\nrpy = [0.0, 0.0, 90.0]\n"
+    extra += "[flange]\nxyz = [0.0, 0.0, 50.0]\nrpy = [90.0, 0.0, 0.0]"
     plain = load_robot(write(tmp_path, text(KR500_MODIFIED, "modified"))).pose([0.1, -1, 1, 0.4, 0.5, 0.6])
     placed = load_robot(write(tmp_path, text(KR500_MODIFIED, "modified", extra))).pose(
         [0.1, -1, 1, 0.4, 0.5, 0.6]

@@ -1,0 +1,94 @@
+"""Make the pictures in docs/images from real results of this checkout.
+
+    python docs/make_pictures.py [--cell CELL.toml] [--toolpath FILE]      needs the extra `docs` (matplotlib)
+
+The example's path, coloured by the predicted distance of the TCP from where it has to be: commanded as the
+file says, and with the commands of the solve, read back from the written program.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib
+
+matplotlib.use("agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.colors import Normalize
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+from compensator.compensation import Compensation
+from compensator.tasks import compensate_file
+from compensator.verify import verify
+
+ROOT = Path(__file__).resolve().parents[1]
+Floats = npt.NDArray[np.float64]
+SCALE = "viridis"
+
+
+def solved(toolpath: Path, cell: Path) -> tuple[Compensation, Floats, Floats]:
+    """The result, and the errors (N,) in mm before and after, the latter of the program as written."""
+    with TemporaryDirectory() as folder:
+        program = Path(folder) / "program.mod"
+        result = compensate_file(toolpath, cell, program).result
+        after = verify(result, program, "rapid").error
+    return result, np.linalg.norm(result.error_before, axis=1) * 1e3, after * 1e3
+
+
+def wave(result: Compensation, before: Floats, after: Floats, target: Path) -> None:
+    """Both views on one colour scale."""
+    norm = Normalize(0.0, before[result.cutting].max())
+    figure = plt.figure(figsize=(11.0, 4.7), dpi=120)
+    for k, (name, value) in enumerate((("uncompensated", before), ("compensated", after))):
+        axes = figure.add_axes((0.005 + 0.46 * k, 0.0, 0.45, 0.92), projection="3d")
+        view(axes, result, value, norm)
+        cut = value[result.cutting]
+        axes.set_title(f"{name}\nmean {length(cut.mean())}, at most {length(cut.max())}", fontsize=12, y=0.97)
+    bar = figure.add_axes((0.935, 0.14, 0.014, 0.68))
+    figure.colorbar(plt.cm.ScalarMappable(norm, SCALE), bar, label="predicted TCP error, mm")
+    figure.savefig(target, metadata={"Software": None}, facecolor="white")
+    plt.close(figure)
+
+
+def length(mm: float) -> str:
+    """In mm, µm or nm, as fits."""
+    if mm >= 0.01:
+        return f"{mm:.2f} mm"
+    return f"{mm * 1e3:.2f} µm" if mm >= 1e-5 else "below 0.01 µm"
+
+
+def view(axes: plt.Axes, result: Compensation, value: Floats, norm: Normalize) -> None:
+    """The cuts of the path in the work object, coloured by ``value``; rapids thin and grey; equal axes."""
+    at = result.path.toolpath.position * 1e3
+    segments = np.stack([at[:-1], at[1:]], axis=1)
+    cut = result.cutting[1:]
+    axes.add_collection3d(Line3DCollection(segments[~cut], colors="0.6", linewidths=0.6))
+    lines = Line3DCollection(segments[cut], cmap=SCALE, norm=norm, linewidths=1.5)
+    lines.set_array(value[1:][cut])
+    axes.add_collection3d(lines)
+    low, high = at[result.cutting].min(axis=0), at[result.cutting].max(axis=0)
+    for name, a, b in zip("xyz", low, high, strict=True):
+        getattr(axes, f"set_{name}lim")(a, b)
+        getattr(axes, f"set_{name}label")(f"{name}, mm", fontsize=9)
+    axes.set_zticks([-30, 0])
+    axes.set_box_aspect(high - low, zoom=1.15)
+    axes.tick_params(labelsize=8, pad=0)
+    axes.view_init(elev=34, azim=-125)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="make the pictures in docs/images")
+    parser.add_argument("--toolpath", type=Path, default=ROOT / "examples" / "wave.nc")
+    parser.add_argument("--cell", type=Path, default=ROOT / "examples" / "cell.toml")
+    given = parser.parse_args()
+    folder = ROOT / "docs" / "images"
+    folder.mkdir(exist_ok=True)
+    wave(*solved(given.toolpath, given.cell), folder / "wave-before-after.png")
+
+
+if __name__ == "__main__":
+    main()
