@@ -41,12 +41,13 @@ def rpy_matrix(degrees: tuple[float, float, float]) -> Floats:
 def _in_mm(name: str, xyz: tuple[float, float, float]) -> None:
     length = float(np.linalg.norm(xyz))
     if 0 < length < 5:
-        raise ValueError(f"{name}.xyz is {length:g} mm long: expected mm, this looks like metres")
+        raise ValueError(f"{name} is {length:g} mm long: expected mm, this looks like metres")
 
 
 def _in_degrees(name: str, angles: tuple[float, ...]) -> None:
     for a in angles:
-        if abs(abs(a) % (np.pi / 2)) < 1e-3 and 1.5 < abs(a) < 6.3:
+        quarters = round(abs(a) / (np.pi / 2))
+        if 1 <= quarters <= 4 and abs(abs(a) - quarters * np.pi / 2) < 1e-3:
             raise ValueError(f"{name} holds {a:g}: expected deg, this looks like a multiple of pi/2 in rad")
 
 
@@ -54,6 +55,11 @@ class Mount(_Table):
     """Base in the world, deg; gravity is -z of the world."""
 
     rpy: Three = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _units(self) -> Mount:
+        _in_degrees("mount.rpy", self.rpy)
+        return self
 
 
 class ToolTable(_Table):
@@ -67,7 +73,8 @@ class ToolTable(_Table):
 
     @model_validator(mode="after")
     def _complete(self) -> ToolTable:
-        _in_mm("tool", self.xyz)
+        _in_mm("tool.xyz", self.xyz)
+        _in_mm("tool.com", self.com or (0.0, 0.0, 0.0))
         _in_degrees("tool.rpy", self.rpy)
         if self.mass and self.com is None:
             raise ValueError("mass is given without com: the weight acts at the centre of mass; add com = [x, y, z] in mm")
@@ -87,7 +94,7 @@ class WorkObject(_Table):
 
     @model_validator(mode="after")
     def _units(self) -> WorkObject:
-        _in_mm("workobject", self.xyz)
+        _in_mm("workobject.xyz", self.xyz)
         _in_degrees("workobject.rpy", self.rpy)
         return self
 

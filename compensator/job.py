@@ -122,7 +122,10 @@ def load_job(path: str | Path) -> Job:
         CellError, RobotError, ModelError: one message each.
     """
     cell = load_cell(path)
-    robot = load_robot(cell.robot, folder=cell.folder, base=cell.base, tip=cell.tip)
+    try:
+        robot = load_robot(cell.robot, folder=cell.folder, base=cell.base, tip=cell.tip)
+    except RobotError as e:
+        raise CellError(f"{cell.source}: robot = {cell.robot!r}: {e}") from e
     model_path = cell.folder / cell.model
     model = load_model(model_path, robot.n)
     _same_robot(cell, robot, model, model_path)

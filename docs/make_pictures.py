@@ -9,6 +9,7 @@ file says, and with the commands of the solve, read back from the written progra
 from __future__ import annotations
 
 import argparse
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -20,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import Normalize
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from PIL import Image
 
 from compensator.compensation import Compensation
 from compensator.tasks import compensate_file
@@ -42,16 +44,20 @@ def solved(toolpath: Path, cell: Path) -> tuple[Compensation, Floats, Floats]:
 def wave(result: Compensation, before: Floats, after: Floats, target: Path) -> None:
     """Both views on one colour scale."""
     norm = Normalize(0.0, before[result.cutting].max())
-    figure = plt.figure(figsize=(11.0, 4.7), dpi=120)
+    figure = plt.figure(figsize=(11.0, 3.9), dpi=110)
     for k, (name, value) in enumerate((("uncompensated", before), ("compensated", after))):
-        axes = figure.add_axes((0.005 + 0.46 * k, 0.0, 0.45, 0.92), projection="3d")
+        axes = figure.add_axes((0.025 + 0.45 * k, -0.02, 0.42, 0.93), projection="3d")
         view(axes, result, value, norm)
         cut = value[result.cutting]
-        axes.set_title(f"{name}\nmean {length(cut.mean())}, at most {length(cut.max())}", fontsize=12, y=0.97)
-    bar = figure.add_axes((0.935, 0.14, 0.014, 0.68))
+        axes.set_title(f"{name}\nmean {length(cut.mean())}, at most {length(cut.max())}", fontsize=12, y=1.0)
+    bar = figure.add_axes((0.93, 0.12, 0.014, 0.7))
     figure.colorbar(plt.cm.ScalarMappable(norm, SCALE), bar, label="predicted TCP error, mm")
-    figure.savefig(target, metadata={"Software": None}, facecolor="white")
+    drawn = BytesIO()
+    figure.savefig(drawn, facecolor="white")
     plt.close(figure)
+    picture = Image.open(drawn).convert("RGB")  # 256 colours do, and take half the bytes
+    few = picture.quantize(256, Image.Quantize.MEDIANCUT, kmeans=4, dither=Image.Dither.NONE)
+    few.save(target, optimize=True)
 
 
 def length(mm: float) -> str:
@@ -66,16 +72,21 @@ def view(axes: plt.Axes, result: Compensation, value: Floats, norm: Normalize) -
     at = result.path.toolpath.position * 1e3
     segments = np.stack([at[:-1], at[1:]], axis=1)
     cut = result.cutting[1:]
-    axes.add_collection3d(Line3DCollection(segments[~cut], colors="0.6", linewidths=0.6))
-    lines = Line3DCollection(segments[cut], cmap=SCALE, norm=norm, linewidths=1.5)
+    # the axes are a square in the middle of their place: what reaches beyond it must not be cut off
+    rapids = Line3DCollection(segments[~cut], colors="0.6", linewidths=0.6, clip_on=False)
+    axes.add_collection3d(rapids)
+    lines = Line3DCollection(segments[cut], cmap=SCALE, norm=norm, linewidths=1.5, clip_on=False)
     lines.set_array(value[1:][cut])
     axes.add_collection3d(lines)
     low, high = at[result.cutting].min(axis=0), at[result.cutting].max(axis=0)
     for name, a, b in zip("xyz", low, high, strict=True):
-        getattr(axes, f"set_{name}lim")(a, b)
-        getattr(axes, f"set_{name}label")(f"{name}, mm", fontsize=9)
-    axes.set_zticks([-30, 0])
-    axes.set_box_aspect(high - low, zoom=1.15)
+        getattr(axes, f"set_{name}lim")(a - 3.0, b + 3.0)
+    axes.set_xlabel("x, mm", fontsize=9)
+    axes.set_ylabel("y, mm", fontsize=9)
+    axes.set_zticks([-20, 0], ["-20 mm", "z = 0"])  # a z label would stand in the other view
+    axes.set_xticks([0, 50, 100, 150, 200])
+    axes.set_yticks([0, 50, 100, 150])
+    axes.set_box_aspect(high - low + 6.0, zoom=1.2)
     axes.tick_params(labelsize=8, pad=0)
     axes.view_init(elev=34, azim=-125)
 

@@ -87,7 +87,8 @@ def _stacked(panels: list[Panel], height: float = 220) -> Figure:
         name = "" if k == 0 else str(k + 1)
         top = 1 - k * (share + gap)
         layout[f"yaxis{name}"] = {
-            "title": {"text": title},
+            "title": {"text": title, "standoff": 14},
+            "automargin": True,
             "domain": [max(0.0, top - share), top],
             "gridcolor": GRID,
             "zerolinecolor": "#b4bac0",

@@ -167,7 +167,7 @@ def test_a_load_on_an_inner_link_works_on_the_joints_inward_of_it(link: int) -> 
     weightless = replace(plain, gravity=np.zeros(3))
     expected = weightless.generalised(q, np.zeros(6), [Push(link, point, w)])
     got = numbers(eq.torque).ravel()
-    np.testing.assert_allclose(got, expected, atol=2e-6)
+    np.testing.assert_allclose(got, expected, atol=1e-8)
     assert np.all(got[link:] == 0)
     assert np.all(np.abs(got[:link]) > 1e-3)
 
@@ -252,7 +252,7 @@ def test_cartesian_stiffness_is_that_of_chen_and_kao() -> None:
 @pytest.mark.parametrize("places", [(6,), (0,), (3,), (0, 2, 6)])
 def test_places_that_yield_are_in_balance_by_virtual_work(places: tuple[int, ...]) -> None:
     arm = arms.robot()
-    for k, q in enumerate(arms.postures(arm, 2, 11 + len(places))):
+    for k, q in enumerate(arms.postures(arm, 1, 11 + len(places))):
         c = random_compliance(k, 3.0)
         lever, w = np.array([0.1, -0.05, 0.3]), arms.wrenches(1, 3000.0, k)[0]
         pushes = [Push(6, lever, w), Push(3, np.array([0.2, 0.1, 0.0]), np.r_[300.0, -200, 500, 20, 10, -30])]
@@ -265,12 +265,12 @@ def test_places_that_yield_are_in_balance_by_virtual_work(places: tuple[int, ...
             {"joint-stiffness": {"k_nm_per_rad": arms.STIFFNESS}, "six-dof": {"c": c.ravel()}}, pushes, arms.GRAVITY,
             [(6, 35.0, np.array([0, 0.05, 0.1]))],
         )
-        np.testing.assert_allclose(numbers(eq.x).ravel(), x, atol=3e-12)
-        np.testing.assert_allclose(numbers(eq.torque).ravel(), force[:6], atol=1e-5)
+        np.testing.assert_allclose(numbers(eq.x).ravel(), x, atol=1e-12)
+        np.testing.assert_allclose(numbers(eq.torque).ravel(), force[:6], atol=1e-7)
         for link, frame in enumerate(oracle.links(q, x)):
             reflector = np.array([0.2, -0.3, 0.15])
             expected = frame[:3, :3] @ reflector + frame[:3, 3]
-            np.testing.assert_allclose(numbers(eq.posture.links[link].at(dm(reflector))).ravel(), expected, atol=1e-11)
+            np.testing.assert_allclose(numbers(eq.posture.links[link].at(dm(reflector))).ravel(), expected, atol=4e-12)
         assert np.abs(x[6:]).max() > 1e-4
 
 
@@ -314,7 +314,7 @@ def test_internal_springs_and_undeclared_masses() -> None:
     for q in arms.postures(arm, 3, 21):
         x, _ = oracle.solve(q, [])
         eq = solved(Statics(arm, [SPRING, compensator, load]), q, values, [], arms.GRAVITY)
-        np.testing.assert_allclose(numbers(eq.x).ravel(), x, atol=1e-11)
+        np.testing.assert_allclose(numbers(eq.x).ravel(), x, atol=1e-12)
 
 
 def test_softening_knows_the_base_spring_whatever_the_order_of_effects() -> None:
