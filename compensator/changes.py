@@ -29,7 +29,7 @@ Bools = npt.NDArray[np.bool_]
 PARTS = 16  # that an interval is cut into, per level
 SHORTEST = 5e-5  # m; a change is not located finer than this
 WORTH_A_POSE = 5e-7  # rad; a change of joint deflection below is left where it is
-ROUNDS = 10
+ROUNDS = 3
 
 
 @dataclass(frozen=True)

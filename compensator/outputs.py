@@ -5,10 +5,28 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
 from compensator.errors import CompensatorError
+from toolpaths.errors import ToolpathError
+
+
+def refuse_clashes(inputs: Sequence[Path], outputs: Sequence[Path | None]) -> None:
+    """Refuse to write over an input, or two outputs over each other.
+
+    Raises:
+        CompensatorError: names the file.
+    """
+    taken = {path.resolve(): "is an input of this run" for path in inputs}
+    for path in outputs:
+        if path is None:
+            continue
+        if path.resolve() in taken:
+            raise CompensatorError(f"{path}: {taken[path.resolve()]}; give the output another name")
+        taken[path.resolve()] = "is asked for twice"
 
 
 class Outputs:
@@ -36,15 +54,31 @@ class Outputs:
         Raises:
             CompensatorError: the folder cannot be written to.
         """
-        parent = target.parent
+        parent = target.resolve().parent
         if target.is_dir():
             raise CompensatorError(f"{target}: is a folder; expected the name of a file")
+        if target.exists() and not target.is_file():
+            raise CompensatorError(f"{target}: is a device or a pipe; outputs are renamed into place, give the name of a file")
         if parent not in self._folders:
             try:
                 self._folders[parent] = Path(tempfile.mkdtemp(prefix=".compensator-", dir=parent))
             except OSError as e:
                 raise CompensatorError(f"{target}: cannot write there: {e.strerror or e}") from e
         return self._folders[parent]
+
+    @contextmanager
+    def writing(self, target: Path) -> Iterator[Path]:
+        """The staged path of ``target``; a refusal from inside names ``target`` instead.
+
+        Raises:
+            CompensatorError: for any refusal of a writer or reader.
+        """
+        staged = self.folder(target) / target.name
+        try:
+            yield staged
+        except (ToolpathError, CompensatorError) as e:
+            shown = str(target)[: -len(target.name)]
+            raise CompensatorError(str(e).replace(f"{staged.parent}{os.sep}", shown)) from e
 
     def text(self, target: Path, content: str) -> None:
         """Stage one text file."""
@@ -56,27 +90,28 @@ class Outputs:
                 os.fsync(stream.fileno())
         except OSError as e:
             raise CompensatorError(f"{target}: cannot be written: {e.strerror or e}. Nothing was changed") from e
-        self._staged.append((staged, target))
+        self.add(staged, target)
 
     def add(self, staged: Path, target: Path) -> None:
-        """Take up a file that something else wrote into ``folder(target)``."""
-        self._staged.append((staged, target))
+        """Take up a file that something else wrote into ``folder(target)``; a symbolic link stays one."""
+        self._staged.append((staged, target.resolve()))
 
     def commit(self) -> None:
-        """Rename everything into place; on a failure put back what stood there before."""
-        done: list[tuple[Path, Path | None]] = []
+        """Rename everything into place; on a failure or an interrupt put back what stood there before."""
+        done: list[tuple[Path, Path, bool]] = []
         try:
             for staged, target in self._staged:
-                old: Path | None = None
+                old = staged.with_name(staged.name + ".old")
+                done.append((target, old, target.exists()))
                 if target.exists():
-                    old = staged.with_name(staged.name + ".old")
                     os.replace(target, old)
-                done.append((target, old))
                 os.replace(staged, target)
-        except OSError as e:
-            for target, old in reversed(done):
-                if old is not None:
-                    os.replace(old, target)
-                else:
-                    target.unlink(missing_ok=True)
+        except BaseException as e:
+            for place, old, existed in reversed(done):
+                if old.exists():
+                    os.replace(old, place)
+                elif not existed:
+                    place.unlink(missing_ok=True)
+            if not isinstance(e, OSError):
+                raise
             raise CompensatorError(f"{target}: cannot be put in place: {e.strerror or e}. Nothing was changed") from e

@@ -10,8 +10,9 @@ from toolpaths.toolpath import CUT, Event, Toolpath
 
 Floats = npt.NDArray[np.float64]
 
-CORNER = np.cos(np.radians(5.0))  # a sharper turn of the feed gets a pose before it
+CORNER = np.cos(np.radians(15.0))  # a sharper turn of the feed gets a pose before it
 BEFORE_CORNER = 5e-5  # m
+FACET = 1e-3  # m; shorter segments are facets of a curve: the change may be smeared over them
 
 
 def between(
@@ -75,7 +76,7 @@ def corners(toolpath: Toolpath) -> Toolpath:
         return toolpath
     unit = step / np.maximum(length, 1e-12)[:, None]
     cosine = np.sum(unit[1:] * unit[:-1], axis=1)
-    long_enough = (length[:-1] > 4 * BEFORE_CORNER) & (length[1:] > 1e-9)
+    long_enough = (length[:-1] > FACET) & (length[1:] > 1e-9)
     sharp = (cosine < CORNER) & long_enough & (toolpath.kind[1:-1] == CUT)
     segment = np.flatnonzero(sharp)
     if not len(segment):

@@ -101,17 +101,26 @@ def _agree(
     """Iterate command and state until the state stops changing."""
     start = job.state_before
     state = walk(job.effects, job.values, commanded_moves(job, path.q), np.zeros_like(path.q), start)
+    command: Command | None = None
+    rows = np.arange(len(path))
     for rounds in range(1, STATE_ROUNDS + 1):
-        begin = near and Near(near.q, near.actual, near.extra)
-        near = command = job.command(path.toolpath, rotation, position, wrench, state.middle, path.q, begin)
-        _refuse_unsolved(path.toolpath, command)
+        begin = near and Near(near.q[rows], near.actual[rows], near.extra[rows])
+        some = path.toolpath if command is None else path.toolpath.take(rows)
+        part = job.command(
+            some, rotation[rows], position[rows], wrench[rows], state.middle[rows], path.q[rows], begin
+        )
+        _refuse_unsolved(some, part)
+        near = command = part if command is None else command.replaced(rows, part)
         if not state.low.shape[1]:
-            return command, state, rounds
+            break
         new = settled_state(job, command, state, start, commanded_moves)
         change = np.abs(new.middle - state.middle).max(axis=1)
-        if not np.any(change > SAME_STATE):
-            return command, state, rounds
+        rows = np.flatnonzero(change > SAME_STATE)
+        if not len(rows):
+            break
         state = new if rounds < UNSETTLED_FROM else _either(path.toolpath, state, new, change)
+    if command is None:
+        raise SolveError(f"{path.toolpath.source}: no poses")
     return command, state, rounds
 
 

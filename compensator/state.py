@@ -15,6 +15,7 @@ from toolpaths.toolpath import Toolpath
 Floats = npt.NDArray[np.float64]
 
 STATE_ROUNDS = 12
+SETTLE_ROUNDS = 4
 FOLLOW_ROUNDS = 10
 SAME_STATE = 1e-9  # rad, and of the direction state: below, two states are one
 
@@ -33,7 +34,7 @@ def settled_state(
     Actual angles and torques hardly depend on the state, so state and command are iterated on them alone;
     the caller solves again and looks whether that was true.
     """
-    for _ in range(STATE_ROUNDS):
+    for _ in range(SETTLE_ROUNDS):
         middle = state.middle
         shape = middle.shape[:-1]
         flat = (-1, job.robot.n)
@@ -48,13 +49,16 @@ def settled_state(
     return new
 
 
-def follow(job: Job, toolpath: Toolpath, q: Floats, wrench: Floats) -> tuple[Prediction, PreloadState]:
+def follow(
+    job: Job, toolpath: Toolpath, q: Floats, wrench: Floats, guess: PreloadState | None = None
+) -> tuple[Prediction, PreloadState]:
     """Equilibrium along a commanded path, with the state that the commands themselves cause.
 
-    The torque that decides the state is that of the deflected posture: few rounds settle it.
+    The torque that decides the state is that of the deflected posture: few rounds settle it. Where a torque
+    of about zero lets a flank rest on either side, ``guess`` says which.
     """
     start, moves = job.state_before, commanded_moves(job, q)
-    state = walk(job.effects, job.values, moves, np.zeros_like(q), start)
+    state = guess or walk(job.effects, job.values, moves, np.zeros_like(q), start)
     prediction = job.forward(toolpath, q, wrench, state.middle)
     for _ in range(FOLLOW_ROUNDS if state.low.shape[1] else 0):
         new = walk(job.effects, job.values, moves, prediction.torque, start)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from compensator.compensation import Compensation
 from compensator.export import program_of
 from compensator.job import Job, load_job
-from compensator.outputs import Outputs
+from compensator.outputs import Outputs, refuse_clashes
 from compensator.path import Planner
 from compensator.solve import compensate, sampled, uncompensated
 from compensator.summary import as_json, summary
@@ -57,20 +57,21 @@ def compensate_file(
     """
     began = time.monotonic()
     language = format_of(program, language)
+    refuse_clashes((toolpath, cell), (program, report, json))
     job, path = _loaded(toolpath, cell, say)
     say("solving")
     result = compensate(job, path)
     with Outputs() as outputs:
         say(f"writing {language}")
-        staged = outputs.folder(program) / program.name
-        written = write_program(program_of(result), staged, language)
-        say("verifying the written program")
-        checked = verify(result, staged, language)
+        with outputs.writing(program) as staged:
+            written = write_program(program_of(result), staged, language)
+            say("verifying the written program")
+            checked = verify(result, staged, language)
         for file in written.files:
             outputs.add(file, program.parent / file.name)
         numbers = summary(result, checked.error, result.command.q, time.monotonic() - began)
         if report:
-            _report(outputs, report, result, numbers, say)
+            _report(outputs, report, result, numbers, say, checked.error)
         if json:
             outputs.text(json, as_json(numbers))
         outputs.commit()
@@ -93,6 +94,7 @@ def preview_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
+    refuse_clashes((toolpath, cell), (csv, report, json))
     job, path = _loaded(toolpath, cell, say)
     say("predicting")
     planner = Planner(job.cell, job.robot, job.inverse, job.tools)
@@ -101,8 +103,8 @@ def preview_file(
     numbers = summary(result, error, result.path.q, time.monotonic() - began, corrected=False)
     with Outputs() as outputs:
         if csv:
-            staged = outputs.folder(csv) / csv.name
-            written = write_program(program_of(result, corrected=False), staged, "csv")
+            with outputs.writing(csv) as staged:
+                written = write_program(program_of(result, corrected=False), staged, "csv")
             for file in written.files:
                 outputs.add(file, csv.parent / file.name)
         if report:
@@ -120,8 +122,15 @@ def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Any]:
     return job, read_toolpath(toolpath, chord=job.cell.sampling.chord / 1e3)
 
 
-def _report(outputs: Outputs, target: Path, result: Compensation, numbers: dict[str, Any], say: Say) -> None:
+def _report(
+    outputs: Outputs,
+    target: Path,
+    result: Compensation,
+    numbers: dict[str, Any],
+    say: Say,
+    after: Floats | None = None,
+) -> None:
     from compensator.report.html import page
 
     say("drawing the report")
-    outputs.text(target, page(result, numbers))
+    outputs.text(target, page(result, numbers, after))

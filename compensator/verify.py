@@ -57,7 +57,7 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(toolpath, k)}: the printed pose has no joint angles: {batch.why(k)}")
-    prediction, _ = follow(c.job, toolpath, batch.q, c.wrench)
+    prediction, _ = follow(c.job, toolpath, batch.q, c.wrench, c.state)
     return Verified(np.linalg.norm(prediction.position - c.target_position, axis=1), float(off.max()))
 
 

@@ -1,6 +1,6 @@
 """Draws docs/images/milled-circle.png and prints the numbers of docs/milled-circle.md.
 
-    python docs/make_circle_picture.py        from the top of the checkout, with the extras [test,docs]
+python docs/make_circle_picture.py        from the top of the checkout, with the extras [test,docs]
 """
 
 from __future__ import annotations
@@ -80,7 +80,8 @@ def unrolled(axes: plt.Axes, circles: dict[str, Circle], *, labels: bool) -> Non
 def picture(results: dict[float, dict[str, Circle]], target: Path) -> None:
     """One row per way in which the link sits in its gap."""
     figure = plt.figure(figsize=(13.5, 9.6), dpi=100)
-    grid = figure.add_gridspec(2, 2, width_ratios=[1, 1.35], wspace=0.06, hspace=0.34, top=0.855, bottom=0.06, left=0.01, right=0.985)
+    grid = figure.add_gridspec(2, 2, width_ratios=[1, 1.35], wspace=0.06, hspace=0.34)
+    figure.subplots_adjust(top=0.855, bottom=0.06, left=0.01, right=0.985)
     for row, (side, circles) in enumerate(results.items()):
         polar(figure.add_subplot(grid[row, 0]), circles)
         axes = figure.add_subplot(grid[row, 1])
@@ -88,7 +89,8 @@ def picture(results: dict[float, dict[str, Circle]], target: Path) -> None:
         axes.set_title(SIDES[side] + "; on top: which joint reverses", fontsize=11, loc="left", pad=18)
         axes.set_xlabel("angle around the circle (deg)")
     handles, labels = figure.axes[1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.953), ncol=3, frameon=False, fontsize=11)
+    place = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.953)}
+    figure.legend(handles, labels, ncol=3, frameon=False, fontsize=11, **place)
     figure.suptitle(
         f"Milled circle, {2 * RADIUS:g} mm, on a robot with 0.5 to 1 arcmin of joint play "
         f"(circles: error drawn {MAGNIFIED}x)",

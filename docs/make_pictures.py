@@ -20,6 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import Normalize
+from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from PIL import Image
 
@@ -46,7 +47,7 @@ def wave(result: Compensation, before: Floats, after: Floats, target: Path) -> N
     norm = Normalize(0.0, before[result.cutting].max())
     figure = plt.figure(figsize=(11.0, 3.9), dpi=110)
     for k, (name, value) in enumerate((("uncompensated", before), ("compensated", after))):
-        axes = figure.add_axes((0.025 + 0.45 * k, -0.02, 0.42, 0.93), projection="3d")
+        axes = figure.add_axes((0.038 + 0.445 * k, -0.02, 0.42, 0.93), projection="3d")
         view(axes, result, value, norm)
         cut = value[result.cutting]
         axes.set_title(f"{name}\nmean {length(cut.mean())}, at most {length(cut.max())}", fontsize=12, y=1.0)
@@ -67,7 +68,7 @@ def length(mm: float) -> str:
     return f"{mm * 1e3:.2f} µm" if mm >= 1e-5 else "below 0.01 µm"
 
 
-def view(axes: plt.Axes, result: Compensation, value: Floats, norm: Normalize) -> None:
+def view(axes: Axes3D, result: Compensation, value: Floats, norm: Normalize) -> None:
     """The cuts of the path in the work object, coloured by ``value``; rapids thin and grey; equal axes."""
     at = result.path.toolpath.position * 1e3
     segments = np.stack([at[:-1], at[1:]], axis=1)

@@ -20,7 +20,7 @@ from stiffness.effects.effect import Effect, Numbers, Values
 from stiffness.errors import EquilibriumError
 from stiffness.kernel import Kernel
 from stiffness.robot import Robot, constant
-from stiffness.statics import SWEEPS, Equilibrium, Load, Posture, Statics
+from stiffness.statics import SWEEPS, Equilibrium, Load, Posture, Statics, largest
 
 Floats = npt.NDArray[np.float64]
 
@@ -94,6 +94,14 @@ class Command:
     extra: Floats
     steps: int
 
+    def replaced(self, rows: npt.NDArray[np.intp], part: Command) -> Command:
+        """The same with other solutions at some poses."""
+        names = ("q", "actual", "torque", "rotation", "position", "error", "extra")
+        arrays = [getattr(self, name).copy() for name in names]
+        for array, name in zip(arrays, names, strict=True):
+            array[rows] = getattr(part, name)
+        return Command(*arrays, max(self.steps, part.steps))
+
     @property
     def converged(self) -> npt.NDArray[np.bool_]:
         """Where the deflected pose equals the wanted one to TOLERANCE."""
@@ -107,7 +115,7 @@ class Predictor:
         gravity: (3,) m/s2 in the base.
         calibrated_out: the controller knows the sag of arm and declared tool: it is taken off again,
             in base axes, with neutral joints (no gap, pre-loaded).
-        complementary: False takes every load at the undeflected posture: no K_c.
+        complementary: False takes every load at the unloaded posture: no K_c.
         temperature: K above the reference temperature of the model.
     """
 
@@ -266,10 +274,10 @@ class Predictor:
         coordinates, residual = eq.x, eq.residual
         if self.calibrated_out:
             sag = self._equilibrium(q, x[n_x:], None, None)
-            nominal_r, nominal_p = self._nominal(q)
+            straight_r, straight_p = self._tcp_of(self._straight(q))
             sag_r, sag_p = self._tcp_of(sag.posture)
-            r, p = ca.mtimes(ca.mtimes(r, sag_r.T), nominal_r), p - sag_p + nominal_p
-            coordinates, residual = ca.vertcat(eq.x, sag.x), ca.fmax(eq.residual, sag.residual)
+            r, p = ca.mtimes(ca.mtimes(r, sag_r.T), straight_r), p - sag_p + straight_p
+            coordinates, residual = ca.vertcat(eq.x, sag.x), largest(ca.vertcat(eq.residual, sag.residual))
         out = [_dense(v) for v in (coordinates, eq.torque, residual, r, p)]
         return Kernel(ca.Function("forward", [q, wrench, state, x], out))
 
@@ -284,9 +292,13 @@ class Predictor:
     def _nominal(self, q: ca.SX) -> tuple[ca.SX, ca.SX]:
         return self._tcp_of(self.statics.posture(q, ca.SX.zeros(self.statics.n_x)))
 
+    def _straight(self, q: ca.SX) -> Posture:
+        """The arm without any load, with the kinematic offsets that it has."""
+        return self.statics.posture(q, self.statics.unloaded(q, self._p, self.temperature))
+
     def _sag(self, q: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """One sweep of the sag without process: coordinates, and TCP rotation and position with them."""
-        at = self.statics.posture(q, x if self.complementary else ca.SX.zeros(self.statics.n_x))
+        at = self.statics.posture(q, x) if self.complementary else self._straight(q)
         new, _ = self.statics.law(at, q, self._declared, (), None, self._p, self.temperature)
         return new, *self._tcp_of(self.statics.posture(q, new))
 
@@ -307,13 +319,13 @@ class Predictor:
         target_r = ca.reshape(flat_r, 3, 3)
         twists, sag = extra[:n_twist], extra[n_twist:]
         posture = self.statics.posture(q, ca.vertcat(ca.SX.zeros(n), twists))
-        loaded = posture if self.complementary else self.statics.posture(commanded, ca.SX.zeros(self.statics.n_x))
+        loaded = posture if self.complementary else self._straight(commanded)
         x, tau = self.statics.law(loaded, commanded, self._weights, [load], state, self._p, self.temperature)
         new_extra = x[n:]
         if self.calibrated_out:
             new_sag, sag_r, sag_p = self._sag(commanded, sag)
-            nominal_r, nominal_p = self._nominal(commanded)
-            target_r, target_p_ = ca.mtimes(ca.mtimes(target_r, nominal_r.T), sag_r), target_p + sag_p - nominal_p
+            straight_r, straight_p = self._tcp_of(self._straight(commanded))
+            target_r, target_p_ = ca.mtimes(ca.mtimes(target_r, straight_r.T), sag_r), target_p + sag_p - straight_p
             new_extra = ca.vertcat(new_extra, new_sag)
         else:
             target_p_ = target_p
@@ -321,7 +333,7 @@ class Predictor:
         turn = ca.mtimes(target_r, r.T)
         off = ca.vertcat(target_p_ - p, _turned(turn))
         half_turn = (3 - ca.trace(turn)) / 2  # 1 - cos: the rotation vector above is zero for half a turn too
-        error = ca.norm_inf(ca.vertcat(off, half_turn, new_extra - extra))
+        error = largest(ca.vertcat(off, half_turn, new_extra - extra))
         new = q
         if newton:
             columns = [ca.vertcat(ca.cross(a, p - j.origin), a) for a, j in zip(posture.axes, posture.joints, strict=True)]

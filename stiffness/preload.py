@@ -79,7 +79,7 @@ def walk(
     n = move.shape[-1]
     low = np.empty((*move.shape[:-1], start.low.shape[-1]))
     high = np.empty_like(low)
-    for k, name, memory in _deflections_first(effects, values):
+    for k, name, memory in _deflections_first(effects, values) if len(move) else ():
         own, span = values[name], slice(k * n, (k + 1) * n)
         clamp, gain = memory.rule(move, torque, own), memory.gain(own)
         if corrected:
@@ -117,8 +117,8 @@ def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
 def _scan(clamp: Clamp, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Apply the clamps one after the other to two start states, blocks of rows side by side."""
     rows = len(clamp.shift)
-    n = clamp.shift[0].size if rows else 0
-    length = max(1, int(np.sqrt(rows))) if n < 1000 else max(rows, 1)  # many paths: one block is wide enough
+    n = clamp.shift[0].size
+    length = max(1, int(np.sqrt(rows))) if n < 1000 else rows  # many paths: one block is wide enough
     blocks = -(-rows // length)
     span = np.finfo(float).max / 8
     shift, lo, hi = (np.full((blocks * length, n), v) for v in (0.0, -span, span))

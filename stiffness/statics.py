@@ -90,6 +90,11 @@ def rotation(vector: ca.SX) -> ca.SX:
     return ca.SX.eye(3) + 2 / (1 + ca.dot(g, g)) * (s + ca.mtimes(s, s))
 
 
+def largest(v: ca.SX) -> ca.SX:
+    """Largest magnitude; NaN where any element is, which the infinity norm would drop."""
+    return ca.if_else(ca.dot(v, v) >= 0, ca.norm_inf(v), float("nan"))
+
+
 def generalised_moment(phi: ca.SX, moment: ca.SX) -> ca.SX:
     """The generalised force that a moment (3,) does to a rotation vector: J_l(phi)^T m, J_l the left Jacobian.
 
@@ -210,6 +215,15 @@ class Statics:
         dq = self.joint_deflection(tau, q, state, values, temperature)
         return ca.vertcat(dq, *(twists[k] for k in self.places)), tau
 
+    def unloaded(self, q: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float = 0.0) -> ca.SX:
+        """Elastic coordinates (n_x,) of an arm that carries nothing: kinematic offsets, growth by heat."""
+        dq = self.joint_deflection(ca.SX.zeros(self.robot.n), q, None, values, temperature)
+        twists = [
+            sum((e.twist(TwistInput(k, ca.SX.zeros(6), ca.SX(temperature)), values[e.name]) for e in es if e.twist), ca.SX(0))
+            for k, es in self.twisting.items() if es
+        ]
+        return ca.vertcat(dq, *twists)
+
     def joint_deflection(
         self, tau: ca.SX, q: ca.SX, state: ca.SX | None, values: Mapping[str, Values], temperature: ca.SX | float = 0.0
     ) -> ca.SX:
@@ -238,15 +252,15 @@ class Statics:
         """Static equilibrium at commanded angles ``q``, from the start value ``x``.
 
         Args:
-            complementary: False takes the load at the undeflected posture (no K_c; paper, Eq. 26).
+            complementary: False takes the load at the unloaded posture (no K_c; paper, Eq. 26).
         """
         if not complementary:
-            rigid = self.posture(q, ca.SX.zeros(self.n_x))
+            rigid = self.posture(q, self.unloaded(q, values, temperature))
             x, tau = self.law(rigid, q, weights, loads, state, values, temperature)
             return Equilibrium(x, tau, self.posture(q, x), ca.SX(0))
         residual, tau = ca.SX(0), ca.SX.zeros(self.robot.n)
         for _ in range(sweeps):
             new, tau = self.law(self.posture(q, x), q, weights, loads, state, values, temperature)
-            residual = ca.norm_inf(new - x)
+            residual = largest(new - x)
             x = new
         return Equilibrium(x, tau, self.posture(q, x), residual)

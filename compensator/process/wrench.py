@@ -71,12 +71,12 @@ def process_wrench(cell: Cell, path: Toolpath, rotation: Floats, position: Float
         CellError: a wrench that depends on a turn which is free, or a table that does not fit the path.
     """
     process = cell.process
-    if process.frame == "tool":
-        _refuse_free_turn(cell, path)
     if isinstance(process, Constant):
         local = np.broadcast_to(np.array(process.wrench, dtype=float), (len(path), 6))
     else:
         local = _from_table(cell, process, path)
+    if process.frame == "tool":
+        _refuse_free_turn(cell, path, local[path.kind == CUT])
     axes = _axes(cell, process.frame, position, rotation)
     wrench = np.concatenate([_turned(axes, local[:, :3]), _turned(axes, local[:, 3:])], axis=1)
     wrench[path.kind != CUT] = 0.0
@@ -95,16 +95,9 @@ def _axes(cell: Cell, frame: str, position: Floats, rotation: Floats) -> Floats:
     return rotation if frame == "tool" else path_axes(position, rotation)
 
 
-def _refuse_free_turn(cell: Cell, path: Toolpath) -> None:
+def _refuse_free_turn(cell: Cell, path: Toolpath, cutting: Floats) -> None:
     open_turn = cell.solve.free_tool_axis or path.quaternion is None
-    if not open_turn:
-        return
-    if isinstance(cell.process, Constant):
-        w = cell.process.wrench
-        lateral = any(w[i] != 0 for i in (0, 1, 3, 4))
-    else:
-        lateral = True
-    if lateral:
+    if open_turn and np.any(cutting[:, [0, 1, 3, 4]]):
         raise CellError(
             f"{cell.source}: process.frame = 'tool' with a lateral force or moment needs a fixed orientation: the turn "
             "about the tool axis is open here. Set solve.free_tool_axis = false and give orientations (qw, qx, qy, qz) "

@@ -38,7 +38,7 @@ def path_figure(c: Compensation, views: list[tuple[str, Floats]]) -> Figure:
         number = _number(k)
         left, right = k / len(views) + 0.005, (k + 1) / len(views) - 0.005
         data += _path_traces(c, rows, xyz, value, number)
-        layout[f"scene{number}"] = _scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.8)
+        layout[f"scene{number}"] = _scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.9)
         layout[f"coloraxis{number}"] = _colours(top, 0.5 * (left + right), 0.8 / len(views))
         layout["annotations"].append(_heading(title, 0.5 * (left + right)))
     return {"data": data, "layout": layout}

@@ -35,10 +35,12 @@ EFFECT = Effect(
     parameters=(
         Parameter("gap_rad", "rad", "joint", 5e-5, 0.0, 0.05, 1e-4, "total lost motion per joint"),
         Parameter(
-            "breakaway_nm", "N*m", "joint", 0.0, 0.0, 1e9, 10.0, "torque above which the load chooses the flank", 0.0
+            "breakaway_nm", "N*m", "joint", 0.0, 0.0, 1e9, 10.0, "torque above which the load chooses the flank", 0.0,
+            fit="given",
         ),
         Parameter(
-            "side", "1", "joint", 1.0, -1.0, 1.0, 1.0, "+1: rests on the side it turned to, -1: lags behind", 1.0
+            "side", "1", "joint", 1.0, -1.0, 1.0, 1.0, "+1: rests on the side it turned to, -1: lags behind", 1.0,
+            fit="given",
         ),
     ),
     joint=_law,

@@ -53,6 +53,8 @@ class Parameter:
         scale: a typical size, to condition solvers with.
         meaning: one line for docs and reports.
         default: value where the model file has no such key; None when it must be there.
+        fit: how identification treats it: ``direct``; ``inverse``, because readings are about linear in its
+            inverse; ``given``, because no derivative leads to it.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Parameter:
     scale: float
     meaning: str
     default: float | None = None
+    fit: Literal["direct", "inverse", "given"] = "direct"
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""

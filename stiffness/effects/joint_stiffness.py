@@ -12,7 +12,9 @@ EFFECT = Effect(
     cause="gears, bearings and servo loop of each joint yield in proportion to its torque",
     scope="robot",
     parameters=(
-        Parameter("k_nm_per_rad", "N*m/rad", "joint", 1e6, 1e2, 1e12, 1e6, "torsional stiffness per joint"),
+        Parameter(
+            "k_nm_per_rad", "N*m/rad", "joint", 1e6, 1e2, 1e12, 1e6, "torsional stiffness per joint", fit="inverse"
+        ),
     ),
     joint=lambda given, p: given.torque / p["k_nm_per_rad"],
 )

@@ -41,7 +41,7 @@ EFFECT = Effect(
     cause="the flank that carries the load is softer when the joint was not pre-loaded against it",
     scope="robot",
     parameters=(
-        Parameter("ratio", "1", "joint", 0.85, 0.05, 1.0, 0.1, "non-loaded over pre-loaded stiffness"),
+        Parameter("ratio", "1", "joint", 0.85, 0.05, 1.0, 0.1, "non-loaded over pre-loaded stiffness", fit="inverse"),
     ),
     joint=_law,
     memory=Memory("1", _rule, lambda p: np.ones_like(p["ratio"]), lambda p: np.zeros_like(p["ratio"])),

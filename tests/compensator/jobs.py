@@ -14,7 +14,7 @@ import tomli_w
 
 from compensator.tasks import Done, compensate_file, preview_file
 from tests.plant import Arm, Memory, Plant, Tool, Walk
-from tests.plant.geometry import Array, placement, rigid_inverse
+from tests.plant.geometry import Array, placement
 
 MM = 1e-3
 TOOL = {"xyz": [40.0, -10.0, 220.0], "rpy": [0.0, 30.0, 0.0], "mass": 35.0, "com": [20.0, 5.0, 110.0]}
@@ -156,11 +156,12 @@ class Table:
         def columns(*names: str) -> Array:
             return np.array([[float(row[name]) for name in names] for row in rows])
 
+        pose = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
         joints = [name for name in rows[0] if name[0] == "q" and name.endswith("_deg")]
         return cls(
             kind=[row["kind"] for row in rows],
-            command=_poses(columns("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")),
-            nominal=_poses(columns(*(f"nominal_{c}" for c in ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")))),
+            command=_poses(columns(*pose)),
+            nominal=_poses(columns(*(f"nominal_{c}" for c in pose))),
             q=np.radians(columns(*joints)),
             wrench=columns("fx_n", "fy_n", "fz_n", "mx_nm", "my_nm", "mz_nm"),
             deflection=MM * columns("dx_mm", "dy_mm", "dz_mm"),
@@ -189,6 +190,3 @@ def write_poses(path: Path, rows: Sequence[Sequence[object]]) -> Path:
     with open(path, "w", newline="") as stream:
         csv.writer(stream).writerows([["x_mm", "y_mm", "z_mm", "i", "j", "k", "feed_mm_min", "kind"], *rows])
     return path
-
-
-__all__ = ["MM", "STILL", "TOOL", "Bench", "Table", "compliance", "rigid_inverse", "robot_file", "write_poses"]

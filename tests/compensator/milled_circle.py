@@ -1,4 +1,4 @@
-"""The milled circle: the same circle on a plant with joint play, uncompensated, with stiffness only, with play."""
+"""The milled circle on a plant with joint play: uncompensated, for stiffness only, for both."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Parameter, PointMass
 from stiffness.errors import EquilibriumError
-from stiffness.predict import TOLERANCE, Near, Predictor, Tool
+from stiffness.predict import MAX_STEPS, TOLERANCE, Near, Predictor, Tool
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness import arms
 
@@ -120,20 +120,22 @@ def test_calibrated_out_leaves_an_unloaded_arm_where_it_is() -> None:
 
 def test_calibrated_out_keeps_the_flank_and_the_softer_side() -> None:
     """The controller knows the sag of neutral joints only: flanks remain as an error."""
+    arm, tool = arms.robot(), arms.tool()
     predictor = arms.predictor("preload-softening", "backlash", calibrated_out=True)
-    q = arms.postures(arms.robot(), 1, 5)
-    state = np.r_[-np.ones(6), arms.VALUES["backlash"]["gap_rad"] / 2][None]
-    got = predictor.forward(q, np.zeros(6), state)
-    torque = got.torque[0]
-    dq = arms.VALUES["backlash"]["gap_rad"] / 2 + np.where(
-        torque > 0, (1 / arms.VALUES["preload-softening"]["ratio"] - 1) * torque / arms.STIFFNESS, 0
-    )
-    _, p = predictor.nominal(q)
-    sag = torque / arms.STIFFNESS
-    _, both = predictor.nominal(q + sag + dq)
-    _, alone = predictor.nominal(q + sag)
-    np.testing.assert_allclose(got.position - p, both - alone, atol=2e-7)
-    assert np.linalg.norm(got.position - p) > 1e-4
+    q = arms.postures(arm, 1, 5)
+    flank, ratio = arms.VALUES["backlash"]["gap_rad"] / 2, arms.VALUES["preload-softening"]["ratio"]
+    got = predictor.forward(q, np.zeros(6), np.r_[-np.ones(6), flank][None])
+    neutral = ElasticArm(arm, lambda tau, a: tau / arms.STIFFNESS, masses=((6, tool.mass, tool.com),))
+    real = replace(neutral, law=lambda tau, a: tau / (arms.STIFFNESS * np.where(tau > 0, ratio, 1)) + flank)
+    _, nominal = predictor.nominal(q)
+    expected = position(real, q[0], tool) - position(neutral, q[0], tool)
+    np.testing.assert_allclose(got.position[0] - nominal[0], expected, atol=1e-11)
+    assert np.linalg.norm(expected) > 1e-4
+
+
+def position(oracle: ElasticArm, q: Floats, tool: Tool) -> Floats:
+    """TCP of an arm under its weight."""
+    return tcp(oracle.links(q, oracle.solve(q, [])[0])[6], tool)[1]
 
 
 def test_payload_is_not_calibrated_out() -> None:
@@ -148,18 +150,46 @@ def test_payload_is_not_calibrated_out() -> None:
         Predictor(arm, effects, values, arms.tool(), gravity=arms.GRAVITY, calibrated_out=True)
         for effects in (arms.effects(), (*arms.effects(), payload))
     )
-    weight = np.r_[0, 0, -60 * 9.80665]
+    tool = arms.tool()
+    declared = ElasticArm(arm, lambda tau, a: tau / arms.STIFFNESS, masses=((6, tool.mass, tool.com),))
+    loaded = replace(declared, masses=(*declared.masses, (6, 60.0, np.array([0.1, 0, 0.2]))))
     r, p = known.nominal(q)
-    at_tcp = np.einsum("kij,j->ki", r @ arms.TOOL_ROTATION.T, np.array([0.1, 0, 0.2]) - arms.tool().position)
-    equal = np.hstack([np.tile(weight, (3, 1)), np.cross(at_tcp, weight)])
-    expected = known.forward(q, equal, np.zeros(0))
     got = unknown.forward(q, np.zeros(6), np.zeros(0))
-    np.testing.assert_allclose(got.position, expected.position, atol=1e-6)  # a dead load turns with the arm, a wrench not
-    assert np.linalg.norm(got.position - p, axis=1).min() > 1e-4
+    for k in range(3):
+        expected = position(loaded, q[k], tool) - position(declared, q[k], tool)
+        np.testing.assert_allclose(got.position[k] - p[k], expected, atol=1e-11)
+        assert np.linalg.norm(expected) > 1e-4
     back = unknown.command(r, p, np.zeros((3, 6)), np.zeros((3, 0)), q)
     assert back.converged.all()
     again = unknown.forward(back.q, np.zeros(6), np.zeros(0))
     assert off(again.rotation, again.position, r, p) < 1e-10
+
+
+def offset(place: int) -> Effect:
+    """A constant joint term and a constant twist: there without load."""
+    return Effect(
+        "offset", "test", "robot", (Parameter("o", "SI", 12, 0, -1, 1, 1, "test"),),
+        joint=lambda given, p: p["o"][:6], twist=lambda given, p: p["o"][6:], places=lambda n: (place,),
+    )
+
+
+@pytest.mark.parametrize("complementary", [False, True])
+def test_what_the_controller_knows_of_the_sag_leaves_kinematic_offsets_alone(complementary: bool) -> None:
+    """An arm with offsets and no load stands away from its command, whatever sag is taken off."""
+    o = 1e-3 * np.array([1, -2, 3, -4, 5, 6, 0.5, -0.3, 0.2, 4, 5, -6.0])
+    values = {**arms.VALUES, "offset": {"o": o}}
+    arm, tool, q = arms.robot(), arms.tool(), arms.postures(arms.robot(), 3, 23)
+    predictor = Predictor(
+        arm, (*arms.effects(), offset(3)), values, tool, gravity=arms.GRAVITY,
+        calibrated_out=True, complementary=complementary,
+    )
+    oracle = ElasticArm(arm, lambda tau, a: tau / arms.STIFFNESS, {3: np.zeros((6, 6))})
+    got = predictor.forward(q, np.zeros(6), np.zeros(0))
+    for k in range(3):
+        r, p = tcp(oracle.links(q[k], o)[6], tool)
+        np.testing.assert_allclose(got.position[k], p, atol=1e-12)
+        np.testing.assert_allclose(got.rotation[k], r, atol=1e-12)
+    close(predictor, q, arms.wrenches(3, 500.0), np.zeros((3, 0)))
 
 
 def test_a_warm_arm() -> None:
@@ -358,19 +388,19 @@ def test_a_start_half_a_turn_away_is_not_called_converged() -> None:
     assert not np.any(command.converged & wrong)
 
 
-def test_a_compliant_arm_that_cannot_hold_is_not_called_converged() -> None:
-    """A tool so soft that pose and twist have no fixed point."""
-    values = {
-        **arms.VALUES,
-        "tool-compliance": {
-            "linear_m_per_n": np.full(3, 1e-3), "angular_rad_per_nm": np.full(3, 1e-2), "coupling": np.zeros(15)
-        },
-    }
-    predictor = arms.predictor("tool-compliance", values=values)
-    q, w = arms.postures(arms.robot(), 5, 20), arms.wrenches(5, 4000.0)
+def test_commands_that_never_settle_are_not_called_converged() -> None:
+    """A law that turns over within the correction has no fixed point to find."""
+    wild = Effect(
+        "wild", "test", "robot", (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
+        joint=lambda given, p: p["a"] * ca.sin(1e5 * given.angle),
+    )
+    values = {**arms.VALUES, "wild": {"a": np.full(6, 1e-3)}}
+    predictor = Predictor(arms.robot(), (*arms.effects(), wild), values, arms.tool(), gravity=arms.GRAVITY)
+    q = arms.postures(arms.robot(), 20, 20)
     r, p = predictor.nominal(q)
-    command = predictor.command(r, p, w, np.zeros((5, 0)), q)
+    command = predictor.command(r, p, np.zeros((20, 6)), np.zeros((20, 0)), q)
     assert not command.converged.any()
+    assert command.steps == MAX_STEPS - 1
 
 
 def test_joint_deflection_is_the_sum_of_the_laws() -> None:

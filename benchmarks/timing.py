@@ -1,0 +1,54 @@
+"""Times that can be compared on a shared machine: rounds of everything in turn, and medians."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+Task = Callable[[], object]
+
+
+def interleaved(tasks: Mapping[str, Task], rounds: int) -> dict[str, list[float]]:
+    """Seconds of every task, one list entry per round; in every round each task runs once."""
+    for task in tasks.values():
+        task()  # build kernels, fill caches
+    seconds: dict[str, list[float]] = {name: [] for name in tasks}
+    for _ in range(rounds):
+        for name, task in tasks.items():
+            start = time.perf_counter()
+            task()
+            seconds[name].append(time.perf_counter() - start)
+    return seconds
+
+
+def ratio(slow: list[float], fast: list[float]) -> float:
+    """Median over the rounds of slow / fast, both taken from the same round."""
+    return statistics.median(a / b for a, b in zip(slow, fast, strict=True))
+
+
+@contextmanager
+def cores(count: int) -> Iterator[int]:
+    """Run on so many cores, where the system lets a process choose; gives the number that it got."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield os.cpu_count() or 1
+        return
+    before = os.sched_getaffinity(0)
+    some = set(sorted(before)[:count])
+    os.sched_setaffinity(0, some)
+    try:
+        yield len(some)
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def on_cores(count: int, task: Task) -> Task:
+    """The task, run on so many cores."""
+
+    def run() -> object:
+        with cores(count):
+            return task()
+
+    return run

@@ -1,0 +1,111 @@
+"""Unknowns: the numbers of a model as one vector, the way a least-squares solver likes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Effect, Numbers, Parameter
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number: ``index`` of ``parameter`` of ``effect``; ``solver`` is 1/value where ``inverse``."""
+
+    effect: str
+    parameter: Parameter
+    index: int
+
+    @property
+    def inverse(self) -> bool:
+        """Whether the solver sees the inverse."""
+        return self.parameter.fit == "inverse"
+
+    @property
+    def scale(self) -> float:
+        """A typical size of what the solver sees."""
+        return 1 / self.parameter.scale if self.inverse else self.parameter.scale
+
+    def __str__(self) -> str:
+        return f"{self.effect}.{self.parameter.name}[{self.index + 1}]"
+
+
+@dataclass(frozen=True, repr=False)
+class Unknowns:
+    """Which numbers of ``effects`` are free on a robot of ``joints`` joints, in the order of a vector."""
+
+    effects: tuple[Effect, ...]
+    joints: int
+    free: tuple[Unknown, ...]
+
+    def __len__(self) -> int:
+        return len(self.free)
+
+    def __repr__(self) -> str:
+        return f"Unknowns({len(self)} of {', '.join(e.name for e in self.effects)})"
+
+    def start(self, values: Mapping[str, Numbers]) -> Floats:
+        """The vector of given values."""
+        raw = np.array([values[u.effect][u.parameter.name][u.index] for u in self.free])
+        return np.where(self.inverse, 1 / np.where(self.inverse, raw, 1.0), raw)
+
+    @property
+    def inverse(self) -> npt.NDArray[np.bool_]:
+        """(P,) which the solver sees inverted."""
+        return np.array([u.inverse for u in self.free], dtype=bool)
+
+    @property
+    def scale(self) -> Floats:
+        """(P,) typical sizes."""
+        return np.array([u.scale for u in self.free])
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper bounds (P,) of the vector."""
+        low = np.array([1 / u.parameter.high if u.inverse else u.parameter.low for u in self.free])
+        high = np.array([1 / u.parameter.low if u.inverse else u.parameter.high for u in self.free])
+        return low, high
+
+    def values(self, vector: Any, fixed: Mapping[str, Numbers]) -> dict[str, dict[str, Any]]:
+        """Values per effect and parameter: symbols for a vector of SX, else numbers; ``fixed`` where not free."""
+        symbolic = isinstance(vector, ca.SX)
+        out: dict[str, dict[str, Any]] = {}
+        for effect in self.effects:
+            numbers = fixed[effect.name]
+            out[effect.name] = {
+                p.name: ca.SX(ca.DM(numbers[p.name])) if symbolic else np.array(numbers[p.name], dtype=float)
+                for p in effect.parameters
+            }
+        for k, u in enumerate(self.free):
+            out[u.effect][u.parameter.name][u.index] = 1 / vector[k] if u.inverse else vector[k]
+        return out
+
+
+def unknowns(effects: Sequence[Effect], joints: int, fixed: Sequence[str] = ()) -> Unknowns:
+    """Every number of ``effects`` that a derivative leads to, but for the effects named in ``fixed``."""
+    free = [
+        Unknown(e.name, p, k)
+        for e in effects
+        if e.name not in fixed
+        for p in e.parameters
+        if p.fit != "given"
+        for k in range(p.count(joints))
+    ]
+    return Unknowns(tuple(effects), joints, tuple(free))
+
+
+def start_values(effects: Sequence[Effect], joints: int) -> dict[str, dict[str, Floats]]:
+    """Where an identification begins: the parameters' start values, or defaults where they are given."""
+    return {
+        e.name: {
+            p.name: np.full(p.count(joints), p.start if p.default is None or p.fit != "given" else p.default)
+            for p in e.parameters
+        }
+        for e in effects
+    }
