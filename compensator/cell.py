@@ -220,7 +220,7 @@ def load_cell(path: str | Path) -> Cell:
         if reserved in table:
             raise CellError(f"{name}: unknown key {reserved}")
     try:
-        return Cell.model_validate({**table, "source": name, "folder": Path(path).resolve().parent})
+        return Cell.model_validate({**table, "source": name, "folder": Path(path).parent})
     except ValidationError as e:
         raise CellError(f"{name}: " + "; ".join(_finding(f) for f in e.errors())) from e
 

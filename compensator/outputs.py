@@ -58,7 +58,7 @@ class Outputs:
         if target.is_dir():
             raise CompensatorError(f"{target}: is a folder; expected the name of a file")
         if target.exists() and not target.is_file():
-            raise CompensatorError(f"{target}: is a device or a pipe; outputs are renamed into place, give the name of a file")
+            raise CompensatorError(f"{target}: is a device or a pipe; outputs are renamed into place: name a file")
         if parent not in self._folders:
             try:
                 self._folders[parent] = Path(tempfile.mkdtemp(prefix=".compensator-", dir=parent))
@@ -114,4 +114,5 @@ class Outputs:
                     place.unlink(missing_ok=True)
             if not isinstance(e, OSError):
                 raise
-            raise CompensatorError(f"{target}: cannot be put in place: {e.strerror or e}. Nothing was changed") from e
+            why = e.strerror or e
+            raise CompensatorError(f"{target}: cannot be put in place: {why}. Nothing was changed") from e

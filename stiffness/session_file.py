@@ -28,7 +28,7 @@ _COARSEST = 0.01  # m: no tracker is as bad as that; metres taken for millimetre
 
 @dataclass(frozen=True, eq=False)
 class Reflector:
-    """A laser-tracker target: ``position`` (3,) m in the frame of ``link``; roughly known where not ``exact``."""
+    """A laser-tracker target: ``position`` (3,) m in the frame of ``link``, a guess where not ``exact``."""
 
     name: str
     link: int
@@ -51,8 +51,8 @@ class SessionTool:
 
 @dataclass(frozen=True)
 class Instruments:
-    """One-sigma noise of a single reading: ``tracker`` m, ``tracker_angle`` rad (None: not given), ``force`` N,
-    ``torque`` N*m, per axis."""
+    """One-sigma noise of a single reading, per axis: ``tracker`` m, ``tracker_angle`` rad (None: not given),
+    ``force`` N, ``torque`` N*m."""
 
     tracker: float
     tracker_angle: float | None
@@ -172,14 +172,14 @@ def read_file(label: str, raw: bytes) -> SessionFile:
         raise SessionError(f"{label}: " + "; ".join(_problem(dict(e)) for e in error.errors())) from error
     if file.instruments.tracker * file.units.metre > _COARSEST:
         raise SessionError(
-            f"{label}: instruments.tracker = {file.instruments.tracker:g}: as {file.units.length} that is more than "
-            "10 mm; it is the noise of one reading in units.length"
+            f"{label}: instruments.tracker = {file.instruments.tracker:g}: in {file.units.length} that is "
+            "more than 10 mm; expected the noise of one reading, in units.length"
         )
     return file
 
 
 def _problem(error: dict[str, Any]) -> str:
-    key = ".".join(str(p + 1) if isinstance(p, int) else str(p) for p in error["loc"]).replace("schema_", "schema")
+    key = ".".join(str(p + 1) if isinstance(p, int) else str(p) for p in error["loc"])
     if error["type"] == "extra_forbidden":
         return f"unknown key {key}{meant(str(error['loc'][-1]), _KEYS)}"
     if error["type"] == "missing":
@@ -205,7 +205,8 @@ def reflectors(label: str, file: SessionFile, joints: int) -> tuple[Reflector, .
     for name, given in file.reflectors.items():
         if given.link > joints:
             raise SessionError(
-                f"{label}: reflectors.{name}.link = {given.link}: the robot has the links 0 (base) ... {joints} (flange)"
+                f"{label}: reflectors.{name}.link = {given.link}: the robot has the links 0 (base) ... "
+                f"{joints} (flange)"
             )
         position = _metres(label, file, f"reflectors.{name}.position", given.position)
         found.append(Reflector(name, given.link, position, given.exact, given.group))
@@ -217,8 +218,8 @@ def reflectors(label: str, file: SessionFile, joints: int) -> tuple[Reflector, .
         for key, has, expected in (("link", r.link, origin.link), ("exact", r.exact, origin.exact)):
             if has != expected:
                 raise SessionError(
-                    f"{label}: reflectors.{r.name}.{key} = {str(has).lower()}: {origin.name} of the same group "
-                    f"{r.group!r} has {str(expected).lower()}; a group is one rigid probe: make them agree"
+                    f"{label}: reflectors.{r.name}.{key} = {str(has).lower()}: {origin.name} of the same "
+                    f"group {r.group!r} has {str(expected).lower()}; a group is one rigid probe"
                 )
     return tuple(found)
 
@@ -242,12 +243,13 @@ def purposes(label: str, file: SessionFile, known: tuple[Reflector, ...], joints
         for point, name in given.points.items():
             if name not in index:
                 raise SessionError(
-                    f"{label}: setups.{number}.points.{point} = {name!r}: no such reflector{meant(name, index)}; "
-                    f"known are {', '.join(index)}"
+                    f"{label}: setups.{number}.points.{point} = {name!r}: no such reflector, known are "
+                    f"{', '.join(index)}{meant(name, index)}"
                 )
         joint = None if given.purpose is None else int(given.purpose.removeprefix("joint-"))
         if joint is not None and joint > joints:
-            raise SessionError(f"{label}: setups.{number}.purpose = {given.purpose!r}: the robot has {joints} joints")
+            key = f"setups.{number}.purpose = {given.purpose!r}"
+            raise SessionError(f"{label}: {key}: the robot has {joints} joints")
         found[number] = Purpose(joint, {str(p): index[name] for p, name in given.points.items()})
     return found
 
@@ -258,9 +260,10 @@ def instruments(label: str, file: SessionFile, forces: bool) -> Instruments:
     missing = [key for key, value in (("force", given.force), ("torque", given.torque)) if value is None]
     if forces and missing:
         raise SessionError(
-            f"{label}: key instruments.{missing[0]} is missing: samples with a wrench need the noise of its sensor"
+            f"{label}: key instruments.{missing[0]} is missing: the samples have a wrench; add its noise"
         )
-    return Instruments(given.tracker * file.units.metre, given.tracker_angle, given.force or 0.0, given.torque or 0.0)
+    force, torque = given.force or 0.0, given.torque or 0.0
+    return Instruments(given.tracker * file.units.metre, given.tracker_angle, force, torque)
 
 
 def _metres(label: str, file: SessionFile, key: str, xyz: tuple[float, float, float]) -> Floats:

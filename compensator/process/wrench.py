@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 COLUMNS = ("index", "fx", "fy", "fz", "mx", "my", "mz")
 
 
-def path_axes(position: Floats, rotation: Floats) -> Floats:
+def path_axes(position: Floats, rotation: Floats, kind: npt.NDArray[np.uint8] | None = None) -> Floats:
     """The ``path`` frame at every pose.
 
     z = TCP z; x = direction of the feed that leaves the pose, normal to z; y = z cross x. Where the feed is
@@ -27,6 +27,8 @@ def path_axes(position: Floats, rotation: Floats) -> Floats:
 
     Args:
         position: (N, 3); rotation: (N, 3, 3) of the TCP, in any one frame.
+        kind: (N,) RAPID or CUT of the move that ends at the pose. A rapid is no feed: where one leaves, the last x
+            is kept. None: all moves are feeds.
 
     Returns:
         (N, 3, 3), in the same frame. Poses of a path that never moves across z keep the TCP's own x.
@@ -36,12 +38,16 @@ def path_axes(position: Floats, rotation: Floats) -> Floats:
     feed[:-1] = np.diff(position, axis=0)
     # a pose that repeats the one before leaves with the next real move
     moving = np.linalg.norm(feed, axis=1) > 1e-9
-    feed = feed[_next(moving)]
+    leaving = _next(moving)
+    feed = feed[leaving]
     across = feed - z * np.sum(feed * z, axis=1, keepdims=True)
     length = np.linalg.norm(across, axis=1)
     good = length > 1e-6 * np.maximum(np.linalg.norm(feed, axis=1), 1e-12)
     if not good.any():
         return rotation.copy()
+    if kind is not None:
+        cut = good & (kind[np.minimum(leaving + 1, len(kind) - 1)] == CUT)
+        good = cut if cut.any() else good
     x = (across / np.where(good, length, 1.0)[:, None])[_last(good)]
     x = x - z * np.sum(x * z, axis=1, keepdims=True)  # kept from another pose: normal to this one's z
     x /= np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-12)
@@ -77,7 +83,7 @@ def process_wrench(cell: Cell, path: Toolpath, rotation: Floats, position: Float
         local = _from_table(cell, process, path)
     if process.frame == "tool":
         _refuse_free_turn(cell, path, local[path.kind == CUT])
-    axes = _axes(cell, process.frame, position, rotation)
+    axes = _axes(cell, process.frame, position, rotation, path.kind)
     wrench = np.concatenate([_turned(axes, local[:, :3]), _turned(axes, local[:, 3:])], axis=1)
     wrench[path.kind != CUT] = 0.0
     return wrench
@@ -87,12 +93,14 @@ def _turned(axes: Floats, vectors: Floats) -> Floats:
     return np.asarray(np.einsum("...ij,...j->...i", axes, vectors))
 
 
-def _axes(cell: Cell, frame: str, position: Floats, rotation: Floats) -> Floats:
+def _axes(
+    cell: Cell, frame: str, position: Floats, rotation: Floats, kind: npt.NDArray[np.uint8]
+) -> Floats:
     if frame == "base":
         return np.eye(3)
     if frame == "workobject":
         return cell.workobject.matrix()[:3, :3]
-    return rotation if frame == "tool" else path_axes(position, rotation)
+    return rotation if frame == "tool" else path_axes(position, rotation, kind)
 
 
 def _refuse_free_turn(cell: Cell, path: Toolpath, cutting: Floats) -> None:

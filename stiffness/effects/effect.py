@@ -118,7 +118,7 @@ class Memory:
     Attributes:
         unit: unit of the state.
         rule: (commanded move (N, n) rad, torque (N, n) N*m, parameters) -> Clamp.
-        bounds: parameters -> half range (n,): the state lies in [-half, half].
+        bounds: parameters, numbers or symbols -> half range (n,): the state lies in [-half, half].
         gain: parameters -> (n,): change of deflection per commanded move while the state moves
             freely. Not zero for a state that is itself a deflection: a correction then acts back
             on it, and the walk along a corrected path has to solve for both.

@@ -44,6 +44,6 @@ EFFECT = Effect(
         Parameter("ratio", "1", "joint", 0.85, 0.05, 1.0, 0.1, "non-loaded over pre-loaded stiffness", fit="inverse"),
     ),
     joint=_law,
-    memory=Memory("1", _rule, lambda p: np.ones_like(p["ratio"]), lambda p: np.zeros_like(p["ratio"])),
+    memory=Memory("1", _rule, lambda p: 1 + 0 * p["ratio"], lambda p: 0 * p["ratio"]),
     needs_torque_sign=True,
 )

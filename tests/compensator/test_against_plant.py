@@ -201,7 +201,7 @@ def test_short_paths_start_on_the_cut(points: Any, decides: str, side: float, tm
     assert table.cut.all()
     walk = job.walk(job.plant(), table)
     error, angle = walk.errors(job.in_base(table.nominal))
-    assert error.max() < 2 * MICROMETRE and angle.max() < 2e-6
+    assert error.max() < MICROMETRE and angle.max() < 2e-6
     gap = np.array(wide["gap_rad"])
     if decides == "motion" and len(table.q) > 1 and side > 0:
         assert np.any(np.abs(walk.play) < 0.4 * gap)  # links in the middle of their gaps

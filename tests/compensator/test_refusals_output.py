@@ -161,11 +161,12 @@ def test_an_interrupted_commit_puts_back(tmp_path: Path, monkeypatch: pytest.Mon
     first, second = tmp_path / "a.txt", tmp_path / "b.txt"
     first.write_text("old a")
     second.write_text("old b")
-    real = os.replace
+    real, interrupts = os.replace, iter([KeyboardInterrupt()])
 
     def replace(a: Path, b: Path) -> None:
         if Path(b) == second:
-            raise KeyboardInterrupt
+            for interrupt in interrupts:
+                raise interrupt
         real(a, b)
 
     with pytest.raises(KeyboardInterrupt), Outputs() as outs:

@@ -160,7 +160,7 @@ def test_tool_call_without_an_entry(tmp_path: Path) -> None:
     nc = tmp_path / "path.nc"
     nc.write_text("G21 G90\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nT2 M6\nG1 X50\n")
     text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
-    assert re.search(r"path\.nc:6: tool 2 is called, but .*cell\.toml has \[tools\.N\] for 1 only", text), text
+    assert re.search(r"path\.nc:6: tool 2 is called, but .*cell\.toml has \[tools\.N\] for 1 only", text)
     nc.write_text("G21 G90\nG0 X0 Y0 Z50\nT1 M6\nG1 Z0 F500\n")
     text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
     assert re.search(r"path\.nc:2: moves before any tool call", text), text
@@ -168,7 +168,7 @@ def test_tool_call_without_an_entry(tmp_path: Path) -> None:
     assert compensate_file(nc, job.cell, job.out / "a.csv").report["n_cut"] > 0
 
 
-@pytest.mark.xfail(strict=True, reason="EquilibriumError names neither file nor line, and its pose counts within a part")
+@pytest.mark.xfail(strict=True, reason="EquilibriumError names neither file nor line; its pose counts in a part")
 def test_a_preview_without_equilibrium(tmp_path: Path) -> None:
     """What is too soft to stand is refused in a preview too, by file and line."""
     soft = {"effects": {"joint-stiffness": {"k_nm_per_rad": [100.0] * 6}}}
@@ -176,7 +176,7 @@ def test_a_preview_without_equilibrium(tmp_path: Path) -> None:
     with pytest.raises((EquilibriumError, CompensatorError)) as caught:
         preview_file(job.toolpath, job.cell, csv=job.out / "out.csv")
     assert job.left() == []
-    assert re.search(r"path\.csv:\d+ \(pose \d+\).*no static equilibrium", str(caught.value)), str(caught.value)
+    assert re.search(r"path\.csv:\d+ \(pose \d+\).*no static equilibrium", str(caught.value))
 
 
 def test_free_turn_and_a_lateral_force_in_the_tool_frame(tmp_path: Path) -> None:

@@ -1,0 +1,51 @@
+# make demo   set up and run the main job on the example
+# make test   set up and run everything that guards main
+# make bench  ratios of speed (docs/performance.md)
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
+
+.PHONY: demo test bench pictures wheel-check clean
+
+demo: $(VENV)/.run
+	mkdir -p out
+	$(BIN)/compensator compensate examples/wave.nc --cell examples/cell.toml -o out/wave.mod \
+	    --report out/wave.html --json out/wave.json
+	@$(BIN)/python examples/show.py out/wave.json
+
+test: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest -n 2
+
+bench: $(VENV)/.test
+	$(BIN)/python -m benchmarks
+
+pictures: $(VENV)/.test
+	$(BIN)/python docs/make_pictures.py
+	$(BIN)/python docs/make_circle_picture.py
+
+wheel-check: $(VENV)/.test
+	rm -rf build dist out/wheel
+	$(BIN)/python -m pip --disable-pip-version-check wheel --quiet --no-deps -w dist .
+	$(PYTHON) -m venv out/wheel
+	out/wheel/bin/python -m pip --disable-pip-version-check install --quiet -c constraints.txt dist/*.whl
+	cp examples/wave.nc examples/cell.toml examples/stiffness.toml out/wheel/
+	cd out/wheel && bin/compensator robots && bin/compensator compensate wave.nc --cell cell.toml -o wave.src \
+	    --json wave.json && bin/compensator preview wave.nc --cell cell.toml --csv wave.csv && ls -l wave.*
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(PIP) -e .
+	touch $@
+
+$(VENV)/.test: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(PIP) -e '.[test,example,docs]'
+	touch $@ $(VENV)/.run
+
+clean:
+	rm -rf $(VENV) out build dist *.egg-info

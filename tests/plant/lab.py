@@ -1,0 +1,397 @@
+"""A laboratory on the plant: set-ups, loads, a tracker and a force sensor, written down as a measurement session.
+
+What the instruments show is worked out from where the plant's links are, by formulas of this file alone.
+"""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import tomli_w
+from numpy.typing import ArrayLike, NDArray
+
+from .geometry import Array, placement, rigid_inverse, turn
+from .plant import Plant
+from .scene import Load
+from .walk import Walk
+
+Ints = NDArray[np.int64]
+FORCES = ("fx", "fy", "fz", "mx", "my", "mz")
+
+
+@dataclass(frozen=True)
+class Target:
+    """A reflector where it really sits: m, in the frame of its link."""
+
+    name: str
+    link: int
+    at: ArrayLike
+    exact: bool = True
+    group: str | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """A load: force (3,) N and moment (3,) N*m in base axes, on the flange about the TCP, or about the target
+    `pull` on the link `link` (default: the target's own); payload, kg, hung at the tool's com."""
+
+    force: ArrayLike = (0.0, 0.0, 0.0)
+    moment: ArrayLike = (0.0, 0.0, 0.0)
+    pull: str | None = None
+    link: int | None = None
+    payload: float = 0.0
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A configuration q (n,) rad, reached by a last move (n,) rad; state 0 and the load steps after it."""
+
+    q: ArrayLike
+    move: ArrayLike
+    steps: Sequence[Step] = (Step(),)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """One sigma of one reading, per axis: m, rad, N, N*m."""
+
+    tracker: float = 2e-5
+    tracker_angle: float = 0.0
+    force: float = 0.3
+    torque: float = 0.1
+
+
+@dataclass(frozen=True)
+class Form:
+    """How the session is written down.
+
+    blocks: tracker stations, one after the other; unregistered, each stands somewhere at random.
+    rough: m, how far the file's position of a target that is not exact is from the truth, one sigma.
+    wrong: rows that are wrong: a jump (1 to 10 mm), or two targets mixed up.
+    wrench: written at all; False only for sessions without loads. sensed: the sensor is read anew for
+    every row, or once per state. load_columns: write load_link and load_at for pulls elsewhere.
+    """
+
+    length: Literal["mm", "m"] = "mm"
+    angle: Literal["deg", "rad"] = "deg"
+    frame: Literal["base", "tool"] = "base"
+    about: Literal["tcp", "flange", "base"] = "tcp"
+    registered: bool = True
+    blocks: int = 1
+    repeats: int = 1
+    rough: float = 0.0
+    wrong: int = 0
+    wrench: bool = True
+    sensed: Literal["row", "state"] = "row"
+    load_columns: bool = True
+    approach: bool = True
+    step: bool = False
+    sd: bool = False
+    seconds: float | None = None  # between two readings; None: no column time
+    extra: Mapping[str, Sequence[float | str]] = field(default_factory=dict)  # column -> a value per set-up
+    purposes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)  # [setups.N]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What no lab knows, a row per reading: SI, base axes."""
+
+    walk: Walk  # a row per move and state
+    at: Ints  # (N,) row of the walk
+    target: Ints  # (N,)
+    position: Array  # (N,3) m
+    wrench: Array  # (N,6) about `point`
+    point: Array  # (N,3) m, where the TCP (or the pulled target) really is
+    station: Mapping[int, Array]  # block -> (4,4) base -> tracker
+    wrong_rows: tuple[int, ...]  # lines of samples.csv
+
+
+@dataclass(frozen=True)
+class Notes:
+    """A session on paper: tables of session.toml (without robot) and rows of samples.csv."""
+
+    table: dict[str, Any]
+    rows: list[dict[str, object]]
+    truth: Truth
+
+    def write(self, folder: Path, robot: str | Path) -> Path:
+        """Write session.toml and samples.csv. robot: a built-in name, or a file, which is copied beside them."""
+        folder.mkdir(parents=True, exist_ok=True)
+        if isinstance(robot, Path):
+            shutil.copy(robot, folder / robot.name)
+            robot = robot.name
+        path = folder / "session.toml"
+        path.write_text(tomli_w.dumps({"robot": robot, **self.table}), encoding="utf-8", newline="\n")
+        with (folder / "samples.csv").open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, list(self.rows[0]), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(self.rows)
+        return path
+
+
+def measure(
+    plant: Plant,
+    setups: Sequence[Setup],
+    targets: Sequence[Target],
+    *,
+    noise: Noise | None = None,
+    form: Form | None = None,
+    seed: int = 0,
+) -> Notes:
+    """A day in the lab: every set-up approached by its last move, its states loaded in turn, all targets read."""
+    return _Day(plant, setups, targets, noise or Noise(), form or Form(), seed).notes()
+
+
+class _Day:
+    def __init__(
+        self,
+        plant: Plant,
+        setups: Sequence[Setup],
+        targets: Sequence[Target],
+        noise: Noise,
+        form: Form,
+        seed: int,
+    ) -> None:
+        self.plant, self.arm, self.setups, self.targets = plant, plant.arm, setups, targets
+        self.noise, self.form = noise, form
+        self.index = {t.name: k for k, t in enumerate(targets)}
+        # one stream per instrument: what one option draws does not shift the noise of another
+        self.rng = dict(zip(("tracker", "sensor", "station", "wrong", "rough"), _streams(seed, 5), strict=True))
+        self.metre = 1e3 if form.length == "mm" else 1.0
+        self.radian = 180 / np.pi if form.angle == "deg" else 1.0
+
+    # ---- the robot's day
+
+    def walk(self) -> tuple[Walk, list[list[int]]]:
+        """The plant through all moves and states; for each set-up the walk's rows of its states."""
+        q, wrench, loads, where = [], [], [], []
+        for setup in self.setups:
+            angles = np.asarray(setup.q, dtype=float)
+            q.append(angles - np.asarray(setup.move, dtype=float))
+            wrench.append(np.zeros(6))
+            loads.append([])
+            where.append(list(range(len(q), len(q) + len(setup.steps))))
+            for step in setup.steps:
+                q.append(angles)
+                on_tcp = step.pull is None
+                wrench.append(np.concatenate([step.force, step.moment]) if on_tcp else np.zeros(6))
+                loads.append(self._loads(step))
+        return self.plant.walk(q, np.array(wrench), loads=loads), where
+
+    def _loads(self, step: Step) -> list[Load]:
+        loads = []
+        if step.pull is not None:
+            target, f, m = self.targets[self.index[step.pull]], np.array(step.force), np.array(step.moment)
+            link = self._link(step)
+            if link != target.link:
+                raise ValueError(f"the plant pulls at a point of the link itself, {target.name} is on {target.link}")
+            loads.append(Load(link, np.array(target.at, dtype=float), f * 1.0, m * 1.0))
+        if step.payload:
+            weight = step.payload * self.arm.gravity
+            loads.append(Load(self.arm.n, np.array(self.arm.tool.com, dtype=float), weight, np.zeros(3)))
+        return loads
+
+    def _link(self, step: Step) -> int:
+        if step.pull is None or step.link is not None:
+            return self.arm.n if step.link is None else step.link
+        return self.targets[self.index[step.pull]].link
+
+    # ---- the lab's day
+
+    def notes(self) -> Notes:
+        """All readings."""
+        walk, where = self.walk()
+        keys = [
+            (i, k, r, t)
+            for i, setup in enumerate(self.setups)
+            for k in range(len(setup.steps))
+            for r in range(self.form.repeats)
+            for t in range(len(self.targets))
+        ]
+        at = np.array([where[i][k] for i, k, _, _ in keys])
+        target = np.array([t for *_, t in keys])
+        points = np.array([walk.points(t.link, t.at) for t in self.targets])
+        position = points[target, at]
+        station = self._stations()
+        shown = self._read(position, keys)
+        wrong = self._spoil(shown, keys)
+        rows, wrenches, pulled = [], [], []
+        sensor = _Sensor(self, walk)
+        for number, key in enumerate(keys):
+            wrench, point, columns = sensor.columns(key, int(at[number]))
+            wrenches.append(wrench)
+            pulled.append(point)
+            rows.append(self._row(number, key, shown[number], station) | columns)
+        rows = [row | self._extra(key[0]) for row, key in zip(rows, keys, strict=True)]
+        truth = Truth(walk, at, target, position, np.array(wrenches), np.array(pulled), station, wrong)
+        return Notes(self._table(), rows, truth)
+
+    def _block(self, i: int) -> int:
+        return i * self.form.blocks // len(self.setups)
+
+    def _stations(self) -> dict[int, Array]:
+        rng, found = self.rng["station"], {}
+        for block in range(self.form.blocks):
+            aside = rng.uniform([-3, -3, -0.5], [3, 3, 1.5])
+            angles = rng.uniform([-0.05, -0.05, -np.pi], [0.05, 0.05, np.pi])  # a tracker stands about upright
+            found[block] = np.eye(4) if self.form.registered else placement(aside, angles)
+        return found
+
+    def _read(self, position: Array, keys: Sequence[tuple[int, int, int, int]]) -> Array:
+        """Positions with noise: per reading, or of a probe's pose as a whole."""
+        rng, shown = self.rng["tracker"], position.copy()
+        origin: dict[tuple[int, int, int, str], tuple[Array, Array, Array]] = {}
+        for number, (i, k, r, t) in enumerate(keys):
+            group = self.targets[t].group
+            off = rng.normal(scale=self.noise.tracker, size=3)
+            tilt = turn(rng.normal(scale=self.noise.tracker_angle, size=3))
+            if group is None:
+                shown[number] += off
+                continue
+            first, off, tilt = origin.setdefault((i, k, r, group), (position[number], off, tilt))
+            shown[number] = first + off + tilt @ (position[number] - first)
+        return shown
+
+    def _spoil(self, shown: Array, keys: Sequence[tuple[int, int, int, int]]) -> tuple[int, ...]:
+        rng, wrong = self.rng["wrong"], set[int]()
+        for number in rng.permutation(len(keys)):
+            if len(wrong) >= self.form.wrong:
+                break
+            other = number + 1
+            mixed = other < len(keys) and keys[other][:3] == keys[number][:3] and rng.random() < 0.5
+            if number in wrong or (mixed and other in wrong):
+                continue
+            if mixed and len(wrong) + 2 <= self.form.wrong:
+                shown[[number, other]] = shown[[other, number]]
+                wrong |= {int(number), int(other)}
+            else:
+                direction = rng.normal(size=3)
+                shown[number] += rng.uniform(1e-3, 1e-2) * direction / np.linalg.norm(direction)
+                wrong.add(int(number))
+        return tuple(sorted(number + 2 for number in wrong))
+
+    def _row(
+        self, number: int, key: tuple[int, int, int, int], shown: Array, station: Mapping[int, Array]
+    ) -> dict[str, object]:
+        (i, k, r, t), form = key, self.form
+        setup, block = self.setups[i], self._block(i)
+        row: dict[str, object] = {"setup": i + 1, "state": k, "reflector": self.targets[t].name}
+        row |= _numbered("q", np.asarray(setup.q) * self.radian)
+        seen = (rigid_inverse(station[block]) @ np.append(shown, 1.0))[:3]
+        row |= dict(zip("xyz", (seen * self.metre).tolist(), strict=True))
+        move = np.asarray(setup.move, dtype=float)
+        if form.approach:
+            row |= _numbered("approach", np.sign(move).astype(int))
+        if form.step:
+            row |= _numbered("step", move * self.radian)
+        if form.sd:
+            row |= dict.fromkeys(("sx", "sy", "sz"), self.noise.tracker * self.metre)
+        if form.blocks > 1:
+            row["block"] = block
+        if form.repeats > 1:
+            row["repeat"] = r
+        if form.seconds is not None:
+            row["time"] = number * form.seconds
+        if any(step.payload for s in self.setups for step in s.steps):
+            row["payload"] = setup.steps[k].payload
+        return row
+
+    def _extra(self, i: int) -> dict[str, object]:
+        return {name: values[i] for name, values in self.form.extra.items()}
+
+    def _table(self) -> dict[str, Any]:
+        form, tool, noise = self.form, self.arm.tool, self.noise
+        held: dict[str, Any] = {"xyz": self._in_units(tool.xyz), "rpy": (np.asarray(tool.rpy) * self.radian).tolist()}
+        if tool.mass:
+            held |= {"mass": tool.mass, "com": self._in_units(tool.com)}
+        instruments = {"tracker": noise.tracker * self.metre, "force": noise.force, "torque": noise.torque}
+        if noise.tracker_angle:
+            instruments["tracker_angle"] = noise.tracker_angle
+        table: dict[str, Any] = {
+            "schema": "measurement-session/1",
+            "samples": "samples.csv",
+            "gravity": "calibrated-out" if self.plant.calibrated_out else "uncompensated",
+            "registered": form.registered,
+            "units": {"length": form.length, "angle": form.angle},
+            "tool": held,
+            "reflectors": self._reflectors(),
+            "instruments": instruments,
+        }
+        if form.wrench:
+            table["wrench"] = {"frame": form.frame, "about": form.about}
+        if form.purposes:
+            table["setups"] = {str(k): dict(v) for k, v in form.purposes.items()}
+        return table
+
+    def _reflectors(self) -> dict[str, Any]:
+        rng, tables = self.rng["rough"], {}
+        moved: dict[str, Array] = {}  # a probe's targets are off as one rigid body
+        for t in self.targets:
+            off = placement(rng.normal(scale=self.form.rough, size=3), rng.normal(scale=0.02, size=3))
+            if t.group is None:
+                off[:3, :3] = np.eye(3)
+            elif not t.exact:
+                off = moved.setdefault(t.group, off)
+            at = np.asarray(t.at, dtype=float) if t.exact else (off @ np.append(t.at, 1.0))[:3]
+            tables[t.name] = {"link": t.link, "position": self._in_units(at), "exact": t.exact}
+            if t.group is not None:
+                tables[t.name]["group"] = t.group
+        return tables
+
+    def _in_units(self, metres: ArrayLike) -> list[float]:
+        return [float(v) for v in np.asarray(metres, dtype=float) * self.metre]
+
+
+class _Sensor:
+    """The force sensor: shows the wrench in the axes and about the point that the form asks for."""
+
+    def __init__(self, day: _Day, walk: Walk) -> None:
+        self.day, self.walk = day, walk
+        self.last: tuple[tuple[int, int, int], Array] | None = None
+
+    def columns(self, key: tuple[int, int, int, int], row: int) -> tuple[Array, Array, dict[str, object]]:
+        """The true wrench, base axes; the point it is about; the cells of the wrench columns."""
+        day, step = self.day, self.day.setups[key[0]].steps[key[1]]
+        links, n = self.walk.links[row], day.arm.n
+        tcp = links[n] @ day.arm.tool.pose
+        point = tcp[:3, 3]
+        if step.pull is not None:
+            target = day.targets[day.index[step.pull]]
+            point = (links[target.link] @ np.append(target.at, 1.0))[:3]
+        f, m = np.array(step.force, dtype=float), np.array(step.moment, dtype=float)
+        if not day.form.wrench:
+            return np.concatenate([f, m]), point, {}
+        written = step.pull is not None and day.form.load_columns
+        origin = {"tcp": tcp[:3, 3], "flange": links[n][:3, 3], "base": np.zeros(3)}[day.form.about]
+        about = point if written else origin
+        axes = tcp[:3, :3] if day.form.frame == "tool" else np.eye(3)
+        shown = np.concatenate([axes.T @ f, axes.T @ (m + np.cross(point - about, f))]) + self._noise(key)
+        cells: dict[str, object] = dict(zip(FORCES, shown.tolist(), strict=True))
+        if any(s.pull for setup in day.setups for s in setup.steps) and day.form.load_columns:
+            cells |= {"load_link": day._link(step) if written else "", "load_at": step.pull if written else ""}
+        elif step.pull is not None and day._link(step) != n:
+            raise ValueError(f"a pull at link {day._link(step)} cannot be written without load columns")
+        return np.concatenate([f, m]), point, cells
+
+    def _noise(self, key: tuple[int, int, int, int]) -> Array:
+        noise = self.day.noise
+        fresh = self.day.rng["sensor"].normal(scale=[noise.force] * 3 + [noise.torque] * 3)
+        if self.day.form.sensed == "row":
+            return np.array(fresh)
+        if self.last is None or self.last[0] != key[:3]:
+            self.last = (key[:3], np.array(fresh))
+        return self.last[1]
+
+
+def _streams(seed: int, count: int) -> list[np.random.Generator]:
+    return [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(count)]
+
+
+def _numbered(stem: str, values: Array | Ints) -> dict[str, object]:
+    return {f"{stem}{k + 1}": v for k, v in enumerate(values.tolist())}
