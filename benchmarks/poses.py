@@ -144,6 +144,5 @@ def model(what: str, arm: Rig, many: int, few: int, rounds: int, goal: str = "")
     yield Row(group, "command, all outputs, 1 thread", many / statistics.median(seconds["command"]), "poses/s")
     yield Row(group, "  against the loop", ratio(seconds["root"], seconds["command"]) * each, "x", goal)
     yield Row(group, "  forward against the loop", ratio(seconds["loop forward"], seconds["forward"]) * each, "x")
-    yield Row(
-        group, "  inverse kinematics + command against the loop", ratio(seconds["from before"], seconds["chain"]) * each, "x"
-    )  # fmt: skip
+    chain = ratio(seconds["from before"], seconds["chain"]) * each
+    yield Row(group, "  inverse kinematics + command against the loop", chain, "x")

@@ -15,10 +15,10 @@ import numpy.typing as npt
 from compensator.compensation import Compensation
 from compensator.job import Job
 from compensator.path import Path, Planner
-from compensator.process.wrench import process_wrench
+from compensator.process.wrench import carried_wrench, process_wrench
 from compensator.sampling import between
 from compensator.state import settled_state
-from stiffness.predict import Command
+from stiffness.predict import COLUMNS, Command
 from stiffness.preload import PreloadState
 from toolpaths.toolpath import CUT
 
@@ -57,8 +57,9 @@ def with_changes(planner: Planner, c: Compensation) -> Path | None:
         return None
     length = np.linalg.norm(np.diff(toolpath.position, axis=0), axis=1)
     tau, q = c.command.torque[1:], c.command.q[1:]
-    worth = _worth(c.job, q, tau, state.middle[:-1], state.middle[1:])
-    rows = np.flatnonzero(worth & (length > SHORTEST) & (toolpath.kind[1:] == CUT))
+    worth = _worth(c.job, q, tau, state.middle[:-1], state.middle[1:]).any(axis=1)
+    known = state.known[:-1].all(axis=1)  # from an unknown flank nothing can be located
+    rows = np.flatnonzero(worth & known & (length > SHORTEST) & (toolpath.kind[1:] == CUT))
     if not len(rows):
         return None
     intervals = _Intervals(
@@ -76,9 +77,9 @@ def with_changes(planner: Planner, c: Compensation) -> Path | None:
 
 
 def _worth(job: Job, q: Floats, tau: Floats, before: Floats, after: Floats) -> Bools:
-    """(N,) whether a change of state moves a joint by more than WORTH_A_POSE."""
+    """(N, n) whether a change of state moves a joint by more than WORTH_A_POSE."""
     change = job.joint_deflection(q, tau, after) - job.joint_deflection(q, tau, before)
-    return np.asarray(np.abs(change).max(axis=1) > WORTH_A_POSE)
+    return np.asarray(np.abs(change) > WORTH_A_POSE)
 
 
 def _bends(
@@ -86,22 +87,22 @@ def _bends(
 ) -> tuple[Floats, _Intervals]:
     """Poses (K, 2: segment, fraction) where changes begin and end, and the intervals to look into again."""
     command, state = _solved(planner, c, intervals)
-    n, m = c.job.robot.n, state.low.shape[-1]
+    n, m, count = c.job.robot.n, state.low.shape[-1], len(intervals)
     worth = _worth(
         c.job, command.q[1:].reshape(-1, n), command.torque[1:].reshape(-1, n),
         state.middle[:-1].reshape(-1, m), state.middle[1:].reshape(-1, m),
-    ).reshape(PARTS, len(intervals))  # fmt: skip
-    edge = np.zeros((1, len(intervals)), dtype=bool)
+    ).reshape(PARTS, count, n)  # fmt: skip
+    edge = np.zeros((1, count, n), dtype=bool)
     before, after = np.concatenate([edge, worth]), np.concatenate([worth, edge])
     grid = intervals.grid()
+    # a change of one part alone is a jump and looked into; one of several parts is a gap crossed gradually
     alone = worth & ~np.concatenate([edge, worth[:-1]]) & ~np.concatenate([worth[1:], edge])
-    alone &= (length[intervals.segment] * (grid[1] - grid[0]))[None] > SHORTEST
-    alone &= deeper
+    alone &= (length[intervals.segment] * (grid[1] - grid[0]) > SHORTEST)[None, :, None] & deeper
     # the ends of a part that is looked into again are not needed: nothing changes up to the finer ones
     covered = np.concatenate([edge, alone]) | np.concatenate([alone, edge])
-    node, which = np.nonzero((before != after) & ~covered)
+    node, which = np.nonzero(((before != after) & ~covered).any(axis=2))
     bends = np.stack([intervals.segment[which].astype(float), grid[node, which]], axis=1)
-    part, inside = np.nonzero(alone)
+    part, inside = np.nonzero(alone.any(axis=2))
     finer = _Intervals(
         intervals.segment[inside], grid[part, inside], grid[part + 1, inside],
         PreloadState(state.low[part, inside], state.high[part, inside]),
@@ -117,7 +118,10 @@ def _solved(planner: Planner, c: Compensation, intervals: _Intervals) -> tuple[C
     fine, added = between(c.path.toolpath, np.repeat(intervals.segment, PARTS + 1)[order], inner)
     rows = np.flatnonzero(added)
     path = planner.part(c.path, fine, rows)
-    wrench = process_wrench(job.cell, fine, *planner.frames(c.path, fine))[rows]
+    wrench = process_wrench(job.cell, fine, *planner.frames(c.path, fine))
+    wrench = carried_wrench(job.cell, wrench, fine, c.path.toolpath, c.wrench)[rows]
+    begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
+    wrench[begin] = c.wrench[np.repeat(intervals.segment, PARTS + 1)[order][begin]]  # may be a rapid, without load
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
     pick = place.reshape(count, PARTS + 1).T.ravel()  # part by part, intervals side by side
@@ -138,8 +142,8 @@ def _solved(planner: Planner, c: Compensation, intervals: _Intervals) -> tuple[C
 
 def _folded(command: Command, shape: tuple[int, int]) -> Command:
     """The same command with poses as (parts, intervals)."""
-    names = ("q", "actual", "torque", "rotation", "position", "error", "extra")
-    return Command(*(getattr(command, k).reshape(*shape, *getattr(command, k).shape[1:]) for k in names), command.steps)
+    columns = {name: getattr(command, name) for name in COLUMNS}
+    return Command(**{k: a.reshape(*shape, *a.shape[1:]) for k, a in columns.items()}, steps=command.steps)
 
 
 def _walked(job: Job, command: Command, state: PreloadState, start: PreloadState) -> PreloadState:

@@ -39,7 +39,7 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
         feed=feed,
         findings=findings,
         kind=toolpath.kind,
-        tool=toolpath.tool if ONE_TOOL not in job.tools else np.zeros_like(toolpath.tool),
+        tool=toolpath.tool if job.cell.tool is None else np.full_like(toolpath.tool, ONE_TOOL),
         line=toolpath.line,
         tools={
             k: ToolFrame(t.name, t.position, t.rotation, t.mass or None, t.com if t.mass else None)

@@ -15,7 +15,7 @@ from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import RobotError
 from stiffness.inverse import Inverse, inverse_kinematics
 from stiffness.model import ComplianceModel, load_model
-from stiffness.predict import Command, Near, Prediction, Predictor, Tool
+from stiffness.predict import COLUMNS, Command, Near, Prediction, Predictor, Tool
 from stiffness.preload import PreloadState, unknown
 from stiffness.robot import Robot, load_robot
 from toolpaths.toolpath import CUT, Toolpath
@@ -79,9 +79,10 @@ class Job:
             done.append((r, p.command(rotation[r], position[r], wrench[r], state[r], start[r], begin)))
         if len(done) == 1:
             return done[0][1]
-        names = ("q", "actual", "torque", "rotation", "position", "error", "extra")
-        arrays = [_merged(len(start), [(r, getattr(c, name)) for r, c in done]) for name in names]
-        return Command(*arrays, max(c.steps for _, c in done))
+        q, actual, torque, turned, at, error, extra = (
+            _merged(len(start), [(r, getattr(c, name)) for r, c in done]) for name in COLUMNS
+        )
+        return Command(q, actual, torque, turned, at, error, extra, max(c.steps for _, c in done))
 
     def forward(self, toolpath: Toolpath, q: Floats, wrench: Floats, state: Floats) -> Prediction:
         """Predictor.forward with the tool of every pose."""

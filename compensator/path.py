@@ -7,6 +7,7 @@ best of a grid; where none serves, a turn that varies along the path, by dynamic
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -177,30 +178,41 @@ class Planner:
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = r[0], p[0]
             seen: set[int] = set()
-            for branch, q in sorted(self.inverse.all(pose, limits=False), key=lambda s: self._distance(s[1], start)):
-                if branch in seen or not self._allowed(branch, q, start):
+            for branch, q in self._allowed(pose, start):
+                if branch in seen:
                     continue
                 seen.add(branch)
                 batch = self.inverse.along(r, p, branch, q)
                 if batch.ok.all():
                     joints = self._turns_in_limits(batch.q, batch.ok)
-                    found.append(_Candidate(turn, branch, q, float(self._margin(joints).min())))
+                    score = self._margin(joints).min() if self._labelled or start is None else -_apart(q, start)
+                    found.append(_Candidate(turn, branch, q, float(score)))
         return [c for c in sorted(found, key=lambda c: -c.score)[:6]]
 
-    def _distance(self, q: Floats, start: Floats | None) -> float:
-        return float(np.abs(q - (0.0 if start is None else start)).sum())
+    @property
+    def _labelled(self) -> bool:
+        """Whether a branch is the same arm configuration at every pose; the others are counted pose by pose."""
+        return isinstance(self.inverse, SphericalInverse)
 
-    def _allowed(self, branch: int, q: Floats, start: Floats | None) -> bool:
-        """[start] picks the arm configuration."""
-        return start is None or branch == int(self.inverse.configuration(start[None])[0])
+    def _allowed(self, pose: Floats, start: Floats | None) -> list[tuple[int, Floats]]:
+        """Postures of the first pose, the nearest first; [start] picks the arm configuration."""
+        near = np.zeros(self.robot.n) if start is None else start
+        found = sorted(self.inverse.all(pose, limits=False), key=lambda s: _apart(s[1], near))
+        if start is None:
+            return found
+        if not self._labelled:
+            return found[:1]
+        wanted = int(self.inverse.configuration(start[None])[0])
+        return [s for s in found if s[0] == wanted]
 
     def _turns(self, toolpath: Toolpath, base: Floats) -> Floats:
         if self._turn_is_open(toolpath):
-            return np.arange(TURNS) * (2 * np.pi / TURNS)
-        if toolpath.quaternion is not None or self._start() is None:
+            return np.linspace(0, 2 * np.pi, TURNS, endpoint=False)
+        start = self._start()
+        if toolpath.quaternion is not None or start is None:
             return np.zeros(1)
         # fixed, but left open by the file: the turn that is nearest to how the tool stands at [start]
-        flange = self.robot.pose(self._start())[:3, :3]
+        flange = self.robot.pose(start)[:3, :3]
         tool = self.tools[int(toolpath.tool[0])] if len(self.tools) > 1 else next(iter(self.tools.values()))
         relative = base[0].T @ flange @ tool.rotation
         return np.array([np.arctan2(relative[1, 0] - relative[0, 1], relative[0, 0] + relative[1, 1])])
@@ -212,7 +224,7 @@ class Planner:
         for name, value in self._measures(q).items():
             bound = self._bounds[name][0]
             margin = np.minimum(margin, (value - bound) / (8 * bound))
-        return margin
+        return np.asarray(margin)
 
     def _measures(self, q: Floats) -> dict[str, Floats]:
         """Singularity measures: those of the closed form where there is one, they cost nothing."""
@@ -278,9 +290,7 @@ class Planner:
         start = self._start()
         branches = range(self.inverse.branches) if start is None else [int(self.inverse.configuration(start[None])[0])]
         for branch in branches:
-            turn = varying_turn(
-                toolpath, lambda rows, turns, b=branch: self._feasible(toolpath, base, position, b, rows, turns)
-            )
+            turn = varying_turn(toolpath, partial(self._feasible, toolpath, base, position, branch))
             if turn is None:
                 continue
             rotation = base[:1] @ about_z(turn[:1])
@@ -332,6 +342,11 @@ class Planner:
             f"{toolpath.source}: every pose can be reached, but {self.robot.name} cannot keep one arm configuration along "
             "the whole path; move [workobject], allow solve.free_tool_axis, or split the file"
         )
+
+
+def _apart(q: Floats, start: Floats) -> float:
+    """Sum of the angles between two postures, rad; whole turns do not count."""
+    return float(np.abs((q - start + np.pi) % (2 * np.pi) - np.pi).sum())
 
 
 def about_z(angle: float | Floats) -> Floats:

@@ -18,7 +18,7 @@ from compensator.errors import SolveError
 from compensator.fade import faded_targets
 from compensator.job import Job, check_cuts, check_tools
 from compensator.path import Path, Planner, mm, place
-from compensator.process.wrench import process_wrench
+from compensator.process.wrench import carried_wrench, process_wrench
 from compensator.sampling import corners
 from compensator.state import SAME_STATE, STATE_ROUNDS, commanded_moves, follow, settled_state
 from stiffness.inverse import SphericalInverse
@@ -86,8 +86,10 @@ def _solved(job: Job, path: Path, old: Compensation | None = None) -> Compensati
     """Commands for the poses as they are; state and correction agree in the result."""
     toolpath = path.toolpath
     wrench = process_wrench(job.cell, toolpath, path.rotation, path.position)
+    if old is not None:
+        wrench = carried_wrench(job.cell, wrench, toolpath, old.path.toolpath, old.wrench)
     rotation, position = path.rotation, path.position
-    command, state, rounds = _agree(job, path, rotation, position, wrench, old and _near(old, path))
+    command, state, rounds = _agree(job, path, rotation, position, wrench, None if old is None else _near(old, path))
     if np.any(toolpath.kind != CUT):
         rotation, position = faded_targets(job, path, wrench, command, state)
         command, state, rounds = _agree(job, path, rotation, position, wrench, command)
@@ -104,7 +106,7 @@ def _agree(
     command: Command | None = None
     rows = np.arange(len(path))
     for rounds in range(1, STATE_ROUNDS + 1):
-        begin = near and Near(near.q[rows], near.actual[rows], near.extra[rows])
+        begin = None if near is None else Near(near.q[rows], near.actual[rows], near.extra[rows])
         some = path.toolpath if command is None else path.toolpath.take(rows)
         part = job.command(
             some, rotation[rows], position[rows], wrench[rows], state.middle[rows], path.q[rows], begin

@@ -93,7 +93,8 @@ class Post:
 
     def __init__(self) -> None:
         self.lines: list[str] = []
-        self._motion = self._plane = self._feed = ""
+        self._motion = self._feed = ""
+        self._plane = "G17"  # as the head of the program says
         self._at: dict[str, str] = {}
 
     def text(self, *lines: str) -> None:
@@ -191,7 +192,6 @@ def program() -> str:
         f"S{SPEED} M3",
         "G54",
     )
-    post._plane = "G17"
     finish_top(post, to_opencamlib(surface()))
     finish_sides(post)
     post.text("", "M5", "M30")

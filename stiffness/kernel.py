@@ -8,6 +8,7 @@ through ``Function.buffer`` without a copy into DM (measured in benchmarks/; no 
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -116,8 +117,8 @@ class Kernel:
     Args:
         function: SX function; sparse inputs or outputs are refused.
         block: poses per call.
-        threads: default the number of cores; each thread owns its buffers, so results do not
-            depend on it.
+        threads: default the number of cores that this process may use; each thread owns its buffers,
+            so results do not depend on it.
     """
 
     def __init__(self, function: ca.Function, *, block: int = BLOCK, threads: int | None = None) -> None:
@@ -133,7 +134,7 @@ class Kernel:
         self._widths_in = [function.numel_in(i) for i in range(function.n_in())]
         self._widths_out = [function.numel_out(j) for j in range(function.n_out())]
         self._block = block
-        self._threads = threads or os.cpu_count() or 1
+        self._threads = threads
         self._columns: dict[int, ca.Function] = {}
 
     def __repr__(self) -> str:
@@ -156,15 +157,18 @@ class Kernel:
                 raise ValueError(f"{name} of {self.function.name()}: shape {x.shape}, not ({rows}, {width})")
         block = min(self._block, 1 << max(rows - 1, 0).bit_length())
         outputs = tuple(np.empty((rows, w)) for w in self._widths_out)
-        threads = self._threads if rows >= _THREADS_FROM else 1
+        threads = (self._threads or _cores()) if rows >= _THREADS_FROM else 1
         step = -(-rows // threads // block) * block if threads > 1 else max(rows, 1)
         spans = [(a, min(a + step, rows)) for a in range(0, rows, step)]
         self._prepare(block)
         if len(spans) <= 1:
             self._span(block, inputs, outputs, 0, rows)
         else:
-            with ThreadPoolExecutor(len(spans)) as pool:
-                list(pool.map(lambda s: self._span(block, inputs, outputs, *s), spans))
+            with ThreadPoolExecutor(len(spans) - 1) as pool:
+                others = [pool.submit(self._span, block, inputs, outputs, *span) for span in spans[1:]]
+                self._span(block, inputs, outputs, *spans[0])
+            for other in others:
+                other.result()
         return outputs
 
     def _prepare(self, block: int) -> None:
@@ -192,3 +196,10 @@ class Kernel:
             evaluate()
             for array, target in zip(outs, outputs, strict=True):
                 target[start : start + count] = array[:, :count].T
+
+
+def _cores() -> int:
+    """Cores that this process may use; on a shared machine fewer than there are."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

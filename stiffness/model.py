@@ -144,7 +144,8 @@ def _effect(
     if not isinstance(table, dict):
         raise ModelError(f"{name}: {place} is not a table")
     names = [p.name for p in effect.parameters]
-    allowed = {*names, *(f"sd_{_bare(p)}" for p in names), "identified"} | ({"tool"} if effect.scope == "tool" else set())
+    tool = {"tool"} if effect.scope == "tool" else set()
+    allowed = {*names, *(f"sd_{_bare(p)}" for p in names), "identified"} | tool
     _known(name, place + ".", table, allowed)
     _typed(name, {"tool": "", **table}, "tool", str, "the name of the tool it was measured with", place + ".")
     values, sd = {}, {}
@@ -198,7 +199,8 @@ def _numbers(name: str, place: str, given: Any, p: Parameter, joints: int) -> Fl
     bad = np.flatnonzero((array < p.low) | (array > p.high))
     if len(bad):
         raise ModelError(
-            f"{name}: {place}[{bad[0] + 1}] = {array[bad[0]]:g} {p.unit} is outside {p.low:g} ... {p.high:g} ({p.meaning})"
+            f"{name}: {place}[{bad[0] + 1}] = {array[bad[0]]:g} {p.unit} is outside {p.low:g} ... {p.high:g} "
+            f"({p.meaning})"
         )
     return array
 

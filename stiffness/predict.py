@@ -48,7 +48,7 @@ class Tool:
 
     def __post_init__(self) -> None:
         if self.mass and self.com is None:
-            raise ValueError(f"tool {self.name!r}: a mass of {self.mass:g} kg without a centre of mass has no weight torque")
+            raise ValueError(f"tool {self.name!r}: {self.mass:g} kg without a centre of mass have no weight torque")
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,6 +69,9 @@ class Near:
     q: Floats
     actual: Floats
     extra: Floats
+
+
+COLUMNS = ("q", "actual", "torque", "rotation", "position", "error", "extra")  # of a Command, a row per pose
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,11 +99,10 @@ class Command:
 
     def replaced(self, rows: npt.NDArray[np.intp], part: Command) -> Command:
         """The same with other solutions at some poses."""
-        names = ("q", "actual", "torque", "rotation", "position", "error", "extra")
-        arrays = [getattr(self, name).copy() for name in names]
-        for array, name in zip(arrays, names, strict=True):
+        arrays = {name: getattr(self, name).copy() for name in COLUMNS}
+        for name, array in arrays.items():
             array[rows] = getattr(part, name)
-        return Command(*arrays, max(self.steps, part.steps))
+        return Command(**arrays, steps=max(self.steps, part.steps))
 
     @property
     def converged(self) -> npt.NDArray[np.bool_]:
@@ -170,7 +172,8 @@ class Predictor:
         worst = int(np.argmax(np.where(np.isfinite(residual[:, 0]), residual[:, 0], np.inf)))
         raise EquilibriumError(
             f"pose {worst}: no static equilibrium (last change {residual[worst, 0]:.2e} rad after "
-            f"{MAX_SWEEP_CALLS} x {SWEEPS} sweeps): the load is too large for these stiffnesses; check their unit (N*m/rad)"
+            f"{MAX_SWEEP_CALLS} x {SWEEPS} sweeps): the load is too large for these stiffnesses; check their unit "
+            "(N*m/rad)"
         )
 
     def nominal(self, q: Floats) -> tuple[Floats, Floats]:
@@ -285,8 +288,14 @@ class Predictor:
         """With ``loads``, or where None the sag that a controller may know: arm and declared tool alone."""
         weights = self._declared if loads is None else self._weights
         return self.statics.equilibrium(
-            q, x, weights, loads or (), state, self._p,
-            complementary=self.complementary, temperature=self.temperature,
+            q,
+            x,
+            weights,
+            loads or (),
+            state,
+            self._p,
+            complementary=self.complementary,
+            temperature=self.temperature,
         )
 
     def _nominal(self, q: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -336,7 +345,8 @@ class Predictor:
         error = largest(ca.vertcat(off, half_turn, new_extra - extra))
         new = q
         if newton:
-            columns = [ca.vertcat(ca.cross(a, p - j.origin), a) for a, j in zip(posture.axes, posture.joints, strict=True)]
+            turning = zip(posture.axes, posture.joints, strict=True)
+            columns = [ca.vertcat(ca.cross(a, p - j.origin), a) for a, j in turning]
             new = q + ca.solve(ca.horzcat(*columns), off)
         out = [_dense(v) for v in (new, new_extra, q - x[:n], tau, error)]
         given = [flat_r, target_p, wrench, state, q, extra, commanded]

@@ -16,28 +16,33 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import REVERSAL, Clamp, Effect, Memory, Numbers
+from stiffness.effects.effect import Clamp, Effect, Memory, Numbers
+from stiffness.scan import scan
 
 Floats = npt.NDArray[np.float64]
+
+AT_ONCE = 1e-6  # rad of travel: a micrometre at 2 m or less
 
 
 @dataclass(frozen=True, repr=False)
 class PreloadState:
     """State of every joint: n columns per remembering effect. ``low`` and ``high`` bracket the truth.
 
-    Shape (m,) at one pose, (N, m) along a path.
+    Shape (m,) at one pose, (N, m) along a path. ``likely`` is what came of the middle of an unknown start: like
+    the other two a history that a joint can have, which their mean is not.
     """
 
     low: Floats
     high: Floats
+    likely: Floats | None = None
 
     def __repr__(self) -> str:
         return f"PreloadState(shape {self.low.shape}, {'known' if self.known.all() else 'partly unknown'})"
 
     @property
     def middle(self) -> Floats:
-        """Best estimate: the mean of the bracket."""
-        return np.asarray(0.5 * (self.low + self.high))
+        """Best estimate."""
+        return np.asarray(0.5 * (self.low + self.high)) if self.likely is None else self.likely
 
     @property
     def known(self) -> npt.NDArray[np.bool_]:
@@ -47,7 +52,7 @@ class PreloadState:
     @property
     def last(self) -> PreloadState:
         """The state after the last pose of a path: where the next chunk starts."""
-        return PreloadState(self.low[-1], self.high[-1])
+        return PreloadState(self.low[-1], self.high[-1], None if self.likely is None else self.likely[-1])
 
 
 def unknown(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> PreloadState:
@@ -79,6 +84,7 @@ def walk(
     n = move.shape[-1]
     low = np.empty((*move.shape[:-1], start.low.shape[-1]))
     high = np.empty_like(low)
+    likely = low if start.known.all() else np.empty_like(low)
     for k, name, memory in _deflections_first(effects, values) if len(move) else ():
         own, span = values[name], slice(k * n, (k + 1) * n)
         clamp, gain = memory.rule(move, torque, own), memory.gain(own)
@@ -86,12 +92,15 @@ def walk(
             clamp = _implicit(clamp, gain, memory.bounds(own))
         a, b = _scan(clamp, start.low[..., span].ravel(), start.high[..., span].ravel())
         low[..., span], high[..., span] = a.reshape(move.shape), b.reshape(move.shape)
+        if likely is not low:
+            middle = start.middle[..., span].ravel()
+            likely[..., span] = _scan(clamp, middle, middle)[0].reshape(move.shape)
         if corrected and np.any(gain):  # what the command really moves, for the states that only look on
-            state = np.concatenate([start.middle[None, ..., span], 0.5 * (low + high)[..., span]])
+            state = np.concatenate([start.middle[None, ..., span], likely[..., span]])
             change = np.diff(state, axis=0)
             change[0] *= start.known[..., span]  # no command has answered a state that nobody knew
             move = move - change
-    return PreloadState(low, high)
+    return PreloadState(low, high, likely)
 
 
 def _deflections_first(
@@ -107,44 +116,17 @@ def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
     """The clamp in terms of the target's move: the correction of the state is itself a move.
 
     move = target move - (state' - state), hence shift / (1 + gain). A link that lags (gain -1) crosses its
-    gap at once; "at once" is a travel of REVERSAL, so that rounding in a target is no reversal.
+    gap at once; "at once" is a travel of AT_ONCE, so that rounding in a target is no reversal.
     """
-    at_once = 2 * half / REVERSAL
+    at_once = 2 * half / AT_ONCE
     factor = 1 / np.maximum(1 + gain, 1 / np.maximum(at_once, 1.0))
     return Clamp(clamp.shift * factor, clamp.low, clamp.high)
 
 
 def _scan(clamp: Clamp, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Apply the clamps one after the other to two start states, blocks of rows side by side."""
-    rows = len(clamp.shift)
-    n = clamp.shift[0].size
-    length = max(1, int(np.sqrt(rows))) if n < 1000 else rows  # many paths: one block is wide enough
-    blocks = -(-rows // length)
-    span = np.finfo(float).max / 8
-    shift, lo, hi = (np.full((blocks * length, n), v) for v in (0.0, -span, span))
-    shift[:rows] = np.clip(clamp.shift.reshape(rows, n), -span, span)
-    lo[:rows], hi[:rows] = clamp.low.reshape(rows, n), clamp.high.reshape(rows, n)
-    shift, lo, hi = (a.reshape(blocks, length, n) for a in (shift, lo, hi))
-    # 1. the composed clamp of every block
-    c, a, b = np.zeros((blocks, n)), np.full((blocks, n), -span), np.full((blocks, n), span)
-    for i in range(length if blocks > 1 else 0):
-        s, x, y = shift[:, i], lo[:, i], hi[:, i]
-        c = _clip(c + s, -span, span)
-        a, b = _clip(a + s, x, y), _clip(b + s, x, y)
-    # 2. the state before every block, block after block
-    first_low, first_high = np.empty((blocks, n)), np.empty((blocks, n))
-    for k in range(blocks):
-        first_low[k], first_high[k] = low, high
-        low, high = _clip(low + c[k], a[k], b[k]), _clip(high + c[k], a[k], b[k])
-    # 3. every state, in place of the bounds that made it
-    for i in range(length):
-        s, x, y = shift[:, i], lo[:, i], hi[:, i]
-        first_low, first_high = _clip(first_low + s, x, y), _clip(first_high + s, x, y)
-        lo[:, i], hi[:, i] = first_low, first_high
-    return lo.reshape(-1, n)[:rows], hi.reshape(-1, n)[:rows]
-
-
-def _clip(x: Floats, low: Floats | float, high: Floats | float) -> Floats:
-    """np.clip without its overhead, in place."""
-    np.maximum(x, low, out=x)
-    return np.minimum(x, high, out=x)
+    """Apply the clamps one after the other to two start states."""
+    if np.array_equal(low, high):
+        (one,) = scan(clamp, low[None])
+        return one, one
+    a, b = scan(clamp, np.stack([low, high]))
+    return a, b

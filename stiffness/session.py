@@ -144,13 +144,17 @@ class Session:
     def group(self) -> Ints:
         """(reflectors,) number of the group of each reflector; -1 without a group."""
         names = list(dict.fromkeys(r.group for r in self.reflectors if r.group is not None))
-        return np.array([-1 if r.group is None else names.index(r.group) for r in self.reflectors])
+        numbers = np.array([-1 if r.group is None else names.index(r.group) for r in self.reflectors])
+        numbers.setflags(write=False)
+        return numbers
 
     @cached_property
     def counts(self) -> Bools:
         """(N,) readings that an RMS counts: of a group only its first reflector, the probe's origin."""
         first = np.array([g < 0 or k == list(self.group).index(g) for k, g in enumerate(self.group)])
-        return np.asarray(first[self.samples.reflector])
+        counts = np.asarray(first[self.samples.reflector])
+        counts.setflags(write=False)
+        return counts
 
 
 def load_session(path: str | Path) -> Session:
@@ -168,9 +172,7 @@ def load_session(path: str | Path) -> Session:
     raw_samples = _bytes(f"{label}: samples = {file.samples!r}", folder / file.samples)
     table = read_table(csv_label, raw_samples)
     tracker = file.instruments.tracker * file.units.metre
-    samples, not_numeric = read_samples(
-        table, Setting(label, robot, file.units, held, file.wrench, known, tracker)
-    )
+    samples, not_numeric = read_samples(table, Setting(label, robot, file.units, held, file.wrench, known, tracker))
     check_agreement(table, samples)
     check_fit(csv_label, robot, known, samples, file.units, file.registered)
     return Session(

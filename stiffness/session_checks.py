@@ -53,9 +53,7 @@ def _first(keys: Sequence[Ints]) -> Ints:
     return np.asarray(index[inverse.reshape(-1)])
 
 
-def _agree(
-    table: Table, first: Ints, names: Sequence[str], values: Floats | Ints, slack: float, why: str
-) -> None:
+def _agree(table: Table, first: Ints, names: Sequence[str], values: Floats | Ints, slack: float, why: str) -> None:
     bad = np.abs(values - values[first]) > slack
     if bad.any():
         row, column = (int(k[0]) for k in np.nonzero(bad))
@@ -115,23 +113,16 @@ def check_fit(
     fits = [
         words
         for words, (q, scale, known) in other.items()
-        if _misfit(_rigid(robot, reflectors, part, q, scale), part.position * scale, part.block, known)
-        <= allowed
+        if _misfit(_rigid(robot, reflectors, part, q, scale), part.position * scale, part.block, known) <= allowed
     ]
-    hint = (
-        f"they would fit with {' or '.join(fits)}"
-        if fits
-        else "are robot, base and tip those that were measured?"
-    )
+    hint = f"they would fit with {' or '.join(fits)}" if fits else "are robot, base and tip those that were measured?"
     raise SessionError(
         f"{label}: columns x y z: the readings do not fit robot {robot.name}: they lie {off * 1e3:.0f} mm "
         f"(median) from where the rigid arm has its reflectors; {hint}"
     )
 
 
-def _rigid(
-    robot: Robot, reflectors: tuple[Reflector, ...], samples: Samples, q: Floats, scale: float
-) -> Floats:
+def _rigid(robot: Robot, reflectors: tuple[Reflector, ...], samples: Samples, q: Floats, scale: float) -> Floats:
     """(N, 3) m, where the reflectors of a rigid arm are in the base."""
     statics, symbol = Statics(robot, ()), ca.SX.sym("q", robot.n)
     posture = statics.posture(symbol, ca.SX.zeros(statics.n_x))

@@ -170,9 +170,7 @@ def _approach(table: Table, signs: Sequence[str], sizes: Sequence[str], radian: 
         return np.sign(np.nan_to_num(step)).astype(np.int64), step
     approach = table.integers(signs)
     table.refuse(np.abs(approach) > 1, signs, "expected -1, 0 (unknown) or 1")
-    table.refuse(
-        approach * step < 0, signs, "the step of this joint has the opposite sign; correct one of them"
-    )
+    table.refuse(approach * step < 0, signs, "the step of this joint has the opposite sign; correct one of them")
     return approach, step
 
 

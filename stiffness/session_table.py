@@ -125,9 +125,7 @@ def read_table(label: str, raw: bytes) -> Table:
     for row, line in zip(rows, lines, strict=True):
         if len(row) != len(header):
             comma = "; are decimals written with a comma?" if len(row) > len(header) else ""
-            raise SessionError(
-                f"{label}: row {line}: {len(row)} cells, expected {len(header)} as in the header{comma}"
-            )
+            raise SessionError(f"{label}: row {line}: {len(row)} cells, expected {len(header)} as in the header{comma}")
     if not rows:
         raise SessionError(f"{label}: no row below the header: a session needs readings")
     columns = [tuple(cell.strip() for cell in column) for column in zip(*rows, strict=True)]
@@ -145,9 +143,7 @@ def decoded(label: str, raw: bytes) -> str:
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
         byte = raw[error.start]
-        raise SessionError(
-            f"{label}: row {line}: byte 0x{byte:02x} is not UTF-8; save it as UTF-8"
-        ) from error
+        raise SessionError(f"{label}: row {line}: byte 0x{byte:02x} is not UTF-8; save it as UTF-8") from error
 
 
 def _check_header(label: str, header: list[str]) -> None:
@@ -158,9 +154,7 @@ def _check_header(label: str, header: list[str]) -> None:
             if mark in header[0]:
                 raise SessionError(f"{label}: row 1: cells are separated by {word}; separate them by commas")
     if "" in header:
-        raise SessionError(
-            f"{label}: row 1: column {header.index('') + 1} has no name; give it one or take it out"
-        )
+        raise SessionError(f"{label}: row 1: column {header.index('') + 1} has no name; give it one or take it out")
     twice = sorted({name for name in header if header.count(name) > 1})
     if twice:
         raise SessionError(f"{label}: row 1: column {', '.join(twice)} stands there twice; take one out")

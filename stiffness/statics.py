@@ -176,8 +176,14 @@ class Statics:
         return weights
 
     def law(
-        self, posture: Posture, q: ca.SX, weights: Sequence[tuple[int, ca.SX, ca.SX]], loads: Sequence[Load],
-        state: ca.SX | None, values: Mapping[str, Values], temperature: ca.SX | float = 0.0,
+        self,
+        posture: Posture,
+        q: ca.SX,
+        weights: Sequence[tuple[int, ca.SX, ca.SX]],
+        loads: Sequence[Load],
+        state: ca.SX | None,
+        values: Mapping[str, Values],
+        temperature: ca.SX | float = 0.0,
     ) -> tuple[ca.SX, ca.SX]:
         """One sweep: the loads at a posture, and the elastic coordinates they cause.
 
@@ -205,8 +211,7 @@ class Statics:
                 turn = posture.places[k].rotation.T
                 about = moment - ca.cross(posture.links[k].origin, force)
                 about = generalised_moment(posture.twists[k][3:], ca.mtimes(turn, about))
-                given = TwistInput(k, ca.vertcat(ca.mtimes(turn, force), about), ca.SX(temperature))
-                twists[k] = sum((e.twist(given, values[e.name]) for e in self.twisting[k] if e.twist), ca.SX.zeros(6))
+                twists[k] = self._yielded(k, ca.vertcat(ca.mtimes(turn, force), about), values, temperature)
             if k > 0:
                 about = moment - ca.cross(posture.joints[k - 1].origin, force)
                 torque[k - 1] = ca.dot(posture.axes[k - 1], about)
@@ -218,11 +223,11 @@ class Statics:
     def unloaded(self, q: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float = 0.0) -> ca.SX:
         """Elastic coordinates (n_x,) of an arm that carries nothing: kinematic offsets, growth by heat."""
         dq = self.joint_deflection(ca.SX.zeros(self.robot.n), q, None, values, temperature)
-        twists = [
-            sum((e.twist(TwistInput(k, ca.SX.zeros(6), ca.SX(temperature)), values[e.name]) for e in es if e.twist), ca.SX(0))
-            for k, es in self.twisting.items() if es
-        ]
-        return ca.vertcat(dq, *twists)
+        return ca.vertcat(dq, *(self._yielded(k, ca.SX.zeros(6), values, temperature) for k in self.places))
+
+    def _yielded(self, place: int, wrench: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float) -> ca.SX:
+        given = TwistInput(place, wrench, ca.SX(temperature))
+        return sum((e.twist(given, values[e.name]) for e in self.twisting[place] if e.twist), ca.SX.zeros(6))
 
     def joint_deflection(
         self, tau: ca.SX, q: ca.SX, state: ca.SX | None, values: Mapping[str, Values], temperature: ca.SX | float = 0.0
@@ -245,8 +250,16 @@ class Statics:
         return dq
 
     def equilibrium(
-        self, q: ca.SX, x: ca.SX, weights: Sequence[tuple[int, ca.SX, ca.SX]], loads: Sequence[Load],
-        state: ca.SX | None, values: Mapping[str, Values], *, sweeps: int = SWEEPS, complementary: bool = True,
+        self,
+        q: ca.SX,
+        x: ca.SX,
+        weights: Sequence[tuple[int, ca.SX, ca.SX]],
+        loads: Sequence[Load],
+        state: ca.SX | None,
+        values: Mapping[str, Values],
+        *,
+        sweeps: int = SWEEPS,
+        complementary: bool = True,
         temperature: ca.SX | float = 0.0,
     ) -> Equilibrium:
         """Static equilibrium at commanded angles ``q``, from the start value ``x``.

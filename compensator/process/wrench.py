@@ -16,6 +16,7 @@ from compensator.errors import CellError
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
+SMOOTH = np.cos(np.radians(15.0))  # wrenches that differ by less belong to one curve
 COLUMNS = ("index", "fx", "fy", "fz", "mx", "my", "mz")
 
 
@@ -87,6 +88,24 @@ def process_wrench(cell: Cell, path: Toolpath, rotation: Floats, position: Float
     wrench = np.concatenate([_turned(axes, local[:, :3]), _turned(axes, local[:, 3:])], axis=1)
     wrench[path.kind != CUT] = 0.0
     return wrench
+
+
+def carried_wrench(cell: Cell, wrench: Floats, toolpath: Toolpath, old: Toolpath, old_wrench: Floats) -> Floats:
+    """The wrench after poses were put into the segments of ``old``.
+
+    Path axes of a sampled curve turn at its poses; a pose put in between gets what lies between the wrenches of the
+    ends, or the whole turn would fall on what is left of the segment. Sharp corners stay corners.
+    """
+    if cell.process.frame != "path":
+        return wrench
+    start = np.clip(np.searchsorted(old.row, toolpath.row, side="right") - 1, 0, len(old) - 2)
+    a, b = old_wrench[start], old_wrench[start + 1]
+    cut = (old.kind[start] == CUT) & (old.kind[start + 1] == CUT)
+    size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+    gentle = np.sum(a * b, axis=1) > SMOOTH * size
+    share = (toolpath.row - old.row[start]) / (old.row[start + 1] - old.row[start])
+    inside = cut & gentle & (share > 0) & (share < 1)
+    return np.where(inside[:, None], a + share[:, None] * (b - a), wrench)
 
 
 def _turned(axes: Floats, vectors: Floats) -> Floats:

@@ -1,6 +1,6 @@
 """Joint stiffness: gears, bearings and servo loop of each joint as one linear spring.
 
-    dq = tau / K        (base model; Dumas et al., RCIM 27 (2011) 881)
+dq = tau / K        (base model; Dumas et al., RCIM 27 (2011) 881)
 """
 
 from __future__ import annotations

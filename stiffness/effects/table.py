@@ -16,8 +16,8 @@ def markdown() -> str:
     ]
     for effect in CATALOGUE:
         for p in effect.parameters:
-            cells = (f"`{effect.name}`", effect.scope, f"`{p.name}`", p.unit, _size(p), _bounds(p), _default(p), p.meaning)
-            lines.append("| " + " | ".join(cells) + " |")
+            names = (f"`{effect.name}`", effect.scope, f"`{p.name}`")
+            lines.append("| " + " | ".join((*names, p.unit, _size(p), _bounds(p), _default(p), p.meaning)) + " |")
     return "\n".join(lines) + "\n"
 
 

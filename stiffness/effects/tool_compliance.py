@@ -38,13 +38,14 @@ def _check(p: Numbers) -> str:
     c = c + c.T
     rigid = diagonal == 0
     if np.any(c[rigid]):
-        return f"coupling: row {int(np.argmax(np.any(c != 0, axis=1) & rigid)) + 1} of C has a zero on the diagonal and coupling"
+        row = int(np.argmax(np.any(c != 0, axis=1) & rigid)) + 1
+        return f"coupling: row {row} of C has a zero on the diagonal and coupling"
     scale = np.sqrt(np.where(rigid, 1.0, diagonal))
     smallest = float(np.linalg.eigvalsh(c / np.outer(scale, scale) + np.diag(~rigid * 1.0)).min())
     if smallest < -_ROUNDING:
         return (
-            f"coupling: C is not positive semi-definite (smallest eigenvalue {smallest:.2g} with the diagonal scaled to 1): "
-            "it would yield against some load; make the coupling smaller or the diagonal larger"
+            f"coupling: C is not positive semi-definite (smallest eigenvalue {smallest:.2g} with the diagonal scaled "
+            "to 1): it would yield against some load; make the coupling smaller or the diagonal larger"
         )
     return ""
 
@@ -59,7 +60,17 @@ EFFECT = Effect(
     parameters=(
         Parameter("linear_m_per_n", "m/N", 3, 1e-8, 0.0, 1e-3, 1e-7, "displacement per force along x, y, z"),
         Parameter("angular_rad_per_nm", "rad/(N*m)", 3, 1e-7, 0.0, 1e-2, 1e-6, "rotation per moment about x, y, z"),
-        Parameter("coupling", "m/N, rad/N, rad/(N*m)", 15, 0.0, -1e-2, 1e-2, 1e-7, "entries below the diagonal of C, row by row", 0.0),
+        Parameter(
+            "coupling",
+            "m/N, rad/N, rad/(N*m)",
+            15,
+            0.0,
+            -1e-2,
+            1e-2,
+            1e-7,
+            "entries of C below the diagonal, row by row",
+            0.0,
+        ),
     ),
     twist=_twist,
     places=lambda n: (n,),

@@ -114,6 +114,19 @@ def test_start_picks_configuration_and_turns(tmp_path: Path, turns: tuple[float,
     assert path.branch == int(loaded.inverse.configuration(np.radians([flipped]))[0])
 
 
+@pytest.mark.parametrize("seed", [3, 7, 11])
+def test_start_picks_the_configuration_of_an_arm_without_closed_form(tmp_path: Path, seed: int) -> None:
+    """UR10: of up to eight postures of the first pose, the one that [start] is near, in its turn of +-360 deg."""
+    g = np.random.default_rng(seed)
+    first = g.uniform(-120, 120, 6)
+    first[[2, 4]] = g.choice([-1, 1], 2) * g.uniform(40, 120, 2)
+    first[0] += 200 * np.sign(first[0])  # beyond half a turn
+    start = first + g.uniform(-12, 12, 6)
+    cell = {"start": {"joints": start.tolist()}, "tool": {"mass": 1.0}}
+    path, _ = planned(job_at(tmp_path, "ur10", [first.tolist(), (first + 1).tolist()], cell))
+    assert np.allclose(np.degrees(path.q[0]), first, atol=1e-6)
+
+
 def test_without_a_start_the_whole_path_is_inside_the_limits(tmp_path: Path) -> None:
     """And every pose stands where the file says, tool axis included."""
     path, loaded = planned(files(tmp_path))

@@ -32,8 +32,14 @@ FOLDER = Path(stiffness.effects.__file__).parent
 PAGE = Path(__file__).parents[2] / "docs" / "effects.md"
 STIFFNESS = np.array([2.0e6, 1.7e6, 1.3e6, 2.8e5, 9.6e4, 3.7e4])
 SUFFIX = {
-    "_nm_per_rad": "N*m/rad", "_rad_per_nm": "rad/(N*m)", "_m_per_n": "m/N", "_per_k": "1/K", "_nm": "N*m",
-    "_rad": "rad", "_kg": "kg", "_m": "m",
+    "_nm_per_rad": "N*m/rad",
+    "_rad_per_nm": "rad/(N*m)",
+    "_m_per_n": "m/N",
+    "_per_k": "1/K",
+    "_nm": "N*m",
+    "_rad": "rad",
+    "_kg": "kg",
+    "_m": "m",
 }
 
 every_effect = pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
@@ -113,9 +119,7 @@ class TwistLaw:
         self.shape = twist.shape
         arguments = [wrench, temperature, *p.values()]
         self.value = ca.Function("twist", arguments, [ca.densify(twist)])
-        self.slope = ca.Function(
-            "slope", arguments, [ca.densify(ca.jacobian(twist, ca.vertcat(wrench, *p.values())))]
-        )
+        self.slope = ca.Function("slope", arguments, [ca.densify(ca.jacobian(twist, ca.vertcat(wrench, *p.values())))])
 
     def __call__(self, wrench: Floats, temperature: float, values: Numbers) -> Floats:
         return np.array(self.value(wrench, temperature, *values.values())).ravel()
@@ -403,8 +407,16 @@ def model_of(effect: Effect, values: Numbers) -> ComplianceModel:
     base = {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}}
     tools = {effect.name: "spindle"} if effect.scope == "tool" else {}
     return ComplianceModel(
-        "memory", "ur10", "uncompensated", 20.0, None, None, {**base, effect.name: values},
-        {effect.name: {k: np.abs(v) / 7 for k, v in values.items()}}, {}, tools,
+        "memory",
+        "ur10",
+        "uncompensated",
+        20.0,
+        None,
+        None,
+        {**base, effect.name: values},
+        {effect.name: {k: np.abs(v) / 7 for k, v in values.items()}},
+        {},
+        tools,
     )
 
 

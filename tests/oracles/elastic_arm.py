@@ -89,7 +89,7 @@ class ElasticArm:
             return np.concatenate(parts)
 
         size = n + 6 * len(self.compliance)
-        found = root(lambda y: (y - 1e4 * caused(y / 1e4)), np.zeros(size), method="hybr", options={"xtol": 1e-14})
+        found = root(lambda y: y - 1e4 * caused(y / 1e4), np.zeros(size), method="hybr", options={"xtol": 1e-14})
         x = found.x / 1e4
         for _ in range(4):  # the last digits: what the search leaves, the law contracts
             x = caused(x)

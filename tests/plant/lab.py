@@ -8,94 +8,24 @@ from __future__ import annotations
 import csv
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
 from .geometry import Array, placement, rigid_inverse, turn
+from .lab_request import Form, Noise, Setup, Step, Target
+from .lab_sensor import Sensor
 from .plant import Plant
 from .scene import Load
 from .walk import Walk
 
 Ints = NDArray[np.int64]
-FORCES = ("fx", "fy", "fz", "mx", "my", "mz")
 
-
-@dataclass(frozen=True)
-class Target:
-    """A reflector where it really sits: m, in the frame of its link."""
-
-    name: str
-    link: int
-    at: ArrayLike
-    exact: bool = True
-    group: str | None = None
-
-
-@dataclass(frozen=True)
-class Step:
-    """A load: force (3,) N and moment (3,) N*m in base axes, on the flange about the TCP, or about the target
-    `pull` on the link `link` (default: the target's own); payload, kg, hung at the tool's com."""
-
-    force: ArrayLike = (0.0, 0.0, 0.0)
-    moment: ArrayLike = (0.0, 0.0, 0.0)
-    pull: str | None = None
-    link: int | None = None
-    payload: float = 0.0
-
-
-@dataclass(frozen=True)
-class Setup:
-    """A configuration q (n,) rad, reached by a last move (n,) rad; state 0 and the load steps after it."""
-
-    q: ArrayLike
-    move: ArrayLike
-    steps: Sequence[Step] = (Step(),)
-
-
-@dataclass(frozen=True)
-class Noise:
-    """One sigma of one reading, per axis: m, rad, N, N*m."""
-
-    tracker: float = 2e-5
-    tracker_angle: float = 0.0
-    force: float = 0.3
-    torque: float = 0.1
-
-
-@dataclass(frozen=True)
-class Form:
-    """How the session is written down.
-
-    blocks: tracker stations, one after the other; unregistered, each stands somewhere at random.
-    rough: m, how far the file's position of a target that is not exact is from the truth, one sigma.
-    wrong: rows that are wrong: a jump (1 to 10 mm), or two targets mixed up.
-    wrench: written at all; False only for sessions without loads. sensed: the sensor is read anew for
-    every row, or once per state. load_columns: write load_link and load_at for pulls elsewhere.
-    """
-
-    length: Literal["mm", "m"] = "mm"
-    angle: Literal["deg", "rad"] = "deg"
-    frame: Literal["base", "tool"] = "base"
-    about: Literal["tcp", "flange", "base"] = "tcp"
-    registered: bool = True
-    blocks: int = 1
-    repeats: int = 1
-    rough: float = 0.0
-    wrong: int = 0
-    wrench: bool = True
-    sensed: Literal["row", "state"] = "row"
-    load_columns: bool = True
-    approach: bool = True
-    step: bool = False
-    sd: bool = False
-    seconds: float | None = None  # between two readings; None: no column time
-    extra: Mapping[str, Sequence[float | str]] = field(default_factory=dict)  # column -> a value per set-up
-    purposes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)  # [setups.N]
+__all__ = ["Form", "Noise", "Notes", "Setup", "Step", "Target", "Truth", "measure"]
 
 
 @dataclass(frozen=True)
@@ -170,7 +100,10 @@ class _Day:
 
     def walk(self) -> tuple[Walk, list[list[int]]]:
         """The plant through all moves and states; for each set-up the walk's rows of its states."""
-        q, wrench, loads, where = [], [], [], []
+        q: list[Array] = []
+        wrench: list[Array] = []
+        loads: list[list[Load]] = []
+        where: list[list[int]] = []
         for setup in self.setups:
             angles = np.asarray(setup.q, dtype=float)
             q.append(angles - np.asarray(setup.move, dtype=float))
@@ -187,20 +120,13 @@ class _Day:
     def _loads(self, step: Step) -> list[Load]:
         loads = []
         if step.pull is not None:
-            target, f, m = self.targets[self.index[step.pull]], np.array(step.force), np.array(step.moment)
-            link = self._link(step)
-            if link != target.link:
-                raise ValueError(f"the plant pulls at a point of the link itself, {target.name} is on {target.link}")
-            loads.append(Load(link, np.array(target.at, dtype=float), f * 1.0, m * 1.0))
+            target = self.targets[self.index[step.pull]]
+            at, f, m = (np.array(v, dtype=float) for v in (target.at, step.force, step.moment))
+            loads.append(Load(target.link, at, f, m))
         if step.payload:
             weight = step.payload * self.arm.gravity
             loads.append(Load(self.arm.n, np.array(self.arm.tool.com, dtype=float), weight, np.zeros(3)))
         return loads
-
-    def _link(self, step: Step) -> int:
-        if step.pull is None or step.link is not None:
-            return self.arm.n if step.link is None else step.link
-        return self.targets[self.index[step.pull]].link
 
     # ---- the lab's day
 
@@ -222,7 +148,7 @@ class _Day:
         shown = self._read(position, keys)
         wrong = self._spoil(shown, keys)
         rows, wrenches, pulled = [], [], []
-        sensor = _Sensor(self, walk)
+        sensor = Sensor(self.arm, self.setups, self.targets, self.noise, self.form, walk, self.rng["sensor"])
         for number, key in enumerate(keys):
             wrench, point, columns = sensor.columns(key, int(at[number]))
             wrenches.append(wrench)
@@ -346,47 +272,6 @@ class _Day:
 
     def _in_units(self, metres: ArrayLike) -> list[float]:
         return [float(v) for v in np.asarray(metres, dtype=float) * self.metre]
-
-
-class _Sensor:
-    """The force sensor: shows the wrench in the axes and about the point that the form asks for."""
-
-    def __init__(self, day: _Day, walk: Walk) -> None:
-        self.day, self.walk = day, walk
-        self.last: tuple[tuple[int, int, int], Array] | None = None
-
-    def columns(self, key: tuple[int, int, int, int], row: int) -> tuple[Array, Array, dict[str, object]]:
-        """The true wrench, base axes; the point it is about; the cells of the wrench columns."""
-        day, step = self.day, self.day.setups[key[0]].steps[key[1]]
-        links, n = self.walk.links[row], day.arm.n
-        tcp = links[n] @ day.arm.tool.pose
-        point = tcp[:3, 3]
-        if step.pull is not None:
-            target = day.targets[day.index[step.pull]]
-            point = (links[target.link] @ np.append(target.at, 1.0))[:3]
-        f, m = np.array(step.force, dtype=float), np.array(step.moment, dtype=float)
-        if not day.form.wrench:
-            return np.concatenate([f, m]), point, {}
-        written = step.pull is not None and day.form.load_columns
-        origin = {"tcp": tcp[:3, 3], "flange": links[n][:3, 3], "base": np.zeros(3)}[day.form.about]
-        about = point if written else origin
-        axes = tcp[:3, :3] if day.form.frame == "tool" else np.eye(3)
-        shown = np.concatenate([axes.T @ f, axes.T @ (m + np.cross(point - about, f))]) + self._noise(key)
-        cells: dict[str, object] = dict(zip(FORCES, shown.tolist(), strict=True))
-        if any(s.pull for setup in day.setups for s in setup.steps) and day.form.load_columns:
-            cells |= {"load_link": day._link(step) if written else "", "load_at": step.pull if written else ""}
-        elif step.pull is not None and day._link(step) != n:
-            raise ValueError(f"a pull at link {day._link(step)} cannot be written without load columns")
-        return np.concatenate([f, m]), point, cells
-
-    def _noise(self, key: tuple[int, int, int, int]) -> Array:
-        noise = self.day.noise
-        fresh = self.day.rng["sensor"].normal(scale=[noise.force] * 3 + [noise.torque] * 3)
-        if self.day.form.sensed == "row":
-            return np.array(fresh)
-        if self.last is None or self.last[0] != key[:3]:
-            self.last = (key[:3], np.array(fresh))
-        return self.last[1]
 
 
 def _streams(seed: int, count: int) -> list[np.random.Generator]:

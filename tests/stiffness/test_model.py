@@ -20,7 +20,9 @@ from stiffness.robot import load_robot
 
 K = [3.0e6, 2.7e6, 2.1e6, 4.2e5, 1.4e5, 5.6e4]
 LEAST: dict[str, Any] = {
-    "schema": "model/1", "robot": "abb-irb6600-175-255", "effects": {"joint-stiffness": {"k_nm_per_rad": K}}
+    "schema": "model/1",
+    "robot": "abb-irb6600-175-255",
+    "effects": {"joint-stiffness": {"k_nm_per_rad": K}},
 }
 
 
@@ -73,7 +75,14 @@ def random_model(seed: int) -> ComplianceModel:
         }
         sd[e.name] = {p.name: np.abs(rng.normal(size=p.count(6))) * 10.0 ** rng.integers(-12, 5) for p in e.parameters}
     return ComplianceModel(
-        "memory", "some robot \"quoted\".urdf", "calibrated-out", 17.3 + rng.random(), "base_link", "tööl0", values, sd,
+        "memory",
+        'some robot "quoted".urdf',
+        "calibrated-out",
+        17.3 + rng.random(),
+        "base_link",
+        "tööl0",
+        values,
+        sd,
         {"joint-stiffness": np.array([True, False, True, True, False, True])},
         {e.name: "spindle-ü" for e in CATALOGUE if e.scope == "tool"},
         {"kind": "static", "load_range": [0.0, 1e3], "note": "a\nb"},
@@ -84,7 +93,10 @@ def random_model(seed: int) -> ComplianceModel:
 
 
 def test_the_example_of_the_interface(tmp_path: Path) -> None:
-    model = load_model(written(tmp_path, '''
+    model = load_model(
+        written(
+            tmp_path,
+            """
 schema = "model/1"
 robot = "abb-irb6600-175-255"
 gravity = "uncompensated"
@@ -96,7 +108,9 @@ sd_nm_per_rad = [2.0e4, 2.0e4, 1.5e4, 4.0e3, 2.0e3, 1.0e3]        # optional
 
 [effects.backlash]
 gap_rad = [6.0e-5, 5.0e-5, 6.0e-5, 1.1e-4, 1.6e-4, 2.2e-4]        # total lost motion per joint
-'''))
+""",
+        )
+    )
     np.testing.assert_array_equal(model.values["joint-stiffness"]["k_nm_per_rad"], K)
     np.testing.assert_array_equal(model.sd["joint-stiffness"]["k_nm_per_rad"], [2e4, 2e4, 1.5e4, 4e3, 2e3, 1e3])
     np.testing.assert_array_equal(model.values["backlash"]["gap_rad"], [6e-5, 5e-5, 6e-5, 1.1e-4, 1.6e-4, 2.2e-4])
@@ -114,7 +128,8 @@ def test_defaults(tmp_path: Path) -> None:
 
 
 def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
-    model = load_model(written(tmp_path, {**with_effect("joint-stiffness", k_nm_per_rad=[3000000] * 6), "reference_temperature": -5}))
+    content = {**with_effect("joint-stiffness", k_nm_per_rad=[3000000] * 6), "reference_temperature": -5}
+    model = load_model(written(tmp_path, content))
     assert model.values["joint-stiffness"]["k_nm_per_rad"].dtype == np.float64
     assert model.reference_temperature == -5.0
 
@@ -137,8 +152,10 @@ def test_arrays_are_read_only(tmp_path: Path) -> None:
     content["effects"]["backlash"] = {"gap_rad": [0.0] * 6}
     model = load_model(written(tmp_path, content))
     arrays = [
-        *model.values["joint-stiffness"].values(), *model.values["backlash"].values(),
-        *model.sd["joint-stiffness"].values(), *model.identified.values(),
+        *model.values["joint-stiffness"].values(),
+        *model.values["backlash"].values(),
+        *model.sd["joint-stiffness"].values(),
+        *model.identified.values(),
     ]
     assert len(arrays) == 6 and not any(a.flags.writeable for a in arrays)
 
@@ -200,7 +217,7 @@ def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
         ({"effects": None}, "no [effects.*] table"),
         ({"effects": {}}, "no [effects.*] table"),
         ({"effects": 5}, "no [effects.*] table"),
-        ({"effects": {"joint-stifness": {"k_nm_per_rad": K}}}, "unknown effect joint-stifness; known are joint-stiffness, "),
+        ({"effects": {"joint-stifness": {"k_nm_per_rad": K}}}, "unknown effect joint-stifness; known are joint-st"),
         ({"effects": {"backlash": {"gap_rad": [0.0] * 6}}}, "[effects.joint-stiffness] is missing"),
         ({"effects": {"joint-stiffness": K}}, "effects.joint-stiffness is not a table"),
     ],
@@ -212,7 +229,7 @@ def test_refused_at_the_top(tmp_path: Path, changes: dict[str, Any], expected: s
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
-        ({"k_nm_per_rad": K[:5]}, "k_nm_per_rad = [3000000.0, 2700000.0, 2100000.0, 420000.0, 140000.0]; expected 6 numbers"),
+        ({"k_nm_per_rad": K[:5]}, "k_nm_per_rad = [3000000.0, 2700000.0, 2100000.0, 420000.0, 140000.0]; expected 6 n"),
         ({"k_nm_per_rad": [*K, 1e5]}, "expected 6 numbers"),
         ({"k_nm_per_rad": 1e6}, "effects.joint-stiffness.k_nm_per_rad = 1000000.0; expected 6 numbers"),
         ({"k_nm_per_rad": []}, "expected 6 numbers"),
@@ -222,10 +239,10 @@ def test_refused_at_the_top(tmp_path: Path, changes: dict[str, Any], expected: s
         ({"k_nm_per_rad": [*K[:5], float("nan")]}, "every number must be finite"),
         ({"k_nm_per_rad": [float("inf"), *K[1:]]}, "every number must be finite"),
         ({"k_nm_per_rad": [10**400, *K[1:]]}, "a number is too large"),
-        ({"k_nm_per_rad": [*K[:3], -1.0, *K[4:]]}, "k_nm_per_rad[4] = -1 N*m/rad is outside 100 ... 1e+12 (torsional stiffness"),
+        ({"k_nm_per_rad": [*K[:3], -1.0, *K[4:]]}, "k_nm_per_rad[4] = -1 N*m/rad is outside 100 ... 1e+12 (torsional"),
         ({"k_nm_per_rad": [0.0, *K[1:]]}, "k_nm_per_rad[1] = 0 N*m/rad is outside"),
         ({"k_nm_per_rad": [*K[:5], 2e12]}, "k_nm_per_rad[6] = 2e+12 N*m/rad is outside"),
-        ({"k_nm_per_deg": K}, "unknown key effects.joint-stiffness.k_nm_per_deg; expected some of identified, k_nm_per_rad"),
+        ({"k_nm_per_deg": K}, "unknown key effects.joint-stiffness.k_nm_per_deg; expected some of identified, k_nm_p"),
         ({"sd_k_nm_per_rad": K}, "unknown key effects.joint-stiffness.sd_k_nm_per_rad"),
         ({"tool": "spindle"}, "unknown key effects.joint-stiffness.tool"),
         ({"sd_nm_per_rad": [1.0] * 5}, "sd_nm_per_rad = [1.0, 1.0, 1.0, 1.0, 1.0]; expected 6 numbers"),
@@ -297,9 +314,8 @@ def test_the_name_of_a_tool_is_text(tmp_path: Path) -> None:
     assert "effects.tool-compliance.tool = 3; expected the name of the tool" in text
 
 
-@pytest.mark.parametrize("scope", ["instruments"])
-def test_effects_of_instruments_never_act_on_a_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, scope: str) -> None:
-    bias = Effect("bias", "test", scope, ())  # type: ignore[arg-type]
+def test_effects_of_instruments_never_act_on_a_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    bias = Effect("bias", "test", "instruments", ())
     monkeypatch.setattr(module, "CATALOGUE", (*CATALOGUE, bias))
     model = replace(load_model(written(tmp_path, LEAST)), tools={"bias": "tool"})
     model = replace(model, values={**model.values, "bias": {}})
@@ -331,7 +347,14 @@ def test_a_tool_compliance_must_not_yield_against_a_load(tmp_path: Path) -> None
 def test_text_is_toml_that_others_read() -> None:
     content = tomllib.loads(model_text(random_model(9)))
     assert list(content) == [
-        "schema", "robot", "gravity", "reference_temperature", "base", "tip", "provenance", "effects"
+        "schema",
+        "robot",
+        "gravity",
+        "reference_temperature",
+        "base",
+        "tip",
+        "provenance",
+        "effects",
     ]
     assert content["effects"]["tool-compliance"]["tool"] == "spindle-ü"
     assert set(content["effects"]["joint-stiffness"]) == {"k_nm_per_rad", "sd_nm_per_rad", "identified"}

@@ -141,7 +141,10 @@ def position(oracle: ElasticArm, q: Floats, tool: Tool) -> Floats:
 def test_payload_is_not_calibrated_out() -> None:
     """A mass that an effect adds sags the arm whatever the controller knows."""
     payload = Effect(
-        "payload", "test", "tool", (Parameter("mass_kg", "kg", 1, 0, 0, 1e3, 1, "test"),),
+        "payload",
+        "test",
+        "tool",
+        (Parameter("mass_kg", "kg", 1, 0, 0, 1e3, 1, "test"),),
         mass=lambda n, p: (PointMass(n, p["mass_kg"], ca.SX(ca.DM([0.1, 0, 0.2]))),),
     )
     values = {**arms.VALUES, "payload": {"mass_kg": np.array([60.0])}}
@@ -168,8 +171,13 @@ def test_payload_is_not_calibrated_out() -> None:
 def offset(place: int) -> Effect:
     """A constant joint term and a constant twist: there without load."""
     return Effect(
-        "offset", "test", "robot", (Parameter("o", "SI", 12, 0, -1, 1, 1, "test"),),
-        joint=lambda given, p: p["o"][:6], twist=lambda given, p: p["o"][6:], places=lambda n: (place,),
+        "offset",
+        "test",
+        "robot",
+        (Parameter("o", "SI", 12, 0, -1, 1, 1, "test"),),
+        joint=lambda given, p: p["o"][:6],
+        twist=lambda given, p: p["o"][6:],
+        places=lambda n: (place,),
     )
 
 
@@ -180,8 +188,13 @@ def test_what_the_controller_knows_of_the_sag_leaves_kinematic_offsets_alone(com
     values = {**arms.VALUES, "offset": {"o": o}}
     arm, tool, q = arms.robot(), arms.tool(), arms.postures(arms.robot(), 3, 23)
     predictor = Predictor(
-        arm, (*arms.effects(), offset(3)), values, tool, gravity=arms.GRAVITY,
-        calibrated_out=True, complementary=complementary,
+        arm,
+        (*arms.effects(), offset(3)),
+        values,
+        tool,
+        gravity=arms.GRAVITY,
+        calibrated_out=True,
+        complementary=complementary,
     )
     oracle = ElasticArm(arm, lambda tau, a: tau / arms.STIFFNESS, {3: np.zeros((6, 6))})
     got = predictor.forward(q, np.zeros(6), np.zeros(0))
@@ -194,8 +207,12 @@ def test_what_the_controller_knows_of_the_sag_leaves_kinematic_offsets_alone(com
 
 def test_a_warm_arm() -> None:
     growth = Effect(
-        "growth", "test", "robot", (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
-        twist=lambda given, p: ca.vertcat(0, 0, p["a"] * given.temperature, ca.SX.zeros(3)), places=lambda n: (n,),
+        "growth",
+        "test",
+        "robot",
+        (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
+        twist=lambda given, p: ca.vertcat(0, 0, p["a"] * given.temperature, ca.SX.zeros(3)),
+        places=lambda n: (n,),
     )
     values = {**arms.VALUES, "growth": {"a": np.array([1e-5])}}
     arm, q = arms.robot(), arms.postures(arms.robot(), 3, 7)
@@ -242,7 +259,7 @@ def test_the_error_names_the_pose_without_equilibrium() -> None:
 
 
 def test_a_mass_without_its_centre_is_refused() -> None:
-    with pytest.raises(ValueError, match="'spindle'.*35 kg without a centre of mass"):
+    with pytest.raises(ValueError, match=r"'spindle': 35 kg without a centre of mass"):
         Tool(np.eye(3), np.zeros(3), 35.0, None, "spindle")
 
 
@@ -274,7 +291,8 @@ def test_command_then_forward_is_the_wanted_pose(model: str, calibrated_out: boo
     arm = arms.robot()
     q = arms.postures(arm, 200, 12)
     w, s = arms.wrenches(200, 1000.0, 12), states(predictor, 200)
-    close(predictor, q, w, s)
+    command = close(predictor, q, w, s)
+    assert command.steps <= 8  # each gains about two digits
 
 
 @pytest.mark.parametrize("name", arms.NAMES[1:])
@@ -311,7 +329,10 @@ def test_command_then_forward_without_complementary_stiffness() -> None:
 def test_command_then_forward_where_the_law_depends_on_the_commanded_angle() -> None:
     """posture-stiffness of the later catalogue: not the actual posture alone enters the law."""
     varying = Effect(
-        "varying", "test", "robot", (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
+        "varying",
+        "test",
+        "robot",
+        (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
         joint=lambda given, p: given.elastic * p["a"] * ca.sin(3 * given.angle),
     )
     values = {**arms.VALUES, "varying": {"a": np.full(6, 0.4)}}
@@ -343,8 +364,12 @@ def close(predictor: Predictor, q: Floats, w: Floats, s: Floats):
 def replace_calibrated(predictor: Predictor) -> Predictor:
     """The same arm before a controller takes its sag off: where the links really are."""
     return Predictor(
-        predictor.robot, predictor.statics.effects, predictor.values, predictor.tool,
-        gravity=arms.GRAVITY, complementary=predictor.complementary,
+        predictor.robot,
+        predictor.statics.effects,
+        predictor.values,
+        predictor.tool,
+        gravity=arms.GRAVITY,
+        complementary=predictor.complementary,
     )
 
 
@@ -381,7 +406,7 @@ def test_a_start_half_a_turn_away_is_not_called_converged() -> None:
     q = arms.postures(arms.robot(), 4, 19)
     q[:, 5] = np.linspace(-1.5, -0.5, 4)
     r, p = predictor.nominal(q)
-    turned = q + [0, 0, 0, 0, 0, np.pi]  # the flange is about its own axis: same place, half a turn
+    turned = q + np.pi * np.eye(6)[5]  # the flange turns about its own axis: same place, half a turn
     command = predictor.command(r, p, np.zeros((4, 6)), np.zeros((4, 0)), turned)
     reached, _ = predictor.nominal(command.q)
     wrong = np.abs(reached - r).max(axis=(1, 2)) > 1e-6
@@ -391,7 +416,10 @@ def test_a_start_half_a_turn_away_is_not_called_converged() -> None:
 def test_commands_that_never_settle_are_not_called_converged() -> None:
     """A law that turns over within the correction has no fixed point to find."""
     wild = Effect(
-        "wild", "test", "robot", (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
+        "wild",
+        "test",
+        "robot",
+        (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
         joint=lambda given, p: p["a"] * ca.sin(1e5 * given.angle),
     )
     values = {**arms.VALUES, "wild": {"a": np.full(6, 1e-3)}}

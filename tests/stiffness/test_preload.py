@@ -299,3 +299,15 @@ def test_memory_grows_with_the_path_and_no_faster() -> None:
         tracemalloc.stop()
     assert peaks[1] < 5 * peaks[0]
     assert peaks[1] < 20 * 80_000 * 6 * 8
+
+
+def test_the_likely_state_is_that_of_a_joint_that_began_in_the_middle() -> None:
+    move, torque = random_path(200, 3, 9)
+    torque[:60] = 0
+    v = values(joints=3)
+    got = walk(BOTH, v, 1e-3 * move, torque, unknown(BOTH, v))
+    began = walk(BOTH, v, 1e-3 * move, torque, at(*[0.0] * 6))
+    np.testing.assert_allclose(got.middle, began.middle, atol=1e-12)
+    assert np.all((got.low - 1e-9 <= got.middle) & (got.middle <= got.high + 1e-9))
+    np.testing.assert_array_equal(got.last.middle, got.middle[-1])
+    assert np.abs(got.middle - 0.5 * (got.low + got.high)).max() > 1e-6

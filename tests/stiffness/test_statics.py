@@ -38,8 +38,12 @@ def numbers(v: ca.SX) -> Floats:
 def six_dof(places: tuple[int, ...], spring: Effect | None = None) -> Effect:
     """A spring with any (6, 6) at any places."""
     return Effect(
-        "six-dof", "test", "robot", (Parameter("c", "SI", 36, 0, -1, 1, 1, "test"),),
-        twist=lambda given, p: ca.mtimes(ca.reshape(p["c"], 6, 6), given.wrench), places=lambda n: places,
+        "six-dof",
+        "test",
+        "robot",
+        (Parameter("c", "SI", 36, 0, -1, 1, 1, "test"),),
+        twist=lambda given, p: ca.mtimes(ca.reshape(p["c"], 6, 6), given.wrench),
+        places=lambda n: places,
     )
 
 
@@ -50,16 +54,28 @@ def random_compliance(seed: int, size: float = 1.0) -> Floats:
 
 
 def solved(
-    statics: Statics, q: Floats, values: dict[str, dict[str, Floats]], loads: list[Push], gravity: Floats,
-    extra: list[tuple[int, float, Floats]] | None = None, sweeps: int = 30, complementary: bool = True,
+    statics: Statics,
+    q: Floats,
+    values: dict[str, dict[str, Floats]],
+    loads: list[Push],
+    gravity: Floats,
+    extra: list[tuple[int, float, Floats]] | None = None,
+    sweeps: int = 30,
+    complementary: bool = True,
 ):
     """The equilibrium with numbers all through."""
     symbols = {e: {k: dm(v) for k, v in p.items()} for e, p in values.items()}
     weights = statics.loads_of_weight(dm(gravity), [(k, ca.SX(m), dm(c)) for k, m, c in extra or []], symbols)
     pushed = [Load(p.link, dm(p.point), dm(p.wrench)) for p in loads]
     return statics.equilibrium(
-        dm(q), ca.SX.zeros(statics.n_x), weights, pushed, ca.SX.zeros(statics.n_state), symbols,
-        sweeps=sweeps, complementary=complementary,
+        dm(q),
+        ca.SX.zeros(statics.n_x),
+        weights,
+        pushed,
+        ca.SX.zeros(statics.n_state),
+        symbols,
+        sweeps=sweeps,
+        complementary=complementary,
     )
 
 
@@ -133,8 +149,13 @@ def test_masses_are_where_the_robot_says(name: str) -> None:
     one_body = replace(arm, mass=heavier[0], com=heavier[1])
     for q in rng.uniform(-3, 3, (10, 6)):
         eq = solved(
-            Statics(arm, [SPRING]), q, {"joint-stiffness": {"k_nm_per_rad": np.full(6, 1e12)}}, [], arms.GRAVITY,
-            [(6, 40.0, np.array([0.1, 0.2, -0.3]))], complementary=False,
+            Statics(arm, [SPRING]),
+            q,
+            {"joint-stiffness": {"k_nm_per_rad": np.full(6, 1e12)}},
+            [],
+            arms.GRAVITY,
+            [(6, 40.0, np.array([0.1, 0.2, -0.3]))],
+            complementary=False,
         )
         np.testing.assert_allclose(numbers(eq.torque).ravel(), one_body.gravity_torque(q), atol=1e-9)
 
@@ -146,8 +167,12 @@ def test_wrench_torque_is_pinocchios_jacobian_transposed(name: str) -> None:
     for q in rng.uniform(-3, 3, (10, 6)):
         w, lever = rng.normal(size=6) * 1e3, rng.uniform(-0.4, 0.4, 3)
         eq = solved(
-            Statics(arm, [SPRING]), q, {"joint-stiffness": {"k_nm_per_rad": np.full(6, 1e12)}},
-            [Push(6, lever, w)], np.zeros(3), complementary=False,
+            Statics(arm, [SPRING]),
+            q,
+            {"joint-stiffness": {"k_nm_per_rad": np.full(6, 1e12)}},
+            [Push(6, lever, w)],
+            np.zeros(3),
+            complementary=False,
         )
         arm_of_force = arm.pose(q)[:3, :3] @ lever
         about_flange = np.r_[w[:3], w[3:] + np.cross(arm_of_force, w[:3])]
@@ -160,8 +185,12 @@ def test_a_load_on_an_inner_link_works_on_the_joints_inward_of_it(link: int) -> 
     rng = np.random.default_rng(7 + link)
     q, point, w = arms.postures(arm, 1, link)[0], rng.uniform(-0.5, 0.5, 3), rng.normal(size=6) * 500
     eq = solved(
-        Statics(arm, [SPRING]), q, {"joint-stiffness": {"k_nm_per_rad": np.full(6, 1e12)}},
-        [Push(link, point, w)], np.zeros(3), complementary=False,
+        Statics(arm, [SPRING]),
+        q,
+        {"joint-stiffness": {"k_nm_per_rad": np.full(6, 1e12)}},
+        [Push(link, point, w)],
+        np.zeros(3),
+        complementary=False,
     )
     plain = ElasticArm(arm, lambda tau, a: tau / 1e12)
     weightless = replace(plain, gravity=np.zeros(3))
@@ -188,8 +217,11 @@ def test_equilibrium_is_newtons_on_pinocchio() -> None:
         dq = root(out_of_balance, np.zeros(6), tol=1e-15).x
         assert np.abs(out_of_balance(dq)).max() < 1e-13
         eq = solved(
-            Statics(arm, [SPRING]), q, {"joint-stiffness": {"k_nm_per_rad": stiffness}},
-            [Push(6, np.zeros(3), w)], arms.GRAVITY,
+            Statics(arm, [SPRING]),
+            q,
+            {"joint-stiffness": {"k_nm_per_rad": stiffness}},
+            [Push(6, np.zeros(3), w)],
+            arms.GRAVITY,
         )
         np.testing.assert_allclose(numbers(eq.x).ravel(), dq, atol=1e-13)
         flange = eq.posture.links[-1]
@@ -204,8 +236,12 @@ def test_without_complementary_stiffness_it_is_the_linear_prediction() -> None:
     for k, q in enumerate(arms.postures(arm, 5, 9)):
         w = arms.wrenches(1, 3000.0, k)[0]
         eq = solved(
-            Statics(arm, [SPRING]), q, {"joint-stiffness": {"k_nm_per_rad": arms.STIFFNESS}},
-            [Push(6, np.zeros(3), w)], np.zeros(3), complementary=False,
+            Statics(arm, [SPRING]),
+            q,
+            {"joint-stiffness": {"k_nm_per_rad": arms.STIFFNESS}},
+            [Push(6, np.zeros(3), w)],
+            np.zeros(3),
+            complementary=False,
         )
         dq = arm.jacobian(q).T @ w / arms.STIFFNESS
         np.testing.assert_allclose(numbers(eq.x).ravel(), dq, rtol=1e-12, atol=1e-16)
@@ -261,8 +297,11 @@ def test_places_that_yield_are_in_balance_by_virtual_work(places: tuple[int, ...
         )
         x, force = oracle.solve(q, pushes)
         eq = solved(
-            Statics(arm, [SPRING, six_dof(places)]), q,
-            {"joint-stiffness": {"k_nm_per_rad": arms.STIFFNESS}, "six-dof": {"c": c.ravel()}}, pushes, arms.GRAVITY,
+            Statics(arm, [SPRING, six_dof(places)]),
+            q,
+            {"joint-stiffness": {"k_nm_per_rad": arms.STIFFNESS}, "six-dof": {"c": c.ravel()}},
+            pushes,
+            arms.GRAVITY,
             [(6, 35.0, np.array([0, 0.05, 0.1]))],
         )
         np.testing.assert_allclose(numbers(eq.x).ravel(), x, atol=1e-12)
@@ -295,19 +334,28 @@ def test_internal_springs_and_undeclared_masses() -> None:
     """The torque slot at the angles of the links, the mass slot inward of its link."""
     arm = arms.robot()
     compensator = Effect(
-        "compensator", "test", "robot", (Parameter("k", "N*m/rad", 1, 0, 0, 1e6, 1, "test"),),
-        torque=lambda angle, p: ca.vertcat(0, -p["k"] * ca.sin(angle[1]), ca.SX.zeros(4)), needs_torque_sign=True,
+        "compensator",
+        "test",
+        "robot",
+        (Parameter("k", "N*m/rad", 1, 0, 0, 1e6, 1, "test"),),
+        torque=lambda angle, p: ca.vertcat(0, -p["k"] * ca.sin(angle[1]), ca.SX.zeros(4)),
+        needs_torque_sign=True,
     )
     load = Effect(
-        "load", "test", "tool", (Parameter("m", "kg", 1, 0, 0, 1e3, 1, "test"),),
+        "load",
+        "test",
+        "tool",
+        (Parameter("m", "kg", 1, 0, 0, 1e3, 1, "test"),),
         mass=lambda n, p: (PointMass(n, p["m"], dm([0.1, 0, 0.2])), PointMass(3, 2 * p["m"], dm([0, 0.3, 0]))),
     )
     values = {
-        "joint-stiffness": {"k_nm_per_rad": arms.STIFFNESS}, "compensator": {"k": np.array([2e4])},
+        "joint-stiffness": {"k_nm_per_rad": arms.STIFFNESS},
+        "compensator": {"k": np.array([2e4])},
         "load": {"m": np.array([25.0])},
     }
     oracle = ElasticArm(
-        arm, lambda tau, a: tau / arms.STIFFNESS,
+        arm,
+        lambda tau, a: tau / arms.STIFFNESS,
         masses=((6, 25.0, np.array([0.1, 0, 0.2])), (3, 50.0, np.array([0, 0.3, 0.0]))),
         spring=lambda angle: np.array([0, -2e4 * np.sin(angle[1]), 0, 0, 0, 0]),
     )
@@ -319,7 +367,8 @@ def test_internal_springs_and_undeclared_masses() -> None:
 
 def test_softening_knows_the_base_spring_whatever_the_order_of_effects() -> None:
     arm, soft = arms.robot(), BY_NAME["preload-softening"]
-    values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}, "preload-softening": {"ratio": dm(np.full(6, 0.7))}}
+    ratio = {"ratio": dm(np.full(6, 0.7))}
+    values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}, "preload-softening": ratio}
     tau, q, state = dm(np.linspace(-800, 900, 6)), dm(np.zeros(6)), dm([1, -1, 1, -1, 1, -1])
     one, other = (
         numbers(Statics(arm, e).joint_deflection(tau, q, state, values)).ravel()
@@ -335,16 +384,17 @@ def test_softening_knows_the_base_spring_whatever_the_order_of_effects() -> None
 def test_temperature_reaches_every_law() -> None:
     arm = arms.robot()
     growth = Effect(
-        "growth", "test", "robot", (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
+        "growth",
+        "test",
+        "robot",
+        (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
         joint=lambda given, p: 2 * p["a"] * given.temperature * ca.SX.ones(6),
         twist=lambda given, p: ca.vertcat(p["a"] * given.temperature * given.place, ca.SX.zeros(5)),
         places=lambda n: (1, n),
     )
     values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}, "growth": {"a": dm([1e-5])}}
     statics = Statics(arm, [SPRING, growth])
-    eq = statics.equilibrium(
-        dm(np.full(6, 0.3)), ca.SX.zeros(18), [], [], ca.SX(0, 1), values, temperature=12.0
-    )
+    eq = statics.equilibrium(dm(np.full(6, 0.3)), ca.SX.zeros(18), [], [], ca.SX(0, 1), values, temperature=12.0)
     expected = np.r_[np.full(6, 2.4e-4), 1.2e-4, np.zeros(5), 7.2e-4, np.zeros(5)]
     np.testing.assert_allclose(numbers(eq.x).ravel(), expected, atol=1e-18)
 

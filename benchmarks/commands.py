@@ -1,0 +1,72 @@
+"""The whole command in a process of its own, against reading and writing the same text."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.job import write_inputs
+from benchmarks.table import Row
+from benchmarks.timing import ratio
+
+ROUNDS = 3
+LARGE = 1_000_000
+
+
+@dataclass(frozen=True)
+class Run:
+    """One process: ``seconds`` from the shell with the start of Python, ``poses`` made, ``peak_mb`` of memory."""
+
+    seconds: float
+    poses: int
+    peak_mb: float
+
+
+def run_job(job: str, folder: Path) -> Run:
+    """One job of ``benchmarks.job``."""
+    began = time.perf_counter()
+    command = [sys.executable, "-m", "benchmarks.job", job, str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1])
+    seconds = time.perf_counter() - began
+    figures = json.loads(done.stdout)
+    return Run(seconds, figures["poses"], figures["peak_bytes"] / 1e6)
+
+
+def run(sizes: Sequence[int] = (10_000, 100_000), rounds: int = ROUNDS) -> Iterator[Row]:
+    """CSV in and RAPID out, without and with joint memory."""
+    for memory in (False, True):
+        group = "compensate, csv to RAPID, from the shell" + (" (backlash and preload)" if memory else "")
+        medians: dict[int, float] = {}
+        for poses in sizes:
+            text, whole = measured(poses, rounds if poses < LARGE else 1, memory=memory)
+            medians[poses] = statistics.median(r.seconds for r in whole)
+            name = f"{poses:,} poses"
+            yield Row(group, name, medians[poses], "s")
+            against = ratio([r.seconds for r in whole], [r.seconds for r in text])
+            goal = "2 at 1,000,000" if poses == LARGE else ""
+            yield Row(group, "  against reading and writing the text", against, "x", goal)
+            peak = max(r.peak_mb for r in whole)
+            yield Row(group, "  peak memory", peak, "MB", "1000 at 1,000,000" if poses == LARGE else "")
+        first, last = sizes[0], sizes[-1]
+        if last > first:
+            goal = "110" if (first, last) == (10_000, LARGE) else ""
+            yield Row(group, f"growth {first:,} to {last:,}", medians[last] / medians[first], "x", goal)
+
+
+def measured(poses: int, rounds: int, *, memory: bool) -> tuple[list[Run], list[Run]]:
+    """Runs of the text alone and of the whole command, in turn."""
+    text, whole = [], []
+    with tempfile.TemporaryDirectory(prefix="bench-") as name:
+        folder = Path(name)
+        write_inputs(folder, poses, memory=memory)
+        for _ in range(rounds):
+            text.append(run_job("text", folder))
+            whole.append(run_job("compensate", folder))
+    return text, whole
