@@ -8,7 +8,6 @@ through ``Function.buffer`` without a copy into DM (measured in benchmarks/; no 
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -200,6 +199,5 @@ class Kernel:
 
 def _cores() -> int:
     """Cores that this process may use; on a shared machine fewer than there are."""
-    if sys.platform == "linux":
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    allowed = getattr(os, "sched_getaffinity", None)  # not on every system
+    return len(allowed(0)) if allowed else os.cpu_count() or 1

@@ -21,7 +21,7 @@ from stiffness.scan import scan
 
 Floats = npt.NDArray[np.float64]
 
-AT_ONCE = 1e-6  # rad of travel: a micrometre at 2 m or less
+AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
 
 
 @dataclass(frozen=True, repr=False)

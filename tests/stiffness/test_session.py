@@ -147,6 +147,15 @@ def test_pairs_match_repeats(tmp_path: Path) -> None:
     np.testing.assert_allclose(pairs.sd, 3e-5 * np.sqrt(2))
 
 
+def test_pairs_match_repeats_by_number_not_by_order(tmp_path: Path) -> None:
+    write(tmp_path, form=lab.Form(repeats=3))
+    rows = Rows(tmp_path)
+    rows.order = [r for r in reversed(rows.order) if r["state"] == "0"] + [r for r in rows.order if r["state"] != "0"]
+    session = load_session(rows.write())
+    repeat = session.samples.repeat
+    np.testing.assert_array_equal(repeat[session.pairs.row], repeat[session.pairs.reference])
+
+
 def test_pairs_share_a_reference_that_was_read_less_often(tmp_path: Path) -> None:
     write(tmp_path, form=lab.Form(repeats=3), design={"count": 1})
     rows = Rows(tmp_path)
@@ -171,6 +180,14 @@ def test_pairs_do_not_cross_tracker_stations(tmp_path: Path) -> None:
     assert set(session.samples.state[session.pairs.alone]) == {4}
 
 
+def test_two_stations_may_read_the_same(tmp_path: Path) -> None:
+    write(tmp_path, design={"count": 1})
+    rows = Rows(tmp_path)
+    rows.order = [{**row, "block": block} for block in "01" for row in rows.order]
+    session = load_session(rows.write())
+    assert (len(session.samples), len(session.states), len(session.pairs)) == (30, 5, 24)
+
+
 def test_part_of_a_session(tmp_path: Path) -> None:
     session, _ = write(tmp_path)
     part = session.take(session.samples.setup != 2)
@@ -189,6 +206,20 @@ def test_unloaded_calibration(tmp_path: Path) -> None:
     # 6 numbers for the tracker and 3 for the reflector that is not exact leave nothing of three readings
     assert not session.take(np.arange(3)).has_absolute
     assert session.take(np.arange(4)).has_absolute
+
+
+def test_probe_of_unknown_placement(tmp_path: Path) -> None:
+    probe = [replace(t, exact=False, group="probe", link=6) for t in TARGETS]
+    noise = lab.Noise(2e-5, 1e-4, 0.5, 0.06)
+    setups = [lab.Setup([0.1 * k, -1.0, 0.7 + 0.1 * k, 0.3, 0.8, 0.2 * k], [0.1] * 6) for k in range(3)]
+    notes = lab.measure(ur10(), setups, probe, noise=noise, form=lab.Form(registered=False, rough=0.002))
+    session = load_session(notes.write(tmp_path, "ur10"))
+    given = session.instruments
+    assert (given.tracker, given.tracker_angle) == (pytest.approx(2e-5), 1e-4)
+    assert (given.force, given.torque) == (0.5, 0.06)
+    # six numbers a pose, and twelve to place tracker and probe
+    assert not session.take(session.samples.setup < 3).has_absolute
+    assert session.has_absolute
 
 
 # ---- real sessions

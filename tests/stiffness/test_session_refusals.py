@@ -101,6 +101,19 @@ def test_the_last_digit_of_a_display_is_no_other_configuration(desk: Path) -> No
     assert "row 3, column q2" in message(rows.write())
 
 
+def test_limits_are_rounded(desk: Path) -> None:
+    rows = Rows(desk)
+    assert "row 2, column q6 = '360.1': outside the limits" in message(spoil_q6(rows, "360.1"))
+    assert load_session(spoil_q6(rows, "360.01")).samples.q[0, 5] == pytest.approx(np.radians(360.01))
+
+
+def spoil_q6(rows: Rows, cell: str) -> Path:
+    """The first set-up turned about the tool axis: the median of all readings stays where it was."""
+    for row in rows.order[:12]:
+        row["q6"] = cell
+    return rows.write()
+
+
 def test_degrees_in_a_file_of_radians(desk: Path) -> None:
     spoil(desk, 'angle = "deg"', 'angle = "rad"')
     text = message(desk / "session.toml")
