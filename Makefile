@@ -16,7 +16,6 @@ demo: $(VENV)/.run
 
 test: $(VENV)/.test
 	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -n 2
 

@@ -6,10 +6,13 @@ Prints JSON: seconds of the job without the start of Python, and the peak memory
 from __future__ import annotations
 
 import json
+import os
 import resource
 import sys
 import time
 from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it
 
 import numpy as np
 

@@ -77,7 +77,7 @@ class ToolTable(_Table):
         _in_mm("tool.com", self.com or (0.0, 0.0, 0.0))
         _in_degrees("tool.rpy", self.rpy)
         if self.mass and self.com is None:
-            raise ValueError("mass is given without com: the weight acts at the centre of mass; add com = [x, y, z] in mm")
+            raise ValueError("mass is given without com, where its weight acts; add com = [x, y, z] in mm")
         return self
 
     def tool(self) -> Tool:

@@ -125,7 +125,8 @@ def _solved(planner: Planner, c: Compensation, intervals: _Intervals) -> tuple[C
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
     pick = place.reshape(count, PARTS + 1).T.ravel()  # part by part, intervals side by side
-    state = PreloadState(*(np.broadcast_to(s, (PARTS + 1, *s.shape)) for s in (intervals.state.low, intervals.state.high)))
+    at_low = intervals.state
+    state = PreloadState(*(np.broadcast_to(s, (PARTS + 1, *s.shape)) for s in (at_low.low, at_low.high)))
     toolpath = path.toolpath.take(pick)
     shape = (PARTS + 1, count)
     for _ in range(ROUNDS):

@@ -56,14 +56,20 @@ def main() -> None:
 @main.command()
 @click.argument("toolpath", type=_FILE)
 @click.option("--cell", required=True, type=_FILE, help="cell/1 file: robot, tool, work object, process.")
-@click.option("-o", "--output", "program", required=True, type=_FILE, help="Program to write; its suffix says the language.")
+@click.option("-o", "--output", "program", required=True, type=_FILE, help="Program to write.")
 @click.option("--format", "language", type=click.Choice(_FORMATS), help="Language, where the suffix does not say it.")
 @click.option("--report", type=_FILE, help="HTML report.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
 @_refusals
 def compensate(
-    toolpath: Path, cell: Path, program: Path, language: str | None, report: Path | None, json: Path | None, verbose: bool
+    toolpath: Path,
+    cell: Path,
+    program: Path,
+    language: str | None,
+    report: Path | None,
+    json: Path | None,
+    verbose: bool,
 ) -> None:
     """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
     from compensator.report.text import progress, show

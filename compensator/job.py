@@ -133,7 +133,8 @@ def load_job(path: str | Path) -> Job:
     tools = {ONE_TOOL: cell.tool.tool()} if cell.tool else {k: t.tool() for k, t in cell.tools.items()}
     names = {t.name for t in tools.values()}
     if len(names) > 1 and any(e.scope == "tool" for e in model.effects):
-        raise CellError(f"{cell.source}: the model has effects of one tool; the cell has tools {', '.join(sorted(names))}")
+        listed = ", ".join(sorted(names))
+        raise CellError(f"{cell.source}: the model has effects of one tool; the cell has tools {listed}")
     effects, not_applied = model.applied(next(iter(names)))
     gravity = cell.gravity or model.gravity
     _masses(cell, robot, effects, gravity)
@@ -146,6 +147,7 @@ def load_job(path: str | Path) -> Job:
         job.predictors[number] = Predictor(
             robot, effects, values, tool, gravity=cell.gravity_in_base(),
             calibrated_out=gravity == "calibrated-out", complementary=cell.solve.complementary_stiffness,
+            temperature=0.0 if cell.temperature is None else cell.temperature - model.reference_temperature,
         )
     return job
 

@@ -155,7 +155,7 @@ class Planner:
         joints = np.radians(self.cell.start.joints)
         if len(joints) != self.robot.n:
             raise PathError(
-                f"{self.cell.source}: start.joints has {len(joints)} angles, {self.robot.name} has {self.robot.n} joints"
+                f"{self.cell.source}: start.joints has {len(joints)} angles, {self.robot.name} {self.robot.n} joints"
             )
         bad = np.flatnonzero((joints < self.robot.lower) | (joints > self.robot.upper))
         if len(bad):
@@ -334,12 +334,14 @@ class Planner:
             if not reached:
                 away = np.linalg.norm(position[k])
                 return (
-                    f"{place(toolpath, int(k))}: out of reach of {self.robot.name}: TCP {mm(toolpath.position[k])} mm in the "
-                    f"work object is {away * 1e3:.0f} mm from the base origin and no arm configuration within the joint "
+                    f"{place(toolpath, int(k))}: out of reach of {self.robot.name}: TCP "
+                    f"{mm(toolpath.position[k])} mm in the work object is {away * 1e3:.0f} mm from the base origin "
+                    "and no arm configuration within the joint "
                     "limits gets there; check [workobject], [tool] and their units (mm, deg)"
                 )
         return (
-            f"{toolpath.source}: every pose can be reached, but {self.robot.name} cannot keep one arm configuration along "
+            f"{toolpath.source}: every pose can be reached, but {self.robot.name} cannot keep one arm configuration "
+            "along "
             "the whole path; move [workobject], allow solve.free_tool_axis, or split the file"
         )
 

@@ -98,7 +98,7 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,
-        "unknown_state": {"n_cut": int(np.sum(spread > 0)), "max_spread_mm": float(spread.max() * 1e3) if len(spread) else 0.0},
+        "unknown_state": {"n_cut": int(np.sum(spread > 0)), "max_spread_mm": float(spread.max(initial=0.0) * 1e3)},
         "not_applied": list(c.job.not_applied),
         "notes": list(c.job.notes),
         "seconds": round(seconds, 3),

@@ -93,7 +93,7 @@ def varying_turn(
         None where no continuous turn exists on the grid.
     """
     rows = np.unique(np.linspace(0, len(toolpath) - 1, KEYS).astype(np.intp))
-    turns = np.arange(GRID) * (2 * np.pi / GRID)
+    turns = np.linspace(0, 2 * np.pi, GRID, endpoint=False)
     margin = margins(rows, turns)
     # the price of a posture falls with its margin; turning costs as well
     price = np.where(margin > -np.inf, np.exp(-4 * np.clip(margin, -1, 1)), np.inf)

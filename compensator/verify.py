@@ -52,7 +52,8 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     turned = np.abs(rotation - c.command.rotation).max(axis=(1, 2))
     if not np.all(np.maximum(off, turned) <= PRINTED):
         k = int(np.argmax(np.where(np.isfinite(off), np.maximum(off, turned), np.inf)))
-        raise SolveError(f"{place(toolpath, k)}: {path} prints a pose that is {off[k] * 1e6:.1f} um from the solved one")
+        size = f"{off[k] * 1e6:.1f} um"
+        raise SolveError(f"{place(toolpath, k)}: {path} prints a pose that is {size} from the solved one")
     batch = c.job.inverse.along(*_flange(c, rotation, position), c.path.branch, c.command.q)
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))

@@ -10,7 +10,8 @@ from pathlib import Path
 def main() -> None:
     """Show the file named on the command line."""
     report = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    print(f"{report['n_poses']} poses, {report['n_cut']} of them cutting; {report['inserted_poses']} put in at flank changes")
+    print(f"{report['n_poses']} poses, {report['n_cut']} of them cutting,", end=" ")
+    print(f"{report['inserted_poses']} put in at flank changes")
     print("predicted TCP error, mm         mean     95 %      max")
     for name, key in (("nominal poses commanded", "before"), ("program as written", "after")):
         e = report["predicted_error_mm"][key]

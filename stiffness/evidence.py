@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
-from stiffness.least_squares import Whitened, whitened
-from stiffness.preload import PreloadState, unknown, walk
+from stiffness.histories import Histories
+from stiffness.least_squares import Whitened, deletion_statistics, whitened
 from stiffness.reading import Kind, Reader
 from stiffness.robot import STANDARD_GRAVITY
 from stiffness.session import Session
@@ -23,180 +23,193 @@ from stiffness.station import Station
 from stiffness.unknowns import Unknowns
 
 Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+Index = npt.NDArray[np.intp]
 
-FAR = 1.0  # rad: an approach of unknown size is taken to be longer than any gap
-STATE_ROUNDS = 4
+STATE_ROUNDS = 5
+LARGEST_BLOCK = 900  # readings of a set-up that are whitened together; more are cut, which costs some weight
 
 
 @dataclass(frozen=True, repr=False)
-class Prediction:
-    """Predicted readings of a session: ``position`` (N, 3) m in the tracker's frame, and derivatives."""
+class Predicted:
+    """Predicted readings of a session: ``position`` (N, 3) m as read, and derivatives."""
 
     position: Floats
     by_parameter: Floats  # (N, 3, P)
     by_station: Floats  # (N, 3, S)
     by_wrench: Floats  # (N, 3, 6)
-    torque: Floats  # (N, n)
 
 
 class Evidence:
-    """One session, ready to be compared with a model.
-
-    Args:
-        unknowns, fixed: the model's free and fixed numbers.
-    """
+    """One session, ready to be compared with a model whose free numbers are ``unknowns``."""
 
     def __init__(self, session: Session, unknowns: Unknowns, fixed: Mapping[str, Numbers]) -> None:
         self.session, self.unknowns, self.fixed = session, unknowns, fixed
+        self.samples = session.samples
         self.reader = Reader(
-            session.robot,
-            unknowns,
-            fixed,
-            session.tool.tool(),
-            gravity=np.array(STANDARD_GRAVITY),
-            calibrated_out=session.gravity == "calibrated-out",
-        )
+            session.robot, unknowns, fixed, session.tool.tool(),
+            gravity=np.array(STANDARD_GRAVITY), calibrated_out=session.gravity == "calibrated-out",
+        )  # fmt: skip
         self.station = Station(session)
-        self.kinds = _kinds(session)
-        self._x = np.zeros((len(session), self.reader.n_x))
-        self._sequences = _Sequences(session)
-        self.used = np.ones(len(session), dtype=bool)
+        self.used = np.ones(len(self.samples), dtype=bool)
+        self._x = np.zeros((len(self.samples), self.reader.n_x))
+        self._histories = Histories(session)
+        self._kinds = _kinds(session)
+        reference = session.reference_temperature
+        warm = self.samples.temperature - (20.0 if reference is None else reference)
+        self._warm = np.where(np.isfinite(warm), warm, 0.0)
+        self._placed = False
 
     def __repr__(self) -> str:
-        return f"Evidence({self.session!r}, {int(self.used.sum())} used)"
+        return f"Evidence({self.session.source!r}, {int(self.used.sum())} readings used)"
 
-    def predict(self, p: Floats, station: Floats) -> Prediction:
-        """Readings for parameters ``p`` (P,) and station numbers (S,)."""
+    def predict(self, p: Floats, station: Floats) -> Predicted:
+        """Readings for parameters ``p`` (P,) and the session's own numbers ``station`` (S,)."""
         values = self.unknowns.values(p, self.fixed)
-        state = np.zeros((len(self.session), self.reader.statics.n_state))
-        read = self._read(p, station, state)
+        effects = self.unknowns.effects
+        state = self._histories.state(effects, values, np.zeros((len(self.samples), self.session.robot.n)))
         for _ in range(STATE_ROUNDS if state.shape[1] else 1):
-            new = self._sequences.state(self.unknowns.effects, values, read[1])
-            if np.array_equal(new, state) and np.any(self._x):
+            base, torque, by_p, by_w, link = self._read(p, station, state)
+            new = self._histories.state(effects, values, torque)
+            if np.allclose(new, state, atol=1e-6):
                 break
             state = new
-            read = self._read(p, station, state)
-        base, torque, by_p, by_w, by_reflector = read
-        return self.station.seen(station, base, by_reflector, by_p, by_w, torque)
+        if not self._placed:
+            self.station.place_trackers(base)
+            self._placed = True
+        read, back, by_station = self.station.seen(station, base)
+        by_reflector = self.station.reflector_derivative(station)[self.samples.reflector]
+        by_station = by_station + back @ (link @ by_reflector)
+        return Predicted(read, back @ by_p, by_station, back @ by_w)
 
     def _read(self, p: Floats, station: Floats, state: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        s, n = self.session, len(self.session)
-        base, torque = np.empty((n, 3)), np.empty((n, s.robot.n))
-        by_p, by_w = np.empty((n, 3, len(p))), np.empty((n, 3, 6))
-        link = np.empty((n, 3, 3))
-        reflector, point = self.station.reflectors(station)[s.reflector], self.station.load_points(station)
-        for kind, rows in self.kinds.items():
+        s, count = self.samples, len(self.samples)
+        base, torque = np.empty((count, 3)), np.empty((count, self.session.robot.n))
+        by_p, by_w, link = np.empty((count, 3, len(p))), np.empty((count, 3, 6)), np.empty((count, 3, 3))
+        places = self.station.reflectors(station)
+        reflector = places[s.reflector]
+        point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
+        for kind, rows in self._kinds.items():
             out = self.reader.read(
-                kind, p, s.q[rows], s.wrench[rows], point[rows], reflector[rows], state[rows],
-                s.payload[rows, None], s.warm[rows, None], self._x[rows],
+                kind, p, s.q[rows], s.load.wrench[rows], point[rows], reflector[rows], state[rows],
+                s.payload[rows, None], self._warm[rows, None], self._x[rows],
             )  # fmt: skip
             self._x[rows] = out.x
             base[rows], torque[rows], link[rows] = out.position, out.torque, out.rotation
             by_p[rows], by_w[rows] = out.by_parameter, out.by_wrench
         return base, torque, by_p, by_w, link
 
-    def blocks(self, p: Floats, station: Floats, offset: float) -> list[Whitened]:
+    def blocks(self, p: Floats, station: Floats, offset: float, columns: slice, width: int) -> list[Whitened]:
         """Whitened residuals set-up by set-up.
 
         Args:
-            offset: m, how far a reflector of a set-up may be off as a whole (kinematics); what the readings say
-                of absolute positions has this standard deviation, displacements keep their own.
+            offset: m, how far a reflector of a set-up may be off as a whole: what a reading says of absolute
+                positions has this standard deviation on top, displacements keep their own.
+            columns: where this session's station stands in the whole vector of ``width`` numbers.
         """
         seen = self.predict(p, station)
-        residual = self.session.position - seen.position
-        jacobian = np.concatenate([seen.by_parameter, seen.by_station], axis=2)
+        residual = self.samples.position - seen.position
         out = []
         for rows in self._setups():
+            jacobian = np.zeros((3 * len(rows), width))
+            jacobian[:, : len(p)] = seen.by_parameter[rows].reshape(3 * len(rows), -1)
+            jacobian[:, columns] = seen.by_station[rows].reshape(3 * len(rows), -1)
+            reduce = self._independent(rows)
             covariance = self.noise(rows, seen.by_wrench[rows], offset)
-            reduce = self.station.independent(rows)
-            r, j = residual[rows].reshape(-1), jacobian[rows].reshape(3 * len(rows), -1)
+            r = residual[rows].reshape(-1)
             if reduce is not None:
-                r, j, covariance = reduce @ r, reduce @ j, reduce @ covariance @ reduce.T
-            out.append(whitened(rows, r, j, covariance))
+                r, jacobian, covariance = reduce @ r, reduce @ jacobian, reduce @ covariance @ reduce.T
+            out.append(whitened(rows, r, jacobian, covariance))
         return out
 
-    def _setups(self) -> list[npt.NDArray[np.intp]]:
-        key = self.session.setup
-        order = np.argsort(key, kind="stable")
-        order = order[self.used[order]]
-        edges = np.flatnonzero(np.diff(key[order])) + 1
-        return [part for part in np.split(order, edges) if len(part)]
+    def deletion(self, block: Whitened) -> tuple[list[Index], Floats, Floats]:
+        """Readings of a block: their rows, the chi-square of leaving each out, and its degrees of freedom."""
+        probes = self._probes(block.rows)
+        free = np.ones(len(block.rows), dtype=bool)
+        for members, _ in probes:
+            free[members] = False
+        rows = [block.rows[k : k + 1] for k in np.flatnonzero(free)] + [block.rows[m] for m, _ in probes]
+        sizes = [3] * int(free.sum()) + [min(6, len(lever)) for _, lever in probes]
+        return rows, deletion_statistics(block, sizes), np.array(sizes, dtype=float)
 
-    def noise(self, rows: npt.NDArray[np.intp], by_wrench: Floats, offset: float) -> Floats:
+    def _setups(self) -> list[Index]:
+        order = np.argsort(self.samples.setup, kind="stable")
+        order = order[self.used[order]]
+        edges = np.flatnonzero(np.diff(self.samples.setup[order])) + 1
+        parts = [part for part in np.split(order, edges) if len(part)]
+        return [piece for part in parts for piece in np.array_split(part, -(-len(part) // LARGEST_BLOCK))]
+
+    def noise(self, rows: Index, by_wrench: Floats, offset: float) -> Floats:
         """Covariance (3k, 3k) of some readings: tracker, wrench sensor, and the offset of each reflector."""
-        s, k = self.session, len(rows)
-        c = np.diag((s.sd[rows] ** 2).reshape(-1))
-        if s.has_wrench:
-            sd = np.array([s.instruments.force] * 3 + [s.instruments.torque] * 3)
+        k = len(rows)
+        c = self.tracker_noise(rows)
+        sensor = self.session.instruments
+        if self.session.wrench_frame is not None and (sensor.force or sensor.torque):
+            sd = np.array([sensor.force] * 3 + [sensor.torque] * 3)
             d = (by_wrench * sd).reshape(3 * k, 6)
-            shared = s.sensor_reading[rows]  # readings of one state that show one and the same wrench
-            same = np.repeat(shared, 3)
+            same = np.repeat(self.session.sensor_reading[rows], 3)
             c += (d @ d.T) * (same[:, None] == same[None, :])
         if offset > 0:
-            group = np.repeat(s.reflector[rows], 3)
+            group = np.repeat(self.samples.reflector[rows], 3)
             axis = np.tile(np.arange(3), k)
-            together = (group[:, None] == group[None, :]) & (axis[:, None] == axis[None, :])
-            c += offset**2 * together
+            c += offset**2 * ((group[:, None] == group[None, :]) & (axis[:, None] == axis[None, :]))
         return c
 
+    def tracker_noise(self, rows: Index) -> Floats:
+        """Covariance (3k, 3k) of the tracker alone; a probe's reflectors share its six numbers."""
+        c = np.diag((self.samples.sd[rows] ** 2).reshape(-1))
+        for members, lever in self._probes(rows):
+            at = (3 * members[:, None] + np.arange(3)).ravel()
+            sd = np.concatenate([self.samples.sd[rows[members[0]]], np.full(3, self._angle_sd)])
+            c[np.ix_(at, at)] = (lever * sd) @ (lever * sd).T
+        return c
 
-def _kinds(session: Session) -> dict[Kind, npt.NDArray[np.intp]]:
-    link = session.reflector_link[session.reflector]
-    tool, base = session.wrench_frame == "tool", session.wrench_about == "base"
-    out: dict[Kind, npt.NDArray[np.intp]] = {}
-    for pair in np.unique(np.stack([link, session.load_link], axis=1), axis=0):
-        rows = np.flatnonzero((link == pair[0]) & (session.load_link == pair[1]))
-        at_point = ~session.load_is_tool[rows]
-        for named in (False, True):
-            chosen = rows[at_point == named]
-            if len(chosen):
-                kind = Kind(int(pair[0]), int(pair[1]), tool, base and not named)
-                out[kind] = np.sort(np.concatenate([out[kind], chosen])) if kind in out else chosen
-    return out
+    @property
+    def _angle_sd(self) -> float:
+        return self.session.instruments.tracker_angle or 1e-3
 
+    def _probes(self, rows: Index) -> list[tuple[Index, Floats]]:
+        """For every pose reading of a probe: its readings (m,) within ``rows``, and their lever (3m, 6)."""
+        s, group = self.samples, self.session.group
+        inside = np.flatnonzero(group[s.reflector[rows]] >= 0)
+        if not len(inside):
+            return []
+        key = np.column_stack([s.state[rows], s.block[rows], s.repeat[rows], group[s.reflector[rows]]])[inside]
+        _, of = np.unique(key, axis=0, return_inverse=True)
+        out = []
+        for k in range(int(of.max()) + 1):
+            members = inside[of.ravel() == k]
+            members = members[np.argsort(s.reflector[rows[members]], kind="stable")]
+            arm = s.position[rows[members]] - s.position[rows[members[0]]]
+            skew = np.zeros((len(arm), 3, 3))
+            skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -arm[:, 2], arm[:, 1], -arm[:, 0]
+            lever = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), np.swapaxes(skew, 1, 2) - skew], axis=2)
+            out.append((members, lever.reshape(-1, 6)))
+        return out
 
-class _Sequences:
-    """The load history of every set-up: states side by side, one after the other."""
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
-        keys = np.stack([session.setup, session.state], axis=1)
-        unique, first, back = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        self._first, self._back = first, back.ravel()
-        setups, self._setup = np.unique(unique[:, 0], return_inverse=True)
-        begin = np.searchsorted(unique[:, 0], setups)
-        self._step = np.arange(len(unique)) - begin[self._setup]
-        self._shape = (int(self._step.max()) + 1, len(setups))
-        self._begin = first[begin]
-
-    def state(self, effects: tuple[object, ...], values: Mapping[str, Numbers], torque: Floats) -> Floats:
-        """(N, m) memory of every reading as a share of its half range, from approach and load history."""
-        from stiffness.effects.effect import Effect
-
-        real = [e for e in effects if isinstance(e, Effect)]
-        values = {e: {k: _wide(k, v) for k, v in p.items()} for e, p in values.items()}
-        s, n = self.session, self.session.robot.n
-        tau = np.zeros((*self._shape, n))
-        tau[self._step, self._setup] = torque[self._first]
-        last = np.maximum.accumulate(np.where(self._filled()[:, :, None], np.arange(self._shape[0])[:, None, None], 0), 0)
-        tau = np.take_along_axis(tau, np.broadcast_to(last, tau.shape), axis=0)
-        approach = s.approach[self._begin] * np.where(np.isnan(s.step[self._begin]), FAR, np.abs(s.step[self._begin]))
-        move = np.concatenate([approach[None], np.zeros((*self._shape, n))])
-        load = np.concatenate([np.zeros((1, *tau.shape[1:])), tau])
-        none = unknown(real, values)
-        start = PreloadState(*(np.broadcast_to(b, (self._shape[1], len(b))) for b in (none.low, none.high)))
-        walked = walk(real, values, move, load, start).middle[1:]
-        share = walked / np.where(none.high > 0, none.high, 1.0)
-        return np.asarray(share[self._step, self._setup][self._back])
-
-    def _filled(self) -> Bools:
-        filled = np.zeros(self._shape, dtype=bool)
-        filled[self._step, self._setup] = True
-        return filled
+    def _independent(self, rows: Index) -> Floats | None:
+        """(m, 3k) that makes six numbers of every pose reading of a probe; None where there is none."""
+        probes = self._probes(rows)
+        if not probes:
+            return None
+        out: list[Floats] = []
+        free = np.ones(len(rows), dtype=bool)
+        for members, lever in probes:
+            free[members] = False
+            part = np.zeros((min(6, len(lever)), 3 * len(rows)))
+            at = (3 * members[:, None] + np.arange(3)).ravel()
+            part[:, at] = np.linalg.pinv(lever)[: len(part)]
+            out.append(part)
+        single = np.zeros((3 * int(free.sum()), 3 * len(rows)))
+        at = (3 * np.flatnonzero(free)[:, None] + np.arange(3)).ravel()
+        single[np.arange(len(at)), at] = 1.0
+        return np.concatenate([single, *out])
 
 
-def _wide(name: str, value: Floats) -> Floats:
-    """A gap of zero still has sides: the share of the range has to be defined where the range shrinks to nothing."""
-    return np.maximum(value, 1e-12) if name == "gap_rad" else value
+def _kinds(session: Session) -> dict[Kind, Index]:
+    s = session.samples
+    link = np.array([r.link for r in session.reflectors])[s.reflector]
+    keys = np.stack([link, s.load.link, s.load.point_link, s.load.in_tool.astype(np.int64)], axis=1)
+    unique, of = np.unique(keys, axis=0, return_inverse=True)
+    return {
+        Kind(int(a), int(b), int(c), bool(d)): np.flatnonzero(of.ravel() == k) for k, (a, b, c, d) in enumerate(unique)
+    }

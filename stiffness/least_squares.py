@@ -65,7 +65,7 @@ def whitened(rows: Index, residual: Floats, jacobian: Floats, covariance: Floats
     """Whiten one block; ``covariance`` (k, k) is positive definite."""
     factor = np.linalg.cholesky(covariance)
     both = linalg.solve_triangular(factor, np.column_stack([residual, jacobian]), lower=True, check_finite=False)
-    return Whitened(rows, both[:, 0], both[:, 1:], factor)
+    return Whitened(rows, both[:, 0], both[:, 1:], np.asarray(factor, dtype=float))
 
 
 def solve(
@@ -82,6 +82,7 @@ def solve(
         blocks: vector -> whitened blocks, residual = measured - predicted, jacobian of the prediction.
     """
     vector, last = start.copy(), np.inf
+    sd = prior_sd
     weight = 1 / prior_sd**2
     step = np.zeros_like(vector)
     for count in range(1, STEPS + 1):
@@ -116,16 +117,15 @@ def inverse(information: Floats, scale: Floats) -> Floats:
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
 
 
-def deletion_statistics(block: Whitened) -> Floats:
-    """(k/3,) chi-square (3 degrees of freedom) of leaving out each reading of a block of positions.
+def deletion_statistics(block: Whitened, sizes: Sequence[int]) -> Floats:
+    """Chi-square of leaving out each reading of a block; ``sizes``: how many numbers each reading has.
 
     With z = C^-1 r and M = C^-1 the reading i, predicted from all the others, misses by M_ii^-1 z_i with covariance
-    M_ii^-1 (Martin & Simpson 1987; the state-space of a correlated block in one formula).
+    M_ii^-1, so that z_i' M_ii^-1 z_i is chi-square with as many degrees of freedom as it has numbers.
     """
     inverse_factor = linalg.solve_triangular(block.factor, np.eye(len(block.factor)), lower=True, check_finite=False)
     precision = inverse_factor.T @ inverse_factor
     z = inverse_factor.T @ block.residual
-    count = len(z) // 3
-    parts = np.stack([precision[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(count)])
-    misses = z.reshape(count, 3)
-    return np.asarray(np.einsum("ni,ni->n", misses, np.linalg.solve(parts, misses[:, :, None])[:, :, 0]))
+    ends = np.cumsum(sizes)
+    spans = [slice(int(e) - n, int(e)) for e, n in zip(ends, sizes, strict=True)]
+    return np.array([float(z[s] @ np.linalg.solve(precision[s, s], z[s])) for s in spans])

@@ -84,28 +84,25 @@ def walk(
     n = move.shape[-1]
     low = np.empty((*move.shape[:-1], start.low.shape[-1]))
     high = np.empty_like(low)
-    likely = low if start.known.all() else np.empty_like(low)
+    likely = np.empty_like(low)
     for k, name, memory in _deflections_first(effects, values) if len(move) else ():
         own, span = values[name], slice(k * n, (k + 1) * n)
         clamp, gain = memory.rule(move, torque, own), memory.gain(own)
         if corrected:
             clamp = _implicit(clamp, gain, memory.bounds(own))
-        a, b = _scan(clamp, start.low[..., span].ravel(), start.high[..., span].ravel())
-        low[..., span], high[..., span] = a.reshape(move.shape), b.reshape(move.shape)
-        if likely is not low:
-            middle = start.middle[..., span].ravel()
-            likely[..., span] = _scan(clamp, middle, middle)[0].reshape(move.shape)
+        starts = np.stack([v[..., span].ravel() for v in (start.low, start.high, start.middle)])
+        states = scan(clamp, starts).reshape(3, *move.shape)
+        low[..., span], high[..., span], likely[..., span] = states
         if corrected and np.any(gain):  # what the command really moves, for the states that only look on
             state = np.concatenate([start.middle[None, ..., span], likely[..., span]])
             change = np.diff(state, axis=0)
-            change[0] *= start.known[..., span]  # no command has answered a state that nobody knew
+            if start.likely is None:  # no command has answered a state that nobody knew
+                change[0] *= start.known[..., span]
             move = move - change
     return PreloadState(low, high, likely)
 
 
-def _deflections_first(
-    effects: Sequence[Effect], values: Mapping[str, Numbers]
-) -> list[tuple[int, str, Memory]]:
+def _deflections_first(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> list[tuple[int, str, Memory]]:
     """(place in the state, name, memory): first the states that are themselves a deflection."""
     found = [(e.name, e.memory) for e in effects if e.memory]
     listed = [(k, name, memory) for k, (name, memory) in enumerate(found)]
@@ -121,12 +118,3 @@ def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
     at_once = 2 * half / AT_ONCE
     factor = 1 / np.maximum(1 + gain, 1 / np.maximum(at_once, 1.0))
     return Clamp(clamp.shift * factor, clamp.low, clamp.high)
-
-
-def _scan(clamp: Clamp, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Apply the clamps one after the other to two start states."""
-    if np.array_equal(low, high):
-        (one,) = scan(clamp, low[None])
-        return one, one
-    a, b = scan(clamp, np.stack([low, high]))
-    return a, b

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers
+from stiffness.effects.effect import Numbers, Values
 from stiffness.kernel import Kernel
 from stiffness.predict import Tool
 from stiffness.robot import Robot
@@ -34,14 +34,14 @@ class Kind:
     Attributes:
         link: the reflector sits on.
         load_link: the load acts on.
+        point_link: the point that its moment is taken about moves with (0: it does not move).
         tool_axes: the wrench is written in the axes of the tool (else of the base).
-        about_base: its moment is taken about the base origin (else about a point of ``load_link``).
     """
 
     link: int
     load_link: int
+    point_link: int
     tool_axes: bool
-    about_base: bool
 
 
 @dataclass(frozen=True, repr=False)
@@ -115,7 +115,7 @@ class Reader:
 
         Args:
             p: (P,) parameters as the solver sees them.
-            q: (N, n) rad. wrench: (N, 6). point: (N, 3) m in the load's link. reflector: (N, 3) m in its link.
+            q: (N, n) rad. wrench: (N, 6). point: (N, 3) m in its link. reflector: (N, 3) m in its link.
             state: (N, m) memory as a share of its half range, -1 ... 1.
             payload: (N, 1) kg at the tool's centre of mass. warm: (N, 1) K above the reference temperature.
             x: (N, n_x) elastic coordinates to start from.
@@ -165,7 +165,7 @@ class Reader:
         dense = [ca.densify(ca.vec(o)) for o in outputs]
         return Kernel(ca.Function("reading", [q, w, point, reflector, state, payload, warm, p, x], dense))
 
-    def _weights(self, values: Mapping[str, Mapping[str, ca.SX]], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
+    def _weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
         extra = []
         com = ca.SX(ca.DM(self.tool.com)) if self.tool.com is not None else ca.SX.zeros(3)
         if self.tool.mass:
@@ -179,8 +179,4 @@ class Reader:
         if kind.tool_axes:
             turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
             w = ca.vertcat(ca.mtimes(turn, w[:3]), ca.mtimes(turn, w[3:]))
-        if kind.about_base:
-            # the point of the link that lies at the base origin
-            link = posture.links[kind.load_link]
-            point = -ca.mtimes(link.rotation.T, link.origin)
-        return [Load(kind.load_link, point, w)]
+        return [Load(kind.load_link, point, w, kind.point_link)]

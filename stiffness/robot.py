@@ -195,6 +195,8 @@ def _builtin_files() -> dict[str, Traversable]:
 
 def _robot(chain: Chain, name: str, base: str | None, tip: str | None) -> Robot:
     for asked, has, key in ((base, chain.base, "base"), (tip, chain.tip, "tip")):
+        if key == "tip" and asked == "tool0":  # ROS's name of a maker's flange frame: the one there is
+            continue
         if asked is not None and asked != has:
             raise RobotError(
                 f"robot {name} has the {key} {has!r}, not {asked!r}: only a URDF has links to choose from"

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +38,7 @@ from stiffness.session_views import Pairs, States, pairs_of, states_of
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
+Array = TypeVar("Array", Floats, Ints, Bools)
 
 __all__ = [
     "Instruments",
@@ -66,8 +68,8 @@ class Session:
         gravity: ``uncompensated`` or ``calibrated-out``.
         registered: positions are in the base; else in the tracker's frame, one per block.
         reference_temperature: deg C; None: not said.
-        tool: None: nothing is said of one.
-        wrench_frame, wrench_about: as in [wrench]; None without a wrench.
+        tool: without [tool] the bare flange, of unknown mass.
+        wrench_frame, wrench_about: as in [wrench]; None where the samples have no wrench.
         reflectors: in the order of the file.
         instruments: noise.
         purposes: set-up -> what it is for, where the file says.
@@ -85,7 +87,7 @@ class Session:
     gravity: str
     registered: bool
     reference_temperature: float | None
-    tool: SessionTool | None
+    tool: SessionTool
     wrench_frame: str | None
     wrench_about: str | None
     reflectors: tuple[Reflector, ...]
@@ -102,6 +104,15 @@ class Session:
             f"{len(self.states)} states, {len(self.samples)} readings, evidence: {kinds})"
         )
 
+    def __len__(self) -> int:
+        """Number of readings."""
+        return len(self.samples)
+
+    @property
+    def has_wrench(self) -> bool:
+        """Whether the samples have a wrench."""
+        return self.wrench_frame is not None
+
     def take(self, rows: Ints | Bools) -> Session:
         """The session as if only these readings had been made. Views are made anew."""
         return replace(self, samples=self.samples.take(rows))
@@ -110,6 +121,13 @@ class Session:
     def states(self) -> States:
         """The load states."""
         return states_of(self.samples)
+
+    @cached_property
+    def sensor_reading(self) -> Ints:
+        """(N,) number of the reading of the force sensor: rows of one state that show one and the same wrench
+        share one, and its noise."""
+        keys = np.column_stack([self.samples.setup, self.samples.state, self.samples.load.wrench])
+        return _still(np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64))
 
     @cached_property
     def pairs(self) -> Pairs:
@@ -144,17 +162,18 @@ class Session:
     def group(self) -> Ints:
         """(reflectors,) number of the group of each reflector; -1 without a group."""
         names = list(dict.fromkeys(r.group for r in self.reflectors if r.group is not None))
-        numbers = np.array([-1 if r.group is None else names.index(r.group) for r in self.reflectors])
-        numbers.setflags(write=False)
-        return numbers
+        return _still(np.array([-1 if r.group is None else names.index(r.group) for r in self.reflectors]))
 
     @cached_property
     def counts(self) -> Bools:
         """(N,) readings that an RMS counts: of a group only its first reflector, the probe's origin."""
         first = np.array([g < 0 or k == list(self.group).index(g) for k, g in enumerate(self.group)])
-        counts = np.asarray(first[self.samples.reflector])
-        counts.setflags(write=False)
-        return counts
+        return _still(np.asarray(first[self.samples.reflector]))
+
+
+def _still(array: Array) -> Array:
+    array.setflags(write=False)
+    return array
 
 
 def load_session(path: str | Path) -> Session:
@@ -174,6 +193,7 @@ def load_session(path: str | Path) -> Session:
     tracker = file.instruments.tracker * file.units.metre
     samples, not_numeric = read_samples(table, Setting(label, robot, file.units, held, file.wrench, known, tracker))
     check_agreement(table, samples)
+    sensed = "fx" in table.cells
     check_fit(csv_label, robot, known, samples, file.units, file.registered)
     return Session(
         source=label,
@@ -189,11 +209,11 @@ def load_session(path: str | Path) -> Session:
         gravity=file.gravity,
         registered=file.registered,
         reference_temperature=file.reference_temperature,
-        tool=held,
-        wrench_frame=file.wrench.frame if file.wrench else None,
-        wrench_about=file.wrench.about if file.wrench else None,
+        tool=held or SessionTool("tool", _still(np.eye(3)), _still(np.zeros(3)), None, None),
+        wrench_frame=file.wrench.frame if file.wrench and sensed else None,
+        wrench_about=file.wrench.about if file.wrench and sensed else None,
         reflectors=known,
-        instruments=instruments(label, file, "fx" in table.cells),
+        instruments=instruments(label, file, sensed),
         purposes=purposes(label, file, known, robot.n),
         samples=samples,
         not_numeric=not_numeric,

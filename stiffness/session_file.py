@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from stiffness.chain import rpy_rotation
+from stiffness.predict import Tool
 from stiffness.session_table import SessionError, decoded, meant
 
 Floats = npt.NDArray[np.float64]
@@ -47,6 +48,10 @@ class SessionTool:
     position: Floats
     mass: float | None
     com: Floats | None
+
+    def tool(self) -> Tool:
+        """As the statics take it: a mass that is not known weighs nothing."""
+        return Tool(self.rotation, self.position, self.mass or 0.0, self.com, self.name)
 
 
 @dataclass(frozen=True)

@@ -27,14 +27,15 @@ class Load:
     """A wrench on a link, about a point fixed to it.
 
     Attributes:
-        link: 0 base ... n flange.
-        point: (3,) m in the frame of the link.
+        link: that it acts on: 0 base ... n flange.
+        point: (3,) m in the frame of the link, or of ``point_link`` where that is another one.
         wrench: (6,) N and N*m, in base axes, about the point.
     """
 
     link: int
     point: ca.SX
     wrench: ca.SX
+    point_link: int | None = None
 
 
 @dataclass(frozen=True)
@@ -206,7 +207,8 @@ class Statics:
                 if load.link == k:
                     f = load.wrench[:3]
                     force = force + f
-                    moment = moment + load.wrench[3:] + ca.cross(posture.links[k].at(load.point), f)
+                    moves_with = posture.links[k if load.point_link is None else load.point_link]
+                    moment = moment + load.wrench[3:] + ca.cross(moves_with.at(load.point), f)
             if k in self.places:
                 turn = posture.places[k].rotation.T
                 about = moment - ca.cross(posture.links[k].origin, force)

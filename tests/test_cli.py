@@ -40,7 +40,9 @@ def test_compensate_is_quiet_when_piped(job: Files) -> None:
     """0, nothing said, everything asked for written; in this process and in one of its own."""
     names = ("a.mod", "a.json")
     for call in (run, shell):
-        done = call("compensate", job.toolpath, "--cell", job.cell, "-o", job.out / "a.mod", "--json", job.out / "a.json")
+        done = call(
+            "compensate", job.toolpath, "--cell", job.cell, "-o", job.out / "a.mod", "--json", job.out / "a.json"
+        )
         code = done.exit_code if isinstance(done, Result) else done.returncode
         assert (code, done.stdout, done.stderr) == (0, "", "")
         assert job.left() == list(sorted(names))
@@ -79,7 +81,11 @@ def test_verbose_says_what_is_being_done(job: Files) -> None:
 def test_a_refusal_is_one_line_on_stderr(job: Files, verb: str) -> None:
     """1, no traceback, nothing on stdout, nothing left behind."""
     out = ["-o", job.out / "a.mod"] if verb == "compensate" else ["--csv", job.out / "a.csv"]
-    for bad, cell in ((job.folder / "lost.csv", job.cell), (job.toolpath, job.folder / "lost.toml"), (job.cell, job.cell)):
+    for bad, cell in (
+        (job.folder / "lost.csv", job.cell),
+        (job.toolpath, job.folder / "lost.toml"),
+        (job.cell, job.cell),
+    ):
         done = run(verb, bad, "--cell", cell, *out)
         assert done.exit_code == 1 and done.stdout == ""
         assert done.stderr.startswith("compensator: ") and len(done.stderr.splitlines()) == 1, done.stderr
@@ -95,7 +101,8 @@ def test_a_refusal_is_one_line_on_stderr(job: Files, verb: str) -> None:
     "arguments",
     [
         [], ["compensate"], ["preview"], ["compensate", "a.csv"], ["compensate", "a.csv", "--cell", "c.toml"],
-        ["compensate", "a.csv", "-o", "b.mod"], ["preview", "a.csv"], ["fly"], ["robots", "--all"], ["robots", "a", "b"],
+        ["compensate", "a.csv", "-o", "b.mod"], ["preview", "a.csv"], ["fly"], ["robots", "--all"],
+        ["robots", "a", "b"],
         ["compensate", "a.csv", "--cell", "c.toml", "-o", "b.txt", "--format", "cobol"],
         ["preview", "a.csv", "--cell", "c.toml", "-o", "b.mod"],
     ],
@@ -125,7 +132,13 @@ def test_format_against_suffix(job: Files) -> None:
     before = job.left()
     done = run(*ask, job.out / "b.txt")
     assert done.exit_code == 1 and "'.txt'" in done.stderr and "--format" in done.stderr
-    for suffix, language in ((".ls", "fanuc"), (".script", "urscript"), (".pgx", "val3"), (".jbi", "inform"), (".nc", "gcode")):
+    for suffix, language in (
+        (".ls", "fanuc"),
+        (".script", "urscript"),
+        (".pgx", "val3"),
+        (".jbi", "inform"),
+        (".nc", "gcode"),
+    ):
         done = run(*ask, job.out / f"c{suffix}")
         assert done.exit_code == 1 and f"{language} is not written yet" in done.stderr
     assert job.left() == before
@@ -180,7 +193,9 @@ def test_version() -> None:
 HEAVY = ("casadi", "pinocchio", "numpy", "scipy", "plotly", "trimesh", "pydantic", "rich", "tomli_w", "coal")
 
 
-@pytest.mark.parametrize("code", ["import compensator.cli", "import compensator.cli as c; c.main(['--help'], standalone_mode=False)"])
+@pytest.mark.parametrize(
+    "code", ["import compensator.cli", "import compensator.cli as c; c.main(['--help'], standalone_mode=False)"]
+)
 def test_nothing_heavy_is_imported_to_ask_for_help(code: str) -> None:
     """--help starts as fast as Python does."""
     show = f"{code}\nimport sys\nprint('#', *sorted({{m.split('.')[0] for m in sys.modules}} & set({HEAVY!r})))"

@@ -35,8 +35,8 @@ def show(done: Done) -> None:
     report, result = done.report, done.result
     job = result.job
     console.print(
-        f"[bold]{result.path.toolpath.source}[/] on {job.robot.name}: {report['n_poses']} poses, {report['n_cut']} cutting, "
-        f"{report['seconds']} s"
+        f"[bold]{result.path.toolpath.source}[/] on {job.robot.name}: {report['n_poses']} poses, "
+        f"{report['n_cut']} cutting, {report['seconds']} s"
     )
     table = Table(title="predicted TCP error, mm")
     for head in ("", "mean", "95 %", "max"):
@@ -79,11 +79,13 @@ def show_robots() -> None:
         table.add_column(head)
     for name in builtin_robots():
         robot = load_robot(name)
-        reach = np.linalg.norm(robot.before[1:, :3, 3], axis=1).sum() + np.linalg.norm(robot.after[:, :3, 3], axis=1).sum()
+        links = np.concatenate([robot.before[1:, :3, 3], robot.after[:, :3, 3]])
+        reach = np.linalg.norm(links, axis=1).sum()
         masses = "yes" if robot.mass is not None else "no"
         if any("mass" in a for a in robot.assumptions):
             masses = "assumed"
-        table.add_row(name, f"{reach * 1e3:.0f} (links in line)", "published" if builtin_model(name) else "none", masses)
+        stiffness = "published" if builtin_model(name) else "none"
+        table.add_row(name, f"{reach * 1e3:.0f} (links in line)", stiffness, masses)
     Console(width=110).print(table)
 
 

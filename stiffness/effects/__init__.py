@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from stiffness.effects import backlash, joint_hardening, joint_stiffness, preload_softening, tool_compliance
+from stiffness.effects import (
+    backlash,
+    joint_hardening,
+    joint_stiffness,
+    kinematic_offset,
+    preload_softening,
+    tool_compliance,
+)
 from stiffness.effects.effect import Effect
 
 CATALOGUE: tuple[Effect, ...] = (
@@ -10,6 +17,7 @@ CATALOGUE: tuple[Effect, ...] = (
     preload_softening.EFFECT,
     backlash.EFFECT,
     joint_hardening.EFFECT,
+    kinematic_offset.EFFECT,
     tool_compliance.EFFECT,
 )
 BY_NAME = {effect.name: effect for effect in CATALOGUE}

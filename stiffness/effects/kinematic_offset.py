@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, JointInput, Parameter, TwistInput, Values
+from stiffness.effects.effect import Effect, Parameter, TwistInput, Values
 
 _AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 

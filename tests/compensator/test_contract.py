@@ -16,15 +16,15 @@ from scipy.spatial.transform import Rotation
 
 from compensator.errors import CompensatorError
 from compensator.tasks import Done, compensate_file, preview_file
+from stiffness.robot import load_robot
 from tests.compensator.own_statics import Arm
 from tests.compensator.small_jobs import ABB, CELL, ROWS, STIFFNESS, columns, files, merged
-from stiffness.robot import load_robot
 
-COLUMNS = (
-    "index kind x_mm y_mm z_mm qw qx qy qz q1_deg q2_deg q3_deg q4_deg q5_deg q6_deg feed_mm_min nominal_x_mm "
-    "nominal_y_mm nominal_z_mm nominal_qw nominal_qx nominal_qy nominal_qz fx_n fy_n fz_n mx_nm my_nm mz_nm dx_mm "
-    "dy_mm dz_mm source_line"
-).split()
+HEADER = (
+    "index,kind,x_mm,y_mm,z_mm,qw,qx,qy,qz,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,feed_mm_min,nominal_x_mm,"
+    "nominal_y_mm,nominal_z_mm,nominal_qw,nominal_qx,nominal_qy,nominal_qz,fx_n,fy_n,fz_n,mx_nm,my_nm,mz_nm,"
+    "dx_mm,dy_mm,dz_mm,source_line"
+)
 KEYS = {
     "n_poses": int, "n_cut": int, "predicted_error_mm": dict, "max_correction_mm": float, "reversals": list,
     "solve": dict, "not_applied": list, "seconds": float,
@@ -48,8 +48,8 @@ def test_columns(tmp_path: Path) -> None:
     for name in ("a.csv", "p.csv"):
         with open(tmp_path / "out" / name, newline="") as stream:
             rows = list(csv.reader(stream))
-        assert rows[0] == COLUMNS
-        assert all(len(row) == len(COLUMNS) for row in rows)
+        assert rows[0] == HEADER.split(",")
+        assert all(len(row) == 33 for row in rows)
         assert [row[0] for row in rows[1:]] == [str(k) for k in range(len(rows) - 1)]
         assert {(row[1], int(row[-1])) for row in rows[1:]} == {
             ("rapid", 2), ("rapid", 3), ("cut", 4), ("cut", 5), ("cut", 6), ("rapid", 7)
@@ -113,7 +113,9 @@ def test_json_keys(tmp_path: Path) -> None:
     a = json.loads((tmp_path / "out" / "a.json").read_text())
     assert a["predicted_error_mm"]["after"]["max"] < 5e-3
     out = tmp_path / "out" / "a.csv"
-    size = np.linalg.norm(columns(out, "x_mm", "y_mm", "z_mm") - columns(out, *(f"nominal_{c}" for c in POSE[:3])), axis=1)
+    size = np.linalg.norm(
+        columns(out, "x_mm", "y_mm", "z_mm") - columns(out, *(f"nominal_{c}" for c in POSE[:3])), axis=1
+    )
     assert a["max_correction_mm"] == pytest.approx(size.max(), abs=1e-5)
     assert a["solve"]["iterations_max"] >= 1
 
@@ -213,7 +215,15 @@ def test_same_inputs_same_bytes(tmp_path: Path) -> None:
     seen: dict[str, set[bytes]] = {}
     for seed in ("0", "4711"):
         for name in ("a.csv", "a.mod", "a.src"):
-            command = [sys.executable, "-m", "compensator.cli", "compensate", str(job.toolpath), "--cell", str(job.cell)]
+            command = [
+                sys.executable,
+                "-m",
+                "compensator.cli",
+                "compensate",
+                str(job.toolpath),
+                "--cell",
+                str(job.cell),
+            ]
             run = subprocess.run(
                 [*command, "-o", str(job.out / name), "--json", str(job.out / "a.json")],
                 cwd=Path(__file__).resolve().parents[2], env={**os.environ, "PYTHONHASHSEED": seed},
@@ -230,7 +240,12 @@ def test_same_inputs_same_bytes(tmp_path: Path) -> None:
 def test_a_feed_that_the_file_does_not_give(tmp_path: Path) -> None:
     """The default of the cell is taken, and said."""
     rows = [[*r[:6], r[7]] for r in ROWS]
-    job = files(tmp_path, {"program": {"default_feed": 777.0}}, rows=rows, header=("x_mm", "y_mm", "z_mm", "i", "j", "k", "kind"))
+    job = files(
+        tmp_path,
+        {"program": {"default_feed": 777.0}},
+        rows=rows,
+        header=("x_mm", "y_mm", "z_mm", "i", "j", "k", "kind"),
+    )
     done = compensate_file(job.toolpath, job.cell, job.out / "a.csv")
     text = (job.out / "a.csv").read_text().splitlines()[1:]
     assert {row.split(",")[15] for row in text if ",cut," in row} == {"777"}
@@ -260,7 +275,9 @@ def test_gravity_needs_masses(tmp_path: Path, shared: Path) -> None:
     with pytest.raises(CompensatorError, match=r"backlash depends on the gravity torque"):
         compensate_file(job.toolpath, job.cell, job.out / "a.csv")
     job = files(tmp_path, {"robot": name}, {"robot": name})
-    assert compensate_file(job.toolpath, job.cell, job.out / "a.csv").report["predicted_error_mm"]["after"]["max"] < 1e-5
+    assert (
+        compensate_file(job.toolpath, job.cell, job.out / "a.csv").report["predicted_error_mm"]["after"]["max"] < 1e-5
+    )
 
 
 def test_frames_of_a_urdf(tmp_path: Path, shared: Path) -> None:
@@ -268,7 +285,9 @@ def test_frames_of_a_urdf(tmp_path: Path, shared: Path) -> None:
     name = os.path.relpath(shared / "data" / "robots" / "kuka_kr210_r2700_2.urdf", tmp_path)
     tips = {"tip": "tool0"}
     job = files(tmp_path, {"robot": name, **tips}, {"robot": name})
-    with pytest.raises(CompensatorError, match=r"cell\.toml: base .* and tip 'tool0' of the cell are not .*model\.toml"):
+    with pytest.raises(
+        CompensatorError, match=r"cell\.toml: base .* and tip 'tool0' of the cell are not .*model\.toml"
+    ):
         compensate_file(job.toolpath, job.cell, job.out / "a.csv")
     job = files(tmp_path, {"robot": name, "base": "link_1"}, {"robot": name})
     with pytest.raises(CompensatorError, match=r"cell\.toml.*link_1"):

@@ -190,9 +190,7 @@ def limited(job: Files, most: int, *arguments: str) -> subprocess.CompletedProce
 
     root = Path(__file__).resolve().parents[2]
     command = [sys.executable, "-B", "-m", "compensator.cli", *arguments]
-    return subprocess.run(
-        command, cwd=root, preexec_fn=limit, capture_output=True, text=True, timeout=120, check=False
-    )
+    return subprocess.run(command, cwd=root, preexec_fn=limit, capture_output=True, text=True, timeout=120, check=False)
 
 
 def test_a_full_disk(job: Files) -> None:

@@ -45,7 +45,9 @@ def refusal(job: Files, kind: type[Exception]) -> str:
 
 
 Case = tuple[str, str, Sequence[Sequence[float]], dict[str, Any], dict[str, Any], type[Exception], str]
-SINGULAR = r"path\.csv:\d+ \(pose \d+\): too near the {} singularity \({}\): .* is ([-\d.e]+), bound ([\d.]+) \(solve\.{}\)"
+SINGULAR = (
+    r"path\.csv:\d+ \(pose \d+\): too near the {} singularity \({}\): .* is ([-\d.e]+), bound ([\d.]+) \(solve\.{}\)"
+)
 CASES: list[Case] = [
     ("wrist", ABB, between([10, 15, 20, 30, 10, -20], [10, 15, 20, 30, 0.5, -20], 12), {}, {}, PathError,
      SINGULAR.format("wrist", "nominal", "min_wrist_angle")),
@@ -58,15 +60,16 @@ CASES: list[Case] = [
     ("jacobian", "ur10", between([10, -60, 80, -110, -40, 20], [10, -60, 80, -110, -1, 20], 8), LIGHT, UR10_MODEL,
      PathError, SINGULAR.format("jacobian", "nominal", "min_singular_value")),
     ("joint limit", ABB, between([10, 15, 20, 30, 100, -20], [10, 15, 20, 30, 125, -20], 12), {}, {}, PathError,
-     r"path\.csv:\d+ \(pose \d+\): nominal angle of joint 5 is (12\d\.\d+) deg, limits are -120\.000 \.\.\. (120)\.000 deg"),
+     r"path\.csv:\d+ \(pose \d+\): nominal angle of joint 5 is (12\d\.\d+) deg, limits are -120\.000 \.{3} (120)\.0"),
     ("joint limit of the command", ABB, between([10, 15, 20, 30, 119.99, -20], [10, 16, 21, 31, 119.99, -19], 4),
      wrench(-600.0, 0.0, 0.0, 0.0, 0.0, 0.0), {}, PathError,
-     r"path\.csv:2 \(pose 0\): commanded angle of joint 5 is (120\.\d+) deg, limits are -120\.000 \.\.\. (120)\.000 deg"),
+     r"path\.csv:2 \(pose 0\): commanded angle of joint 5 is (120\.\d+) deg, limits are -120\.000 \.{3} (120)\.0"),
     ("configuration flip", ABB, between([10, 15, 20, 30, 0.3, -20], [12, 15, 20, 30, 0.3, -20], 4),
      {**LATERAL, "gravity": "uncompensated", **solve(min_wrist_angle=0.001, max_correction=50.0)},
      {"effects": {"joint-stiffness": {"k_nm_per_rad": [*STIFFNESS[:4], 2e4, 3.7e4]}}}, SolveError,
      r"path\.csv:2 \(pose 0\): the corrected command lies in another arm configuration \(ABB cfx 1, path 0\)()()"),
-    ("joint jump", ABB, [[10, 15, 20, 5, 5, -20], [10, 15, 20, 175, 5, -190]], solve(min_wrist_angle=0.2), {}, PathError,
+    ("joint jump", ABB, [[10, 15, 20, 5, 5, -20], [10, 15, 20, 175, 5, -190]], solve(min_wrist_angle=0.2), {},
+     PathError,
      r"path\.csv:3 \(pose \d+\): joint 4 would jump ([\d.]+) deg .*max_joint_step is (30) deg"),
     ("correction above its bound", ABB, between(HOME, AWAY, 8), solve(max_correction=1.5), {}, SolveError,
      r"path\.csv:\d+ \(pose \d+\): correction (1\.[5-9]\d+) mm is above solve\.max_correction = (1\.5) mm \(\d+ poses"),
@@ -107,9 +110,9 @@ def test_the_bound_is_what_refuses(tmp_path: Path, case: Case) -> None:
     assert found
     key = re.search(r"solve\.(\w+)", found[0])
     assert key
-    value = {"min_wrist_angle": np.degrees, "min_elbow_angle": np.degrees, "min_shoulder": lambda v: v * 1e3}.get(key[1], float)(
-        float(found[1]) * 0.9
-    )
+    value = {"min_wrist_angle": np.degrees, "min_elbow_angle": np.degrees, "min_shoulder": lambda v: v * 1e3}.get(
+        key[1], float
+    )(float(found[1]) * 0.9)
     job = job_at(tmp_path, robot, degrees, {**cell, **solve(**{key[1]: float(value)})}, model)
     try:
         compensate_file(job.toolpath, job.cell, job.out / "out.csv")

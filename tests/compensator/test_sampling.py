@@ -60,7 +60,7 @@ def test_a_pose_just_before_every_sharp_corner() -> None:
     where = np.searchsorted(got.row, new)
     assert np.allclose(got.position[where] * 1e3, [[39.95, 0, 0], [40, 39.95, 0]], atol=1e-9)
     assert got.kind[where].tolist() == [CUT, CUT] and got.line[where].tolist() == [3, 4]
-    assert BEFORE_CORNER == pytest.approx(5e-5)
+    assert pytest.approx(5e-5) == BEFORE_CORNER
 
 
 def test_facets_of_a_curve_get_none() -> None:

@@ -87,6 +87,7 @@ def test_a_fixed_turn_is_that_of_the_start(tmp_path: Path) -> None:
     path, _ = planned(job)
     tool = load_robot(ABB).pose(np.radians(start))[:3, :3] @ frame(CELL["tool"])[:3, :3]
     assert np.all(path.turn == path.turn[0])
+
     # no other turn about z brings the TCP nearer to how it stands at [start]
     def away(turn: float) -> float:
         return float((Rotation.from_matrix(tool.T @ path.rotation[0]) * Rotation.from_euler("z", turn)).magnitude())

@@ -104,7 +104,9 @@ def in_base(tmp_path: Path, frame: str, **solve: Any) -> tuple[np.ndarray, np.nd
         "solve": solve,
     }
     work = Rotation.from_euler("xyz", [20, -10, 90], degrees=True).as_matrix()
-    path = toolpath([[0, 0, 20], [0, 0, 0], [50, 0, 0], [50, 30, 0]], "rccc", quaternion=quaternions(DOWN @ about_z(0.4), 4))
+    path = toolpath(
+        [[0, 0, 20], [0, 0, 0], [50, 0, 0], [50, 30, 0]], "rccc", quaternion=quaternions(DOWN @ about_z(0.4), 4)
+    )
     rotation = np.tile(work @ DOWN @ about_z(0.4), (4, 1, 1))
     position = path.position @ work.T + [1.5, -0.15, 0.8]
     return process_wrench(load_cell(files(tmp_path, cell).cell), path, rotation, position), work

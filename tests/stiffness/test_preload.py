@@ -193,15 +193,38 @@ def test_chunks_carry_the_state_on(cuts: tuple[int, ...], corrected: bool) -> No
     move, torque = random_path(2000, 3, 3)
     v = values(0.7, joints=3)
     whole = walk(BOTH, v, move, torque, unknown(BOTH, v), corrected=corrected)
-    state, low, high = unknown(BOTH, v), [], []
+    state, low, high, middle = unknown(BOTH, v), [], [], []
     for a, b in zip((0, *cuts), (*cuts, 2000), strict=True):
         part = walk(BOTH, v, move[a:b], torque[a:b], state, corrected=corrected)
         low.append(part.low)
         high.append(part.high)
+        middle.append(part.middle)
         state = part.last
     np.testing.assert_allclose(np.vstack(low), whole.low, atol=1e-9)
     np.testing.assert_allclose(np.vstack(high), whole.high, atol=1e-9)
+    np.testing.assert_allclose(np.vstack(middle), whole.middle, atol=1e-9)
     np.testing.assert_allclose(np.vstack(low)[:, 3:], whole.low[:, 3:], atol=1e-15)
+
+
+@pytest.mark.parametrize("cut", [1, 2, 3, 4])
+def test_chunks_of_a_path_whose_beginning_is_not_known(cut: int) -> None:
+    """What a command answered at the end of one chunk is a move at the beginning of the next."""
+    move, torque = column(1e-5, 1e-5, 1e-5, -1e-5, 1e-5), column(0, 0, 80, -80, 0)
+    v = values()
+    whole = walk(BOTH, v, move, torque, unknown(BOTH, v), corrected=True)
+    first = walk(BOTH, v, move[:cut], torque[:cut], unknown(BOTH, v), corrected=True)
+    second = walk(BOTH, v, move[cut:], torque[cut:], first.last, corrected=True)
+    np.testing.assert_allclose(np.vstack([first.middle, second.middle]), whole.middle, atol=1e-12)
+    np.testing.assert_array_equal(np.sign(whole.middle[:, 0]), [1, 1, -1, 1, 1])
+
+
+def test_no_command_has_answered_a_state_that_nobody_knew() -> None:
+    """The torque puts the link on its flank before the first pose: no move of the command."""
+    move, torque = column(1e-5, 1e-5), column(80, 80)
+    state = walk(BOTH, values(), move, torque, unknown(BOTH, values()), corrected=True)
+    np.testing.assert_array_equal(np.sign(state.middle[:, 0]), [1, 1])
+    known = walk(BOTH, values(), move, torque, at(1.0, 0.0), corrected=True)
+    np.testing.assert_array_equal(np.sign(known.middle[:, 0]), [-1, 1])
 
 
 @pytest.mark.parametrize("corrected", [False, True])

@@ -14,7 +14,7 @@ import pytest
 
 from stiffness.session import Session, load_session
 from tests.plant import lab
-from tests.stiffness.session_desk import TARGETS, TOOL, Rows, write
+from tests.stiffness.session_desk import TARGETS, TOOL, Rows, ur10, write
 
 Floats = npt.NDArray[np.float64]
 
@@ -56,12 +56,12 @@ def test_units_frames_and_loads(tmp_path: Path, length: Any, angle: Any, frame: 
     assert session.instruments.tracker == pytest.approx(1e-9)
     assert s.payload.tolist() == ([0.0] * 15 + [1.5] * 3) * 4
     assert s.time[:3].tolist() == [0, 8, 16] and np.isnan(s.temperature).all()
-    assert session.tool is not None
     np.testing.assert_allclose(session.tool.rotation, TOOL.pose[:3, :3], atol=1e-12)
     np.testing.assert_allclose(session.tool.position, np.array(TOOL.xyz), atol=1e-15)
     assert session.tool.com is not None
     np.testing.assert_allclose(session.tool.com, np.array(TOOL.com), atol=1e-15)
     assert (session.tool.mass, session.tool.name) == (2.5, "tool")
+    assert (session.tool.tool().mass, session.has_wrench, len(session)) == (2.5, True, 72)
     for r, t in zip(session.reflectors, TARGETS, strict=True):
         assert (r.name, r.link, r.exact, r.group) == (t.name, t.link, t.exact, None)
         np.testing.assert_allclose(r.position, np.array(t.at), atol=1e-12)
@@ -78,6 +78,15 @@ def test_where_a_load_acts(tmp_path: Path) -> None:
         assert set(load.link[rows]) == set(load.point_link[rows]) == {link}
         assert set(load.at[rows]) == {at}  # the reflector "side" is not exact: its place is to be estimated
         np.testing.assert_allclose(load.point[rows], np.tile(place, (rows.sum(), 1)), atol=1e-12)
+
+
+def test_sensor_readings_that_rows_share(tmp_path: Path) -> None:
+    noise = lab.Noise(2e-5)
+    each, _ = write(tmp_path / "each", noise=noise)
+    assert len(np.unique(each.sensor_reading)) == len(each) == 60
+    once, _ = write(tmp_path / "once", noise=noise, form=lab.Form(sensed="state", repeats=2))
+    shared = once.sensor_reading.reshape(40, 3)
+    assert (shared == shared[:, :1]).all() and len(np.unique(shared)) == 40
 
 
 def test_unregistered_blocks_repeats_and_columns(tmp_path: Path) -> None:
@@ -202,7 +211,7 @@ def test_unloaded_calibration(tmp_path: Path) -> None:
     form = lab.Form(registered=False, wrench=False)
     session, _ = write(tmp_path, form=form, design={"directions": 0, "count": 6})
     assert session.has_absolute and not session.has_displacement
-    assert session.wrench_frame is None and not session.samples.load.wrench.any()
+    assert session.wrench_frame is None and not session.has_wrench and not session.samples.load.wrench.any()
     # 6 numbers for the tracker and 3 for the reflector that is not exact leave nothing of three readings
     assert not session.take(np.arange(3)).has_absolute
     assert session.take(np.arange(4)).has_absolute
@@ -215,7 +224,7 @@ def test_probe_of_unknown_placement(tmp_path: Path) -> None:
     notes = lab.measure(ur10(), setups, probe, noise=noise, form=lab.Form(registered=False, rough=0.002))
     session = load_session(notes.write(tmp_path, "ur10"))
     given = session.instruments
-    assert (given.tracker, given.tracker_angle) == (pytest.approx(2e-5), 1e-4)
+    assert given.tracker == pytest.approx(2e-5) and given.tracker_angle == 1e-4
     assert (given.force, given.torque) == (0.5, 0.06)
     # six numbers a pose, and twelve to place tracker and probe
     assert not session.take(session.samples.setup < 3).has_absolute

@@ -309,7 +309,8 @@ def test_what_a_tool_is_needed_for(desk: Path) -> None:
     assert "frame = 'base', about = 'tcp', and there is no [tool]" in message(rows.write())
     spoil(desk, 'about = "tcp"', 'about = "flange"')
     session = load_session(desk / "session.toml")
-    assert session.tool is None
+    assert session.tool.mass is None and not session.tool.position.any()
+    np.testing.assert_array_equal(session.tool.rotation, np.eye(3))
     assert not session.samples.load.point[0].any()
 
 

@@ -1,0 +1,300 @@
+"""Global identification: all readings of all sessions at once, on the statics that prediction uses.
+
+The robot's parameters are shared, tracker poses and roughly known reflectors are each session's own. Wrong rows are
+found and left out; what the data do not determine is said and not invented.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from stiffness.effects import BY_NAME, CATALOGUE
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.errors import StiffnessError
+from stiffness.evidence import Evidence
+from stiffness.least_squares import Solution, Whitened, solve
+from stiffness.model import ComplianceModel
+from stiffness.session import Session
+from stiffness.unknowns import Unknowns, start_values, unknowns
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
+FALSE_ALARM = 1e-4  # chance that a clean session loses a row
+CHANCE = 1e-3  # chance that an effect is taken up which is not there
+OUTLIER_ROUNDS = 8
+OFFSET = 0.02  # m; kinematics that are not fitted are not better known than this
+
+
+@dataclass(frozen=True, repr=False)
+class Fit:
+    """A model, and how it came about.
+
+    Attributes:
+        unknowns: layout of ``solution.vector``, before the sessions' own numbers.
+        fixed: values of what was not free.
+        solution: estimate and covariance.
+        evidence: one per session, with the rows that were used.
+        offset: m, standard deviation given to the absolute position of a reflector of a set-up; 0: trusted.
+        notes: what was decided, and why.
+    """
+
+    unknowns: Unknowns
+    fixed: Mapping[str, Numbers]
+    solution: Solution
+    evidence: tuple[Evidence, ...]
+    offset: float
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Fit({', '.join(e.name for e in self.unknowns.effects)}, {self.solution.count} numbers)"
+
+    @property
+    def parameters(self) -> Floats:
+        """(P,) as the solver sees them."""
+        return self.solution.vector[: len(self.unknowns)]
+
+    @property
+    def sd(self) -> Floats:
+        """(P,) standard deviations, widened where the residual is larger than the noise explains."""
+        variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
+        return np.asarray(np.sqrt(variance) * self.solution.misfit)
+
+    def station(self, k: int) -> Floats:
+        """The own numbers of session ``k``."""
+        return self.solution.vector[_columns(self.evidence, len(self.unknowns))[k]]
+
+    def determined(self) -> npt.NDArray[np.bool_]:
+        """(P,) what the data determine: for a stiffness to half its value, else to half of what was assumed."""
+        ratio = self.sd / np.abs(self.parameters)
+        told = self.sd < DETERMINED * _prior_sd(self.unknowns)
+        return np.where(self.unknowns.inverse, ratio < DETERMINED, told)
+
+    def values(self) -> dict[str, dict[str, Floats]]:
+        """Values per effect and parameter."""
+        return self.unknowns.values(self.parameters, self.fixed)
+
+    def deviations(self) -> dict[str, dict[str, Floats]]:
+        """Standard deviations per effect and parameter, of the numbers in the model file; 0 where given."""
+        n = self.unknowns.joints
+        out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
+        for u, value, sd in zip(self.unknowns.free, self.parameters, self.sd, strict=True):
+            out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
+        return out
+
+    def outlier_rows(self) -> list[tuple[str, int]]:
+        """(session, line of samples.csv) of every row that was left out."""
+        return [
+            (e.session.source, int(line)) for e in self.evidence for line in e.samples.line[~e.used]
+        ]
+
+    def model(self, robot: str, provenance: Mapping[str, object]) -> ComplianceModel:
+        """The fit as a model of ``robot`` (name or path as the model file shall say)."""
+        first = self.evidence[0].session
+        known = self.determined()
+        identified = {}
+        for e in self.unknowns.effects:
+            flags = np.ones(self.unknowns.joints, dtype=bool)
+            for u, ok in zip(self.unknowns.free, known, strict=True):
+                if u.effect == e.name and u.parameter.size == "joint" and u.inverse:
+                    flags[u.index] &= ok
+            if not flags.all():
+                identified[e.name] = flags
+        reference = first.reference_temperature
+        return ComplianceModel(
+            source="",
+            robot=robot,
+            gravity=first.gravity,
+            reference_temperature=20.0 if reference is None else reference,
+            base=first.base,
+            tip=first.tip,
+            values=self.values(),
+            sd=self.deviations(),
+            identified=identified,
+            tools={e.name: first.tool.name for e in self.unknowns.effects if e.scope == "tool"},
+            provenance=dict(provenance),
+        )
+
+
+def identify(
+    sessions: Sequence[Session], effects: Sequence[str] | None = None, prior: ComplianceModel | None = None
+) -> Fit:
+    """Fit a model to sessions of one robot.
+
+    Args:
+        effects: names that fix the set; None: joint stiffness, kinematic offsets where positions say
+            something of them, and backlash or preload softening where the data ask for it.
+        prior: values to start from; its standard deviations are prior knowledge.
+
+    Raises:
+        StiffnessError: the sessions are not of one robot, or nothing in them can be fitted.
+    """
+    _one_robot(sessions)
+    if effects is not None:
+        return _robust(sessions, _named(effects), prior, ())
+    base = ["joint-stiffness"] if any(s.has_displacement for s in sessions) or _sag(sessions) else []
+    absolute = any(s.has_absolute for s in sessions)
+    names = base + (["kinematic-offset"] if absolute else [])
+    if not names:
+        raise StiffnessError(
+            f"{sessions[0].source}: nothing to identify: no loaded state beside an unloaded one, and the positions "
+            "only place the tracker and its reflectors"
+        )
+    fit = _robust(sessions, _named(names), prior, ())
+    return _with_memory(sessions, names, fit, prior)
+
+
+def _sag(sessions: Sequence[Session]) -> bool:
+    return any(s.gravity == "uncompensated" and s.has_absolute for s in sessions)
+
+
+def _named(names: Sequence[str]) -> tuple[Effect, ...]:
+    unknown = [n for n in names if n not in BY_NAME]
+    if unknown:
+        raise StiffnessError(f"unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}")
+    wanted = {*names, "joint-stiffness"}
+    return tuple(e for e in CATALOGUE if e.name in wanted)
+
+
+def _one_robot(sessions: Sequence[Session]) -> None:
+    first = sessions[0]
+    for s in sessions[1:]:
+        same = all(
+            np.allclose(a, b, atol=1e-9)
+            for a, b in ((s.robot.before, first.robot.before), (s.robot.after, first.robot.after))
+        )
+        if not same or s.gravity != first.gravity:
+            raise StiffnessError(
+                f"{s.source}: robot {s.robot.name} with gravity {s.gravity!r} is not that of {first.source} "
+                f"({first.robot.name}, {first.gravity!r}); identify takes several sessions of one robot"
+            )
+
+
+def _with_memory(sessions: Sequence[Session], names: list[str], fit: Fit, prior: ComplianceModel | None) -> Fit:
+    """Add backlash or preload softening where approach and two load levels are there and the data ask for it."""
+    if not any(np.any(s.samples.approach != 0) for s in sessions):
+        return fit
+    if not any(_load_levels(s) > 1 for s in sessions):
+        note = "one load level: a gap between flanks and a softer flank cannot be told apart; neither is fitted"
+        return replace(fit, notes=(*fit.notes, note))
+    best, gain = fit, 0.0
+    for name in ("backlash", "preload-softening"):
+        trial = _robust(sessions, _named([*names, name]), prior, fit.notes, [e.used for e in fit.evidence])
+        free = sum(u.effect == name for u in trial.unknowns.free)
+        scale = max(fit.solution.misfit, 1.0) ** 2
+        drop = (fit.solution.chi2 - trial.solution.chi2) / scale
+        if stats.chi2.sf(max(drop, 0.0), free) < CHANCE / 2 and drop > gain:
+            note = f"{name}: chi-square falls by {drop:.0f} for {free} numbers"
+            best, gain = replace(trial, notes=(*trial.notes, note)), drop
+    return best
+
+
+def _load_levels(session: Session) -> int:
+    """How many sizes of wrench a session has, apart by a third at least."""
+    size = np.linalg.norm(session.samples.load.wrench[:, :3], axis=1)
+    loaded = np.sort(size[size > 0.1 * size.max()]) if size.any() else np.empty(0)
+    return 0 if not len(loaded) else 1 + int(loaded[-1] > 1.3 * loaded[0])
+
+
+def _robust(
+    sessions: Sequence[Session],
+    effects: tuple[Effect, ...],
+    prior: ComplianceModel | None,
+    notes: tuple[str, ...],
+    used: Sequence[npt.NDArray[np.bool_]] | None = None,
+) -> Fit:
+    """Fit, look for rows that the others contradict, leave them out, fit again."""
+    joints = sessions[0].robot.n
+    fixed = start_values(effects, joints)
+    if prior is not None:
+        known = {name: numbers for name, numbers in prior.values.items() if name in fixed}
+        fixed.update({name: {k: np.array(v) for k, v in numbers.items()} for name, numbers in known.items()})
+    layout = unknowns(effects, joints)
+    evidence = tuple(Evidence(s, layout, fixed) for s in sessions)
+    for e, mask in zip(evidence, used or (), strict=False):
+        e.used = mask.copy()
+    absolute = any(e.name == "kinematic-offset" for e in effects)
+    offset = 0.0 if absolute else OFFSET
+    fit = _fitted(layout, fixed, evidence, offset, prior, notes)
+    for _ in range(OUTLIER_ROUNDS):
+        if not _leave_out(fit):
+            break
+        fit = _fitted(layout, fixed, evidence, offset, prior, notes, fit.solution.vector)
+    return fit
+
+
+def _columns(evidence: Sequence[Evidence], shared: int) -> list[slice]:
+    ends = shared + np.cumsum([e.station.size for e in evidence])
+    return [slice(int(end) - e.station.size, int(end)) for e, end in zip(evidence, ends, strict=True)]
+
+
+def _prior_sd(layout: Unknowns) -> Floats:
+    """How far a number may be from its start where nothing else is known: loose, but in the right world."""
+    return np.where(layout.inverse, 30.0, 5.0) * layout.scale
+
+
+def _fitted(
+    layout: Unknowns,
+    fixed: Mapping[str, Numbers],
+    evidence: tuple[Evidence, ...],
+    offset: float,
+    prior: ComplianceModel | None,
+    notes: tuple[str, ...],
+    start: Floats | None = None,
+) -> Fit:
+    shared, columns = len(layout), _columns(evidence, len(layout))
+    width = columns[-1].stop
+    first = layout.start(fixed)
+    mean = np.concatenate([first, np.zeros(width - shared)])
+    sd = np.concatenate([_prior_sd(layout), *(e.station.prior_sd() for e in evidence)])
+    if prior is not None:
+        sd[:shared] = _known(layout, prior, first, sd[:shared])
+    low, high = layout.bounds()
+    free = np.full(width - shared, np.inf)
+
+    def blocks(vector: Floats) -> list[Whitened]:
+        out: list[Whitened] = []
+        for e, at in zip(evidence, columns, strict=True):
+            out += e.blocks(vector[:shared], vector[at], offset, at, width)
+        return out
+
+    begin = mean.copy() if start is None else start
+    solution = solve(blocks, begin, mean, sd, np.concatenate([low, -free]), np.concatenate([high, free]))
+    return Fit(layout, fixed, solution, evidence, offset, notes)
+
+
+def _known(layout: Unknowns, prior: ComplianceModel, first: Floats, sd: Floats) -> Floats:
+    """Standard deviations of a prior model where it has them."""
+    out = sd.copy()
+    for k, u in enumerate(layout.free):
+        given = prior.sd.get(u.effect, {}).get(u.parameter.name)
+        if given is not None and given[u.index] > 0:
+            out[k] = given[u.index] * first[k] ** 2 if u.inverse else given[u.index]
+    return out
+
+
+def _leave_out(fit: Fit) -> bool:
+    """Take out the rows that all others contradict; True when there were any."""
+    total = sum(int(e.used.sum()) for e in fit.evidence)
+    found = False
+    for k, e in enumerate(fit.evidence):
+        at = _columns(fit.evidence, len(fit.unknowns))[k]
+        blocks = e.blocks(fit.parameters, fit.station(k), fit.offset, at, at.stop)
+        scores = [e.deletion(b) for b in blocks]
+        every = np.concatenate([s for _, s, _ in scores])
+        # what the model does not explain widens everything: judge against the bulk of the readings
+        bulk = max(1.0, float(np.median(every)) / 2.366)
+        for rows, score, freedom in scores:
+            limit = stats.chi2.isf(FALSE_ALARM / max(total, 1), freedom) * bulk
+            if len(score) and np.any(score > limit):
+                worst = score >= max(float(limit[0]), 0.5 * score.max())
+                for r in np.flatnonzero(worst):
+                    e.used[rows[r]] = False
+                found = True
+    return found
