@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell import Cell, load_cell
-from compensator.errors import CellError
+from compensator.errors import CellError, SolveError
 from stiffness.effects.effect import Effect, Numbers
-from stiffness.errors import RobotError
+from stiffness.errors import EquilibriumError, RobotError
 from stiffness.inverse import Inverse, inverse_kinematics
 from stiffness.model import ComplianceModel, load_model
 from stiffness.predict import COLUMNS, Command, Near, Prediction, Predictor, Tool
@@ -86,11 +86,27 @@ class Job:
 
     def forward(self, toolpath: Toolpath, q: Floats, wrench: Floats, state: Floats) -> Prediction:
         """Predictor.forward with the tool of every pose."""
-        done = [(r, p.forward(q[r], wrench[r], state[r])) for p, r in self._by_tool(toolpath)]
+        done = [(r, self._forward(toolpath, p, r, q, wrench, state)) for p, r in self._by_tool(toolpath)]
         if len(done) == 1:
             return done[0][1]
         names = ("rotation", "position", "torque", "residual")
         return Prediction(*(_merged(len(q), [(r, getattr(f, name)) for r, f in done]) for name in names))
+
+    def _forward(
+        self,
+        toolpath: Toolpath,
+        predictor: Predictor,
+        rows: npt.NDArray[np.intp] | slice,
+        q: Floats,
+        wrench: Floats,
+        state: Floats,
+    ) -> Prediction:
+        try:
+            return predictor.forward(q[rows], wrench[rows], state[rows])
+        except EquilibriumError as e:
+            k = int(np.arange(len(q))[rows][e.row])
+            where = f"{toolpath.source}:{toolpath.line[k]} (pose {toolpath.row[k]:g} of the file)"
+            raise SolveError(f"{where}: {e.problem}") from e
 
     def joint_deflection(self, q: Floats, torque: Floats, state: Floats) -> Floats:
         """dq (N, n) of the joint laws alone."""

@@ -22,6 +22,7 @@ from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
 
+ON_LIMIT = 1e-9  # rad beyond a limit that rounding explains
 TURNS = 24  # constant turns that are tried, 15 deg apart
 PROBES = 150  # poses of the path that a candidate is scored on first
 
@@ -256,7 +257,7 @@ class Planner:
         if not np.isfinite(q).all():
             k = int(np.argmax(~np.isfinite(q).all(axis=1)))
             raise PathError(f"{place(toolpath, k)}: the {what} joint angles are not finite")
-        outside = (q < self.robot.lower) | (q > self.robot.upper)
+        outside = (q < self.robot.lower - ON_LIMIT) | (q > self.robot.upper + ON_LIMIT)
         if outside.any():
             k = int(np.argmax(outside.any(axis=1)))
             j = int(np.argmax(outside[k]))

@@ -16,4 +16,13 @@ class ModelError(StiffnessError):
 
 
 class EquilibriumError(StiffnessError):
-    """No static equilibrium: the load is too large for the stiffness."""
+    """No static equilibrium: the load is too large for the stiffness.
+
+    Args:
+        row: of the arrays that were asked about.
+        problem: what is wrong there.
+    """
+
+    def __init__(self, row: int, problem: str) -> None:
+        self.row, self.problem = row, problem
+        super().__init__(f"pose {row}: {problem}")

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from stiffness.errors import RobotError
 from stiffness.jacobian import Conditioning
-from stiffness.kinematics import EXACT, SINGULAR, Batch, Inverse, checked_branch, checked_path
+from stiffness.kinematics import EXACT, SINGULAR, Batch, Inverse, checked_branch, checked_path, pose_error
 from stiffness.newton import Newton
 from stiffness.postures import SAME, Postures
 from stiffness.robot import Robot
@@ -107,6 +107,8 @@ class IterativeInverse(Inverse):
     def _start(self, rotation: Floats, origin: Floats, branch: int, seed: Floats | None) -> Floats | None:
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = rotation, origin
+        if seed is not None and seed.ndim == 1 and pose_error(self.robot, seed, pose) < EXACT:
+            return np.asarray(seed)
         found = self._postures.every(pose)
         if seed is not None:
             apart = [float(np.abs(nearest_turn(q, seed) - seed).max()) for q in found]

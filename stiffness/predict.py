@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-11  # m and rad, of a solved pose; two digits below what is promised
 MAX_STEPS = 25
+LARGEST_TWIST = 0.05  # rad; statics.rotation is exact below
 MAX_SWEEP_CALLS = 10
 
 
@@ -168,13 +169,27 @@ class Predictor:
         for _ in range(MAX_SWEEP_CALLS):
             x, torque, residual, rotation, position = self._forward_kernel.run(q, wrench, state, x)
             if not np.any(~(residual <= TOLERANCE)):
+                self._refuse_large_twists(x)
                 return Prediction(_matrices(rotation), position, torque, residual[:, 0])
         worst = int(np.argmax(np.where(np.isfinite(residual[:, 0]), residual[:, 0], np.inf)))
         raise EquilibriumError(
-            f"pose {worst}: no static equilibrium (last change {residual[worst, 0]:.2e} rad after "
+            worst,
+            f"no static equilibrium (last change {residual[worst, 0]:.2e} rad after "
             f"{MAX_SWEEP_CALLS} x {SWEEPS} sweeps): the load is too large for these stiffnesses; check their unit "
-            "(N*m/rad)"
+            "(N*m/rad)",
         )
+
+    def _refuse_large_twists(self, x: Floats) -> None:
+        """Small rotations are what the twists are made for: beyond, the numbers are wrong and the arm absurd."""
+        n, places = self.robot.n, len(self.statics.places)
+        turns = np.abs(x[:, n : n + 6 * places].reshape(len(x), places, 6)[:, :, 3:]).max(axis=(1, 2), initial=0.0)
+        if np.any(turns > LARGEST_TWIST):
+            row = int(np.argmax(turns))
+            raise EquilibriumError(
+                row,
+                f"a place that yields turns by {turns[row]:.3f} rad, above {LARGEST_TWIST:g}: too soft for this load; "
+                "check the units of the compliances in the model (m/N, rad/(N*m))",
+            )
 
     def nominal(self, q: Floats) -> tuple[Floats, Floats]:
         """TCP rotation (N, 3, 3) and position (N, 3) of the rigid, nominal arm: what a controller prints."""

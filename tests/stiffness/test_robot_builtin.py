@@ -191,8 +191,9 @@ def test_arrays_are_read_only_and_repr_is_one_line() -> None:
 def test_refusals() -> None:
     with pytest.raises(RobotError, match="abb-irb6600-175-255, kuka-kr210"):
         load_robot("kuka-kr999")
-    with pytest.raises(RobotError, match=r"has the tip 'flange', not 'tool0'"):
-        load_robot("ur10", tip="tool0")
+    with pytest.raises(RobotError, match=r"has the tip 'flange', not 'gripper'"):
+        load_robot("ur10", tip="gripper")
+    assert load_robot("ur10", tip="tool0").tip == "flange"  # ROS's name of the one flange there is
     with pytest.raises(RobotError, match="6 finite joint angles"):
         load_robot("ur10").pose([0.0, 0, np.nan, 0, 0, 0])
     with pytest.raises(RobotError, match="6 finite joint angles"):

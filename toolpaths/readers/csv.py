@@ -80,7 +80,18 @@ def _parse(lines: list[str], rows: list[int], columns: list[str], source: str) -
     try:
         return np.atleast_1d(np.loadtxt(body, dtype=dtype, delimiter=",", comments=None, quotechar='"'))
     except (ValueError, OverflowError) as problem:
+        if "feed_mm_min" in columns and (filled := _filled(body, columns.index("feed_mm_min"))) != body:
+            return _parse([*lines[: rows[0]], *filled], list(range(rows[0], rows[0] + len(filled))), columns, source)
         _blame(lines, rows, columns, source, str(problem))
+
+
+def _filled(body: list[str], feed: int) -> list[str]:
+    """Rows with 0 where the feed is left empty, as rapids may."""
+    rows = [line.split(",") for line in body]
+    return [
+        ",".join([*cells[:feed], "0", *cells[feed + 1 :]]) if len(cells) > feed and not cells[feed].strip() else line
+        for cells, line in zip(rows, body, strict=True)
+    ]
 
 
 def _blame(lines: list[str], rows: list[int], columns: list[str], source: str, problem: str) -> NoReturn:
