@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.rig import Floats, Rig, Task, flange, rig, task
 from benchmarks.table import Row
-from benchmarks.timing import cores, interleaved, on_cores, ratio
+from benchmarks.timing import cores, hashing, interleaved, on_cores, ratio
 from stiffness.predict import Command
 
 ABB = "abb-irb6600-175-255"
@@ -93,6 +93,8 @@ def joint_model(many: int, few: int, rounds: int) -> Iterator[Row]:
             "from before": lambda: naive_chain(arm, some),
             "closed": lambda: naive_closed_form(arm, some),
             "loop forward": lambda: naive_forward(arm, some),
+            "hash": lambda: hashing(1),
+            "hash 2": lambda: hashing(2),
         },
         rounds,
     )
@@ -120,6 +122,7 @@ def joint_model(many: int, few: int, rounds: int) -> Iterator[Row]:
     yield Row(group, "  against the loop from pose to pose", against("from before", "chain"), "x")
     if got == 2:
         yield Row(group, "  2 threads against 1", ratio(seconds["chain"], seconds["chain 2"]), "x")
+        yield Row(group, "plain hashing, 2 threads against 1", ratio(seconds["hash"], seconds["hash 2"]), "x", "2 if free")
 
 
 def model(what: str, arm: Rig, many: int, few: int, rounds: int, goal: str = "") -> Iterator[Row]:

@@ -24,6 +24,7 @@ Floats = npt.NDArray[np.float64]
 
 ON_LIMIT = 1e-9  # rad beyond a limit that rounding explains
 TURNS = 24  # constant turns that are tried, 15 deg apart
+FOLLOWED = 24  # first postures that an arm without a closed form is followed from
 PROBES = 150  # poses of the path that a candidate is scored on first
 
 
@@ -173,22 +174,32 @@ class Planner:
         some = toolpath.take(probe)
         start = self._start()
         found = []
-        for turn in self._turns(toolpath, base):
-            rotation = base[probe] @ about_z(turn)
-            r, p = self.flange(some, rotation, position[probe])
+        for turn, branch, q in self._first_postures(some, base[probe], position[probe], start):
+            r, p = self.flange(some, base[probe] @ about_z(turn), position[probe])
+            batch = self.inverse.along(r, p, branch, q)
+            if batch.ok.all():
+                joints = self._turns_in_limits(batch.q, batch.ok)
+                score = self._margin(joints).min() if self._labelled or start is None else -_apart(q, start)
+                found.append(_Candidate(turn, branch, q, float(score)))
+        return [c for c in sorted(found, key=lambda c: -c.score)[:6]]
+
+    def _first_postures(
+        self, some: Toolpath, base: Floats, position: Floats, start: Floats | None
+    ) -> list[tuple[float, int, Floats]]:
+        """(turn, branch, joint angles) at the first pose; of arms that are followed pose by pose the roomiest only."""
+        out: list[tuple[float, int, Floats]] = []
+        for turn in self._turns(some, base):
+            r, p = self.flange(some.take([0]), base[:1] @ about_z(turn), position[:1])
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = r[0], p[0]
-            seen: set[int] = set()
+            seen: dict[int, Floats] = {}
             for branch, q in self._allowed(pose, start):
-                if branch in seen:
-                    continue
-                seen.add(branch)
-                batch = self.inverse.along(r, p, branch, q)
-                if batch.ok.all():
-                    joints = self._turns_in_limits(batch.q, batch.ok)
-                    score = self._margin(joints).min() if self._labelled or start is None else -_apart(q, start)
-                    found.append(_Candidate(turn, branch, q, float(score)))
-        return [c for c in sorted(found, key=lambda c: -c.score)[:6]]
+                seen.setdefault(branch, q)
+            out += [(float(turn), branch, q) for branch, q in seen.items()]
+        if self._labelled or start is not None or len(out) <= FOLLOWED:
+            return out
+        room = self._margin(np.array([q for _, _, q in out]))
+        return [out[k] for k in np.argsort(-room, kind="stable")[:FOLLOWED]]
 
     @property
     def _labelled(self) -> bool:

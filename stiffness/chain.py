@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.reducer import Reducer
+
 Floats = npt.NDArray[np.float64]
 
 
@@ -28,6 +30,7 @@ class Chain:
     sources: tuple[str, ...]
     base: str
     tip: str
+    reducers: tuple[Reducer | None, ...] | None = None
 
 
 def placement(rotation: Floats, origin: npt.ArrayLike) -> Floats:

@@ -18,12 +18,17 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stiffness.chain import Chain, placement, rpy_rotation
 from stiffness.errors import RobotError
+from stiffness.reducer import ARCMIN, Reducer
 
 Floats = npt.NDArray[np.float64]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Length = Annotated[float, Field(ge=-20_000, le=20_000, allow_inf_nan=False, strict=True)]  # mm
 Turn = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False, strict=True)]  # deg
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+Rigidity = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False, strict=True)]
+Arcmin = Annotated[float, Field(ge=0, le=60, allow_inf_nan=False, strict=True)]
+
+_STIFFEST = 2e4  # N*m/arcmin
 
 
 class _Strict(BaseModel):
@@ -38,6 +43,17 @@ class _Placement(_Strict):
         return placement(rpy_rotation(*(math.radians(v) for v in self.rpy)), np.array(self.xyz) * 1e-3)
 
 
+class _Reducer(_Strict):
+    rigidity_nm_per_arcmin: Annotated[tuple[Rigidity, ...], Field(min_length=1, max_length=5)] | None = None
+    rigidity_nm_per_rad: Annotated[tuple[Rigidity, ...], Field(min_length=1, max_length=5)] | None = None
+    breaks_nm: tuple[Positive, ...] = ()
+    lost_motion_arcmin: Arcmin | None = None
+    lost_motion_torque_nm: Positive | None = None
+    backlash_arcmin: Arcmin | None = None
+    gear_ratio: Annotated[float, Field(ge=1, le=10_000, allow_inf_nan=False, strict=True)] | None = None
+    source: Annotated[str, Field(min_length=1)]
+
+
 class _Joint(_Strict):
     a: Length
     d: Length
@@ -50,6 +66,7 @@ class _Joint(_Strict):
     com: tuple[Length, Length, Length] | None = None
     name: str = ""
     source: str = ""
+    reducer: _Reducer | None = None
 
 
 class _File(_Strict):
@@ -114,6 +131,7 @@ def _chain(file: _File, label: str) -> Chain:
         before[0] = file.base.matrix() @ before[0]
         after[-1] = after[-1] @ file.flange.matrix()
     mass, com = _masses(file, label)
+    reducers = tuple(_reducer(j.reducer, f"{label}: joints.{k + 1}.reducer") for k, j in enumerate(file.joints))
     return Chain(
         joint_names=tuple(j.name or f"joint-{k + 1}" for k, j in enumerate(file.joints)),
         before=before,
@@ -127,10 +145,37 @@ def _chain(file: _File, label: str) -> Chain:
         mass_problem="" if mass is not None else f"{label} gives no masses",
         assumptions=file.assumptions,
         sources=file.sources
-        + tuple(f"joint {k + 1}: {j.source}" for k, j in enumerate(file.joints) if j.source),
+        + tuple(f"joint {k + 1}: {j.source}" for k, j in enumerate(file.joints) if j.source)
+        + tuple(f"reducer of joint {k + 1}: {r.source}" for k, r in enumerate(reducers) if r),
         base="base",
         tip="flange",
+        reducers=reducers if any(reducers) else None,
     )
+
+
+def _reducer(given: _Reducer | None, place: str) -> Reducer | None:
+    if given is None:
+        return None
+    per_arcmin, per_rad = given.rigidity_nm_per_arcmin, given.rigidity_nm_per_rad
+    if (per_arcmin is None) == (per_rad is None):
+        raise RobotError(f"{place}: give either rigidity_nm_per_arcmin or rigidity_nm_per_rad, as the data sheet does")
+    if per_arcmin is not None and max(per_arcmin) > _STIFFEST:
+        raise RobotError(
+            f"{place}.rigidity_nm_per_arcmin = {list(per_arcmin)}: more than {_STIFFEST:g} N*m/arcmin: this looks like "
+            "N*m/rad, which is rigidity_nm_per_rad"
+        )
+    reducer = Reducer(
+        rigidity=per_rad if per_rad is not None else tuple(k / ARCMIN for k in per_arcmin or ()),
+        source=given.source,
+        breaks=given.breaks_nm,
+        lost_motion=None if given.lost_motion_arcmin is None else given.lost_motion_arcmin * ARCMIN,
+        lost_motion_torque=given.lost_motion_torque_nm,
+        backlash=None if given.backlash_arcmin is None else given.backlash_arcmin * ARCMIN,
+        gear_ratio=given.gear_ratio,
+    )
+    if problem := reducer.problem():
+        raise RobotError(f"{place}.{problem}")
+    return reducer
 
 
 def _masses(file: _File, label: str) -> tuple[Floats | None, Floats | None]:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.errors import ModelError
 from stiffness.local_arm import Force, LocalArm, Stance
 from stiffness.session import Session
 from stiffness.session_table import SessionError
@@ -61,16 +60,14 @@ class State:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class LocalSetup:
-    """A set-up made for one joint.
+    """A set-up made for one joint, complete.
 
     Attributes:
-        place: how messages call it.
         joint: counted from 0.
         approach: (n,) sign of the last rotation.
         points: by letter.
         reference: state 0; ``loaded``: the others, in order.
         noise: (6,) variance of one reading of the sensor.
-        missing: what it lacks, in words; empty when complete.
     """
 
     session: Session
@@ -80,32 +77,37 @@ class LocalSetup:
     at: Stance
     approach: npt.NDArray[np.int64]
     points: Mapping[str, Point]
-    reference: State | None
+    reference: State
     loaded: tuple[State, ...]
     noise: Floats
-    missing: str
 
     @property
     def place(self) -> str:
+        """How messages call it."""
         return f"{self.session.source}: [setups.{self.number}]"
 
     def displacement(self, state: State, point: str) -> Floats:
         """(3,) m, of a point, loaded minus reference."""
-        if self.reference is None:
-            raise ModelError(f"{self.place}: no reference")
         return np.asarray(state.readings[point].mean - self.reference.readings[point].mean)
 
     def singles(self, state: State, point: str) -> Floats:
         """(R, 3) m, displacements of single readings, in the order of reading."""
-        if self.reference is None:
-            raise ModelError(f"{self.place}: no reference")
         loaded, rest = state.readings[point].single, self.reference.readings[point].single
         count = min(len(loaded), len(rest))
         return np.asarray(loaded[:count] - rest[:count])
 
 
-def local_setups(session: Session) -> list[LocalSetup]:
-    """The set-ups with a purpose, complete or not.
+@dataclass(frozen=True)
+class Incomplete:
+    """A set-up made for ``joint`` (from 0) that lacks something: ``why``, in words."""
+
+    number: int
+    joint: int
+    why: str
+
+
+def local_setups(session: Session) -> list[LocalSetup | Incomplete]:
+    """The set-ups with a purpose.
 
     Raises:
         SessionError: none has one, positions are not in the base, nothing pulls, the points contradict the purpose.
@@ -127,7 +129,7 @@ def local_setups(session: Session) -> list[LocalSetup]:
     return [_setup(session, arm, number) for number in sorted(purposes)]
 
 
-def _setup(session: Session, arm: LocalArm, number: int) -> LocalSetup:
+def _setup(session: Session, arm: LocalArm, number: int) -> LocalSetup | Incomplete:
     purpose, s = session.purposes[number], session.samples
     joint = (purpose.joint or 0) - 1
     place = f"{session.source}: [setups.{number}] purpose = 'joint-{joint + 1}'"
@@ -136,22 +138,21 @@ def _setup(session: Session, arm: LocalArm, number: int) -> LocalSetup:
     if extra:
         raise SessionError(f"{place}: point {extra[0]} has no part in it, it takes {', '.join(needed)}; take it out")
     mine = s.setup == number
-    noise = np.repeat([session.instruments.force**2, session.instruments.torque**2], 3)
-    rows = np.flatnonzero(mine)
-    q = s.q[rows[0]] if len(rows) else np.zeros(session.robot.n)
-    approach = s.approach[rows[0]] if len(rows) else np.zeros(session.robot.n, dtype=np.int64)
-    at = arm.stance(q)
-    missing = "it has no readings" if not len(rows) else _missing(session, mine, purpose.points, needed)
+    missing = _missing(session, mine, purpose.points, needed) if mine.any() else "it has no readings"
     if missing:
-        return LocalSetup(session, number, joint, arm, at, approach, {}, None, (), noise, missing)
+        return Incomplete(number, joint, missing)
+    first = int(np.argmax(mine))
+    at = arm.stance(s.q[first])
     points = {p: _point(session, at, mine, purpose.points[p]) for p in needed}
     _check_sides(place, joint, points)
     states = [_state(session, arm, at, mine, int(k), purpose.points) for k in np.unique(s.state[mine])]
     loaded = [x for x in states if x.number and all(p in x.readings for p in needed)]
     usable = tuple(x for x in loaded if not x.trouble)
     if not usable:
-        missing = loaded[0].trouble if loaded else f"no loaded state in which {' and '.join(needed)} were read"
-    return LocalSetup(session, number, joint, arm, at, approach, points, states[0], usable, noise, missing)
+        why = loaded[0].trouble if loaded else f"no loaded state in which {' and '.join(needed)} were read"
+        return Incomplete(number, joint, why)
+    noise = np.repeat([session.instruments.force**2, session.instruments.torque**2], 3)
+    return LocalSetup(session, number, joint, arm, at, s.approach[first], points, states[0], usable, noise)
 
 
 def _missing(session: Session, mine: Bools, points: Mapping[str, int], needed: str) -> str:

@@ -21,6 +21,7 @@ import pinocchio as pin
 from stiffness import dh, urdf
 from stiffness.chain import Chain
 from stiffness.errors import RobotError
+from stiffness.reducer import Reducer
 
 Floats = npt.NDArray[np.float64]
 
@@ -45,6 +46,7 @@ class Robot:
         assumptions: figures that no source gives, in words; every summary lists them.
         sources: where the figures come from.
         base, tip: names of the frames that poses lead from and to.
+        reducers: n data sheets, None for a joint without one; None where the file has none at all.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Robot:
     sources: tuple[str, ...]
     base: str
     tip: str
+    reducers: tuple[Reducer | None, ...] | None = None
 
     def __post_init__(self) -> None:
         for array in (self.before, self.axis, self.after, self.lower, self.upper, self.velocity):
@@ -220,4 +223,5 @@ def _robot(chain: Chain, name: str, base: str | None, tip: str | None) -> Robot:
         chain.sources,
         chain.base,
         chain.tip,
+        chain.reducers,
     )

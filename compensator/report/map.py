@@ -36,7 +36,7 @@ def panels(grid: Grid, result: Workspace) -> tuple[Panel, ...]:
     """The fields of the picture."""
     low, high, _ = result.softest
     fields = (
-        ("smallest stiffness, N/µm (ticks: where it yields)", low * 1e-6, "viridis"),
+        ("smallest stiffness, N/µm (ticks: elevation of that direction)", low * 1e-6, "viridis"),
         ("largest stiffness, N/µm", high * 1e-6, "viridis"),
         ("deflection under the wrench, mm", result.deflection * 1e3, "magma_r"),
         ("moved by K_c, µm", result.shift * 1e6, "magma_r"),
@@ -78,8 +78,8 @@ def _field(axes: Axes, grid: Grid, panel: Panel) -> None:
 
     colours: Colormap = matplotlib.colormaps[panel.scale]
     axes.set_facecolor(_BLANK)
-    axes.set_title(panel.title, fontsize=10)
     values = np.ma.masked_invalid(panel.values.T)
+    axes.set_title(f"{panel.title}\n{values.min():.3g} ... {values.max():.3g}", fontsize=10)
     levels = _levels(values.compressed())
     drawn = axes.contourf(grid.first, grid.second, values, levels, cmap=colours, extend="both")
     inside = [v for v in levels[1::3] if values.min() < v < values.max()]
@@ -91,11 +91,6 @@ def _field(axes: Axes, grid: Grid, panel: Panel) -> None:
     bar.ax.tick_params(labelsize=8)
     k = np.unravel_index(int(np.argmax(values.filled(-np.inf))), values.shape)
     axes.plot(grid.first[k[1]], grid.second[k[0]], "k^", markersize=5, markerfacecolor="white", clip_on=False)
-    extremes = f"max {float(values[k]):.3g}, min {float(values.min()):.3g}"
-    axes.annotate(
-        extremes, (0.02, 0.02), xycoords="axes fraction", fontsize=8,
-        bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "alpha": 0.8, "linewidth": 0},
-    )  # fmt: skip
 
 
 def _levels(values: Floats) -> Floats:
