@@ -41,11 +41,14 @@ gravity = "uncompensated"
 [effects.joint-stiffness]
 k_nm_per_rad = [2.0e6, 1.774e6, 1.3784e6, 2.82e5, 9.6e4, 3.74e4]
 """
-MEMORY = SPRINGS + """[effects.preload-softening]
+MEMORY = (
+    SPRINGS
+    + """[effects.preload-softening]
 ratio = [0.747, 0.9, 0.9, 0.8, 0.8, 0.8]
 [effects.backlash]
 gap_rad = [6.0e-5, 5.0e-5, 6.0e-5, 1.1e-4, 1.6e-4, 2.2e-4]
 """
+)
 
 
 def write_inputs(folder: Path, poses: int, *, memory: bool = False) -> None:

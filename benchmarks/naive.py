@@ -78,9 +78,7 @@ class NaiveArm:
         solution = root(self._miss(rotation, position, wrench), start, jac=self._jacobian, options=options)
         return np.asarray(solution.x)
 
-    def command_by_least_squares(
-        self, rotation: Floats, position: Floats, wrench: Floats, start: Floats
-    ) -> Floats:
+    def command_by_least_squares(self, rotation: Floats, position: Floats, wrench: Floats, start: Floats) -> Floats:
         """The same with scipy's least_squares, which many take first."""
         miss = self._miss(rotation, position, wrench)
         solution = least_squares(miss, start, jac=self._jacobian, xtol=TOLERANCE, ftol=TOLERANCE, gtol=None)
@@ -102,9 +100,7 @@ class NaiveArm:
 
     def _jacobian(self, q: Floats) -> Floats:
         """(6, n) of the rigid TCP: near enough for the search."""
-        j = pin.computeFrameJacobian(
-            self._model, self._data, q, self._frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )
+        j = pin.computeFrameJacobian(self._model, self._data, q, self._frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         flange = self._data.oMf[self._frame]
         j[:3] -= pin.skew(flange.rotation @ self._tcp.translation) @ j[3:]
         return np.asarray(j)
@@ -123,9 +119,7 @@ class NaiveArm:
             dq = new
             if self._compliance is not None:
                 force, moment = self._at_flange(outer, wrench)
-                load = np.concatenate(
-                    [inner.rotation.T @ force, pin.Jexp3(twist[3:]) @ (inner.rotation.T @ moment)]
-                )
+                load = np.concatenate([inner.rotation.T @ force, pin.Jexp3(twist[3:]) @ (inner.rotation.T @ moment)])
                 new = self._compliance @ load
                 change = max(change, np.abs(new - twist).max())
                 twist = new
@@ -151,9 +145,7 @@ class NaiveArm:
     def _torque(self, q: Floats, flange: pin.SE3, wrench: Floats) -> Floats:
         """(n,) of gravity and process at joint angles ``q``, with the flange where its spring leaves it."""
         force, moment = self._at_flange(flange, wrench)
-        j = pin.computeFrameJacobian(
-            self._model, self._data, q, self._frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )
+        j = pin.computeFrameJacobian(self._model, self._data, q, self._frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         inner = self._data.oMf[self._frame]
         moment = moment + pin.skew(flange.translation - inner.translation) @ force
         weight = pin.computeGeneralizedGravity(self._model, self._data, q)

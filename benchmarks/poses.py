@@ -122,7 +122,8 @@ def joint_model(many: int, few: int, rounds: int) -> Iterator[Row]:
     yield Row(group, "  against the loop from pose to pose", against("from before", "chain"), "x")
     if got == 2:
         yield Row(group, "  2 threads against 1", ratio(seconds["chain"], seconds["chain 2"]), "x")
-        yield Row(group, "plain hashing, 2 threads against 1", ratio(seconds["hash"], seconds["hash 2"]), "x", "2 if free")
+        free = ratio(seconds["hash"], seconds["hash 2"])
+        yield Row(group, "plain hashing, 2 threads against 1", free, "x", "2 on a free machine")
 
 
 def model(what: str, arm: Rig, many: int, few: int, rounds: int, goal: str = "") -> Iterator[Row]:

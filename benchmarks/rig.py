@@ -61,9 +61,7 @@ class Rig:
     @cached_property
     def naive(self) -> NaiveArm:
         """The loop."""
-        return NaiveArm(
-            self.robot, self.values, self.tool, gravity=GRAVITY, calibrated_out=self.calibrated_out
-        )
+        return NaiveArm(self.robot, self.values, self.tool, gravity=GRAVITY, calibrated_out=self.calibrated_out)
 
     @cached_property
     def inverse(self) -> Inverse:

@@ -36,7 +36,7 @@ class Done:
     findings: tuple[str, ...]
 
 
-def _quiet(_: str) -> None:
+def quiet(_: str) -> None:
     return None
 
 
@@ -48,7 +48,7 @@ def compensate_file(
     language: str | None = None,
     report: Path | None = None,
     json: Path | None = None,
-    say: Say = _quiet,
+    say: Say = quiet,
 ) -> Done:
     """The main job: a CAM file in, a compensated robot program out.
 
@@ -86,7 +86,7 @@ def preview_file(
     csv: Path | None = None,
     report: Path | None = None,
     json: Path | None = None,
-    say: Say = _quiet,
+    say: Say = quiet,
 ) -> Done:
     """The deflection per pose when the nominal path is commanded.
 

@@ -129,8 +129,8 @@ def _provenance(robot: Robot, reducers: list[Reducer], without_gap: list[int]) -
         "kind": "assumption",
         "method": "data sheet",
         "source": f"reducer data of {robot.name}: " + "; ".join(dict.fromkeys(r.source for r in reducers)),
-        "standard_deviations": f"joint stiffness {mean:.2f} +- {spread:.2f} of the reducer's: a joint of {SOFTEST:g} to 1 "
-        "times its reducer, log-uniform",
+        "standard_deviations": f"joint stiffness {mean:.2f} +- {spread:.2f} of the reducer's: a joint is taken as "
+        f"{SOFTEST:g} to 1 times its reducer, log-uniform",
         "load_range": "not measured",
         "preload_side": "not measured",
         "temperature": "not given",

@@ -88,6 +88,24 @@ class Fit:
             out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
         return out
 
+    def condition_number(self) -> float:
+        """Of the design: largest over smallest singular value, numbers scaled to their typical size."""
+        n = len(self.unknowns)
+        scale = self.unknowns.scale
+        values = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale))
+        return float(np.sqrt(values[-1] / max(values[0], values[-1] * 1e-32)))
+
+    def not_identified(self) -> list[str]:
+        """What the data do not determine, in the user's words."""
+        out = []
+        diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * _prior_sd(self.unknowns) ** 2
+        for u, ok, told in zip(self.unknowns.free, self.determined(), diagonal, strict=True):
+            if not ok:
+                place = f"joint {u.index + 1}" if u.parameter.size == "joint" else f"number {u.index + 1}"
+                why = "no reading loads it" if told < 1 else "not told apart from other numbers, or from noise"
+                out.append(f"{u.parameter.meaning} ({u.effect}) of {place}: {why}")
+        return out
+
     def outlier_rows(self) -> list[tuple[str, int]]:
         """(session, line of samples.csv) of every row that was left out."""
         return [

@@ -78,6 +78,14 @@ class LocalArm:
             links.append(frame)
         return Stance(np.asarray(q), np.array(links), np.array(axes), np.array(origins))
 
+    def at_rest(self, q: Floats, stiffness: Floats | None) -> Floats:
+        """(n,) rad, where the arm stands without load: commanded plus what the joints whose stiffness (n,) is known
+        give way to gravity; NaN: not known."""
+        if stiffness is None or not self.weighed:
+            return q
+        free = Force(np.zeros(6), self.robot.n, False, np.zeros(3), self.robot.n)
+        return np.asarray(q + np.nan_to_num(self.balance(q, free) / stiffness))
+
     def turns(self, at: Stance, force: Force) -> Floats:
         """(n, 6): torque on every joint per unit of every number that the sensor shows, J^T in sensor axes."""
         jacobian = at.jacobian(force.link, at.point(force.point_link, force.point))

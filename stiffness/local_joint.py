@@ -148,8 +148,8 @@ def angles(setup: LocalSetup, stiffness: Floats) -> tuple[list[Angle], str]:
         needed = SHORT * force if force > 0 else 0.0
         if abs(torque[k]) <= max(needed, 3 * noise[k]):
             raise SessionError(
-                f"{setup.place} purpose = 'joint-{k + 1}': the {force:.0f} N of state {state.number} turn joint {k + 1} "
-                f"with {torque[k]:.1f} N*m only; is it the set-up for this joint?"
+                f"{setup.place} purpose = 'joint-{k + 1}': the {force:.0f} N of state {state.number} turn joint "
+                f"{k + 1} with {torque[k]:.1f} N*m only; is it the set-up for this joint?"
             )
         why = _unknown_joint(setup, shares, torque, noise, stiffness)
         if why:
@@ -175,13 +175,11 @@ def _unknown_joint(setup: LocalSetup, shares: Floats, torque: Floats, noise: Flo
     k = setup.joint
     share = np.abs(shares * torque) - 3 * np.abs(shares) * noise
     share = share / abs(shares[k] * torque[k])
-    for j in np.flatnonzero((share > NOTICED) & np.isnan(stiffness)):
-        if j == k:
-            continue
-        how = f"the same force turns joint {j + 1} with {torque[j]:.0f} N*m and that moves the reading"
-        if j < k:
-            return f"{how}; joint {j + 1} has to be known first, and it is not identified"
-        return f"{how}; joint {j + 1} comes later: put the reflector on link {k + 1} or let the force pass axis {j + 1}"
+    for j in np.flatnonzero((share > NOTICED) & np.isnan(stiffness) & (np.arange(len(share)) != k)):
+        return (
+            f"the same force turns joint {j + 1} with {torque[j]:.0f} N*m and that moves the reading; joint {j + 1} has "
+            "to be known for that, and it is not identified"
+        )
     return ""
 
 

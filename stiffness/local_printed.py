@@ -1,9 +1,9 @@
 """What the paper's equations give as they are printed, beside the right ones. Never used for a model.
 
 Berntsen, Bertheussen, Tyapin, Combined Stiffness Identification of 6-DoF Industrial Robot. Where the print departs:
-Eq. 2, 3, 22 take the norm of a displacement (any noise adds to it), Eq. 4 and 24 print tau = J W, Eq. 22 and 23 take off
-joint 1 but not joint 4, Eq. 10 and 12 subtract the turn of joints 2 and 3 as if A-B lay along the arm and one
-point told both, Eq. 9, 17 and 18 have angles without sign.
+Eq. 2, 3 and 22 take the norm of a displacement (any noise adds to it), Eq. 4 and 24 print tau = J W, Eq. 22 and 23
+take off joint 1 but not joint 4, Eq. 10 and 12 subtract the turn of joints 2 and 3 as if A-B lay along the arm and
+one point told both, Eq. 9, 17 and 18 have angles without sign.
 """
 
 from __future__ import annotations

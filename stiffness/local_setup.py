@@ -64,6 +64,7 @@ class LocalSetup:
 
     Attributes:
         joint: counted from 0.
+        at: the arm in state 0.
         approach: (n,) sign of the last rotation.
         points: by letter.
         reference: state 0; ``loaded``: the others, in order.
@@ -106,8 +107,11 @@ class Incomplete:
     why: str
 
 
-def local_setups(session: Session) -> list[LocalSetup | Incomplete]:
+def local_setups(session: Session, stiffness: Floats | None = None) -> list[LocalSetup | Incomplete]:
     """The set-ups with a purpose.
+
+    Args:
+        stiffness: (n,) N*m/rad, NaN: not known; levers are then those of the arm as it sags under gravity.
 
     Raises:
         SessionError: none has one, positions are not in the base, nothing pulls, the points contradict the purpose.
@@ -115,8 +119,8 @@ def local_setups(session: Session) -> list[LocalSetup | Incomplete]:
     purposes = {number: p for number, p in session.purposes.items() if p.joint is not None}
     if not purposes:
         raise SessionError(
-            f"{session.source}: no [setups.N] says purpose = 'joint-k': the local method goes joint by joint; add them, "
-            "with points = {A = ..., B = ..., C = ...}, or take --method global"
+            f"{session.source}: no [setups.N] says purpose = 'joint-k': the local method goes joint by joint; add "
+            "them, with points = {A = ..., B = ..., C = ...}, or take --method global"
         )
     if not session.registered:
         raise SessionError(
@@ -124,12 +128,14 @@ def local_setups(session: Session) -> list[LocalSetup | Incomplete]:
             "measure the base with the tracker, or take --method global"
         )
     if not session.has_wrench:
-        raise SessionError(f"{session.source}: the samples have no wrench: the local method needs the load of each state")
+        raise SessionError(f"{session.source}: the samples have no wrench: the local method needs each state's load")
     arm = LocalArm(session.robot, session.tool)
-    return [_setup(session, arm, number) for number in sorted(purposes)]
+    return [_setup(session, arm, number, stiffness) for number in sorted(purposes)]
 
 
-def _setup(session: Session, arm: LocalArm, number: int) -> LocalSetup | Incomplete:
+def _setup(
+    session: Session, arm: LocalArm, number: int, stiffness: Floats | None
+) -> LocalSetup | Incomplete:
     purpose, s = session.purposes[number], session.samples
     joint = (purpose.joint or 0) - 1
     place = f"{session.source}: [setups.{number}] purpose = 'joint-{joint + 1}'"
@@ -142,7 +148,7 @@ def _setup(session: Session, arm: LocalArm, number: int) -> LocalSetup | Incompl
     if missing:
         return Incomplete(number, joint, missing)
     first = int(np.argmax(mine))
-    at = arm.stance(s.q[first])
+    at = arm.stance(arm.at_rest(s.q[first], stiffness))
     points = {p: _point(session, at, mine, purpose.points[p]) for p in needed}
     _check_sides(place, joint, points)
     states = [_state(session, arm, at, mine, int(k), purpose.points) for k in np.unique(s.state[mine])]
@@ -179,7 +185,9 @@ def _position(session: Session, at: Stance, mine: Bools, index: int) -> Floats:
     rows = mine & (s.state == 0) & (s.reflector == index)
     if reflector.exact or not rows.any():
         return reflector.position
-    frame = at.links[reflector.link]
+    # calibrated-out: the sag is not in the readings
+    seen = LocalArm(session.robot, session.tool).stance(s.q[rows][0]) if session.gravity == "calibrated-out" else at
+    frame = seen.links[reflector.link]
     return np.asarray(frame[:3, :3].T @ (s.position[rows].mean(axis=0) - frame[:3, 3]))
 
 

@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-11  # m and rad, of a solved pose; two digits below what is promised
 MAX_STEPS = 25
+OPENING = 4  # Newton steps without a look at the error, where nothing better than the nominal pose is known
 LARGEST_TWIST = 0.05  # rad; statics.rotation is exact below
 MAX_SWEEP_CALLS = 10
 
@@ -210,9 +211,12 @@ class Predictor:
         """
         flat = _flat(rotation)
         exact = not self._newton_needed
-        if exact or near is None:
-            near = Near(start, start, np.zeros((len(start), self._n_extra)))
-        q, actual, extra = near.q.copy(), near.actual.copy(), near.extra.copy()
+        if near is not None and not exact:
+            q, actual, extra = near.q.copy(), near.actual.copy(), near.extra.copy()
+        else:
+            q, actual, extra = start.copy(), start.copy(), np.zeros((len(start), self._n_extra))
+            if not exact:
+                q, extra, actual = self._opening_kernel.run(flat, position, wrench, state, actual, extra, q)
         torque, error = np.zeros_like(start), np.full(len(start), np.inf)
         rows, steps = np.arange(len(start)), 0
         while len(rows) and steps < MAX_STEPS:
@@ -333,6 +337,17 @@ class Predictor:
     @cached_property
     def _newton_kernel(self) -> Kernel:
         return self._step_kernel(newton=True)
+
+    @cached_property
+    def _opening_kernel(self) -> Kernel:
+        """Several steps in one go."""
+        step = self._newton_kernel.function
+        given = [ca.SX.sym(name, step.numel_in(k)) for k, name in enumerate(step.name_in())]
+        q, extra, commanded = given[4:]
+        for _ in range(OPENING):
+            new, new_extra, now, _, _ = step(*given[:4], q, extra, commanded)
+            q, extra, commanded = new, new_extra, now + new - q
+        return Kernel(ca.Function("opening", given, [_dense(v) for v in (commanded, extra, q)]))
 
     def _step_kernel(self, *, newton: bool) -> Kernel:
         """One step towards the command: every coordinate moves once, the largest move and miss is the error."""

@@ -24,8 +24,8 @@ def _law(given: JointInput, p: Values) -> ca.SX:
 def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
     half = np.broadcast_to(p["gap_rad"] / 2, move.shape)
     held = np.abs(torque) > np.maximum(p["breakaway_nm"], _NO_TORQUE)
-    side = np.where(held, np.sign(torque), 0.0)
-    return Clamp(p["side"] * move, np.where(held, side * half, -half), np.where(held, side * half, half))
+    side = np.copysign(half, torque)
+    return Clamp(p["side"] * move, np.where(held, side, -half), np.where(held, side, half))
 
 
 EFFECT = Effect(

@@ -1,0 +1,184 @@
+"""Identify and evaluate, from files to files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compensator.outputs import Outputs
+from compensator.summary import as_json
+from compensator.tasks import Say, quiet
+from stiffness import scores
+from stiffness.errors import StiffnessError
+from stiffness.evaluate import Evaluation, evaluate, place, rigid_evidence
+from stiffness.identify import Fit, identify
+from stiffness.model import load_model, model_text
+from stiffness.scores import Score
+from stiffness.session import Session, load_session
+
+MM = 1e3
+
+
+@dataclass(frozen=True, repr=False)
+class Identified:
+    """A fit, its JSON report, and the files that were written."""
+
+    fit: Fit
+    report: dict[str, Any]
+    files: tuple[Path, ...]
+
+
+def identify_files(
+    sessions: Sequence[Path],
+    output: Path,
+    *,
+    effects: Sequence[str] | None = None,
+    prior: Path | None = None,
+    json: Path | None = None,
+    say: Say = quiet,
+) -> Identified:
+    """Sessions in, a model file out.
+
+    Raises:
+        StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    say("reading the sessions")
+    loaded = [load_session(path) for path in sessions]
+    known = None if prior is None else load_model(prior, loaded[0].robot.n)
+    say("fitting")
+    fit = identify(loaded, effects, known)
+    report = identify_report(fit)
+    robot = _robot_beside(loaded[0], output)
+    model = fit.model(robot, _provenance(fit, prior))
+    with Outputs() as outputs:
+        outputs.text(output, model_text(model))
+        if json:
+            outputs.text(json, as_json(report))
+        outputs.commit()
+    return Identified(fit, report, tuple(p for p in (output, json) if p))
+
+
+def evaluate_file(
+    session: Path, model: Path, *, register: int | None = None, json: Path | None = None, say: Say = quiet
+) -> tuple[Evaluation, dict[str, Any]]:
+    """How well a model predicts a session.
+
+    Raises:
+        StiffnessError, CompensatorError: refused.
+    """
+    say("reading the session")
+    loaded = load_session(session)
+    values = load_model(model, loaded.robot.n)
+    _same_kind(loaded, values.gravity, values.source)
+    say("predicting")
+    result = evaluate(loaded, values, register)
+    report = {"displacement": _as_dict(result.displacement), "absolute": _as_dict(result.absolute)}
+    if json:
+        with Outputs() as outputs:
+            outputs.text(json, as_json(report))
+            outputs.commit()
+    return result, report
+
+
+def _same_kind(session: Session, gravity: str, source: str) -> None:
+    if session.gravity != gravity:
+        raise StiffnessError(
+            f"{session.source}: gravity = {session.gravity!r}, but the model {source} was made with {gravity!r}: "
+            "what its stiffness carries is not the same"
+        )
+
+
+def identify_report(fit: Fit) -> dict[str, Any]:
+    """The JSON report of ``identify``."""
+    n = fit.unknowns.joints
+    known = np.ones(n, dtype=bool)
+    for u, ok in zip(fit.unknowns.free, fit.determined(), strict=True):
+        if u.effect == "joint-stiffness":
+            known[u.index] = ok
+    k = fit.values()["joint-stiffness"]["k_nm_per_rad"]
+    sd = fit.deviations()["joint-stiffness"]["k_nm_per_rad"]
+    return {
+        "effects": [e.name for e in fit.unknowns.effects],
+        "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(k, known, strict=True)],
+        "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(sd, known, strict=True)],
+        "identifiable": [bool(ok) for ok in known],
+        "rms_mm": _rms(fit),
+        "n_readings": int(sum(len(e.samples) for e in fit.evidence)),
+        "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
+        "condition_number": fit.condition_number(),
+        "not_identified": fit.not_identified(),
+        "notes": list(fit.notes),
+    }
+
+
+def _rms(fit: Fit) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    seen = [e.predict(fit.parameters, fit.station(k)) for k, e in enumerate(fit.evidence)]
+    rigid = []
+    for e in fit.evidence:
+        bare = rigid_evidence(e.session)
+        bare.used = e.used
+        rigid.append((bare, bare.predict(np.zeros(0), place(bare))))
+    for name, score in (("displacement", scores.displacement), ("absolute", scores.absolute)):
+        fitted = scores.pooled([score(e, s, e.used) for e, s in zip(fit.evidence, seen, strict=True)])
+        before = scores.pooled([score(e, s, e.used) for e, s in rigid])
+        out[name] = (
+            None
+            if fitted is None or before is None
+            else {"rigid": before.rms * MM, "fitted": fitted.rms * MM, "noise_floor": fitted.noise_floor * MM}
+        )
+    return out
+
+
+def _as_dict(score: Score | None) -> dict[str, Any] | None:
+    if score is None:
+        return None
+    return {
+        "rms_mm": score.rms * MM,
+        "p95_mm": score.p95 * MM,
+        "max_mm": score.largest * MM,
+        "noise_floor_mm": score.noise_floor * MM,
+        "by_reflector": {name: value * MM for name, value in score.by_reflector.items()},
+    }
+
+
+def _robot_beside(session: Session, output: Path) -> str:
+    """The robot as the model file has to name it: a path in a session is relative to the session."""
+    beside = Path(session.source).parent / session.robot_name
+    if not beside.exists():
+        return session.robot_name
+    return Path(_relative(beside.resolve(), output.resolve().parent)).as_posix()
+
+
+def _relative(path: Path, folder: Path) -> str:
+    import os
+
+    return os.path.relpath(path, folder)
+
+
+def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
+    sessions = [e.session for e in fit.evidence]
+    forces = [float(np.linalg.norm(s.samples.load.wrench[:, :3], axis=1).max()) for s in sessions]
+    out: dict[str, Any] = {
+        "kind": "static",
+        "method": "global",
+        "source": [f"{s.source} sha256:{s.sha256['samples'][:16]}" for s in sessions],
+        "load_range": f"0 ... {max(forces):.0f} N",
+        "software": f"toolpath-compensator {_version()}",
+        "not_identified": fit.not_identified(),
+    }
+    if prior is not None:
+        out["prior"] = str(prior)
+    return out
+
+
+def _version() -> str:
+    try:
+        return metadata.version("toolpath-compensator")
+    except metadata.PackageNotFoundError:
+        return "unknown"
