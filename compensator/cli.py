@@ -101,6 +101,51 @@ def preview(
 
 
 @main.command()
+@click.argument("sessions", type=_FILE, nargs=-1, required=True)
+@click.option("-o", "--output", required=True, type=_FILE, help="Model file to write.")
+@click.option("--method", type=click.Choice(("global", "local")), default="global", help="All at once, or by joint.")
+@click.option("--effects", help="Names, separated by commas, that fix the set of effects.")
+@click.option("--prior", type=_FILE, help="Model to start from; its standard deviations are prior knowledge.")
+@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+@_refusals
+def identify(
+    sessions: tuple[Path, ...],
+    output: Path,
+    method: str,
+    effects: str | None,
+    prior: Path | None,
+    json: Path | None,
+    verbose: bool,
+) -> None:
+    """Turn measurement SESSIONS of one robot into a stiffness model."""
+    from compensator.report.text import progress, show_fit
+    from compensator.tasks_identify import identify_files
+
+    names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
+    with progress(verbose) as say:
+        done = identify_files(sessions, output, method=method, effects=names, prior=prior, json=json, say=say)
+    show_fit(done)
+
+
+@main.command()
+@click.argument("session", type=_FILE)
+@click.option("--model", required=True, type=_FILE, help="Model to judge.")
+@click.option("--register", type=int, help="States per block that place the tracker; default 25 where not registered.")
+@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+@_refusals
+def evaluate(session: Path, model: Path, register: int | None, json: Path | None, verbose: bool) -> None:
+    """Say how well a model predicts the readings of SESSION."""
+    from compensator.report.text import progress, show_evaluation
+    from compensator.tasks_identify import evaluate_file
+
+    with progress(verbose) as say:
+        _, report = evaluate_file(session, model, register=register, json=json, say=say)
+    show_evaluation(report)
+
+
+@main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
 @_refusals

@@ -37,6 +37,7 @@ def identify_files(
     sessions: Sequence[Path],
     output: Path,
     *,
+    method: str = "global",
     effects: Sequence[str] | None = None,
     prior: Path | None = None,
     json: Path | None = None,

@@ -283,7 +283,11 @@ def _fitted(
         return out
 
     begin = mean.copy() if start is None else start
-    solution = solve(blocks, begin, mean, sd, np.concatenate([low, -free]), np.concatenate([high, free]))
+    bounds = np.concatenate([low, -free]), np.concatenate([high, free])
+    solution = solve(blocks, begin, mean, sd, *bounds)
+    if solution.misfit > 1:
+        # what the model does not explain is noise to its parameters: the prior weighs more against it
+        solution = solve(blocks, solution.vector, mean, sd / solution.misfit, *bounds)
     return Fit(layout, fixed, solution, evidence, offset, notes)
 
 

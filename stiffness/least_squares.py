@@ -17,7 +17,8 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
-STEPS = 25
+STEPS = 40
+NOTHING = 1e-6  # a gain in cost that no data can tell, relative
 SETTLED = 1e-6  # of a standard deviation: a smaller step ends the iteration
 
 
@@ -76,44 +77,64 @@ def solve(
     low: Floats,
     high: Floats,
 ) -> Solution:
-    """Gauss-Newton with a Gaussian prior and bounds; a step that makes things worse is halved.
+    """Levenberg-Marquardt with a Gaussian prior and bounds; undamped unless a step makes things worse.
 
     Args:
         blocks: vector -> whitened blocks, residual = measured - predicted, jacobian of the prediction.
     """
-    vector, last = start.copy(), np.inf
-    sd = prior_sd
     weight = 1 / prior_sd**2
-    step = np.zeros_like(vector)
-    for count in range(1, STEPS + 1):
-        parts = blocks(vector)
-        cost = sum(float(b.residual @ b.residual) for b in parts) + float(weight @ (vector - prior) ** 2)
-        if cost > last * (1 + 1e-9) and np.abs(step).max() > 0 and count < STEPS:
-            step, vector = step / 2, vector - step / 2
-            if np.all(np.abs(step) < SETTLED * sd):
-                break
-            continue
-        information = sum((b.jacobian.T @ b.jacobian for b in parts), np.zeros((len(vector), len(vector))))
-        gradient = sum((b.jacobian.T @ b.residual for b in parts), np.zeros(len(vector)))
-        covariance = inverse(information + np.diag(weight), prior_sd)
-        sd = np.sqrt(np.diag(covariance))
-        step = covariance @ (gradient - weight * (vector - prior))
-        step = np.clip(vector + step, low, high) - vector
-        last = cost
-        if np.all(np.abs(step) <= SETTLED * sd):
+    vector, damping, steps = start.copy(), 0.0, 0
+    here = _Linear.of(blocks(vector), vector, prior, weight)
+    for steps in range(1, STEPS + 1):
+        step = np.clip(vector + here.step(damping), low, high) - vector
+        if np.all(np.abs(step) <= SETTLED * np.sqrt(np.diag(here.covariance()))):
             break
-        vector = vector + step
-    chi2 = sum(float(b.residual @ b.residual) for b in parts)
-    total = sum(len(b.residual) for b in parts)
-    used = float(np.trace(covariance @ information))
-    return Solution(vector, covariance, information, chi2, total, total - used, count)
+        there = _Linear.of(blocks(vector + step), vector + step, prior, weight)
+        if not there.cost <= here.cost * (1 + 1e-9):
+            damping = max(8 * damping, 1e-7)
+            continue
+        gain = here.cost - there.cost
+        vector, here, damping = vector + step, there, damping / 3 if damping > 1e-9 else 0.0
+        if gain < NOTHING * max(here.cost / len(here.gradient), 1.0):
+            break
+    chi2 = sum(float(b.residual @ b.residual) for b in here.parts)
+    total = sum(len(b.residual) for b in here.parts)
+    covariance = here.covariance()
+    used = float(np.trace(covariance @ here.information))
+    return Solution(vector, covariance, here.information, chi2, total, total - used, steps)
 
 
-def inverse(information: Floats, scale: Floats) -> Floats:
-    """Inverse of a symmetric positive matrix, scaled first so that units do not matter."""
-    scaled = information * np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
-    values = np.maximum(values, 1e-300)
+@dataclass(frozen=True, repr=False)
+class _Linear:
+    """The problem at one vector: cost, gradient and curvature."""
+
+    parts: Sequence[Whitened]
+    cost: float
+    gradient: Floats
+    information: Floats
+    weight: Floats
+
+    @classmethod
+    def of(cls, parts: Sequence[Whitened], vector: Floats, prior: Floats, weight: Floats) -> _Linear:
+        n = len(vector)
+        cost = sum(float(b.residual @ b.residual) for b in parts) + float(weight @ (vector - prior) ** 2)
+        information = sum((b.jacobian.T @ b.jacobian for b in parts), np.zeros((n, n)))
+        gradient = sum((b.jacobian.T @ b.residual for b in parts), np.zeros(n)) - weight * (vector - prior)
+        return cls(parts, cost, gradient, information, weight)
+
+    def step(self, damping: float) -> Floats:
+        curvature = self.information + np.diag(self.weight + damping * np.diag(self.information))
+        return np.asarray(inverse(curvature) @ self.gradient)
+
+    def covariance(self) -> Floats:
+        return inverse(self.information + np.diag(self.weight))
+
+
+def inverse(matrix: Floats) -> Floats:
+    """Inverse of a symmetric positive matrix, scaled to a unit diagonal first so that units do not matter."""
+    scale = 1 / np.sqrt(np.diag(matrix))
+    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
+    values = np.maximum(values, 1e-15)
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
 
 

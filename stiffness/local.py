@@ -7,6 +7,7 @@ What one joint's readings say is in local_joint.py, what the printed equations m
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -58,12 +59,12 @@ def _round(last: LocalFit) -> LocalFit:
     """All joints in order, with what the round before knew of the later ones and of the sag."""
     stiffness, covariance = last.stiffness.copy(), last.covariance.copy()
     setups = [x for s in last.sessions for x in local_setups(s, last.stiffness)]
-    records = []
+    records: list[JointRecord] = []
     for k in range(len(stiffness)):
         record, best = _joint(k, [x for x in setups if x.joint == k], stiffness, covariance)
-        records.append(record)
-        if best is not None:
-            _enter(k, best, stiffness, covariance)
+        sides = [r.side for r in (*records, record, *last.joints[k + 1 :])]
+        records.append(replace(record, notes=(*record.notes, *_other_flanks(record, sides))))
+        _enter(k, best, stiffness, covariance)
     return LocalFit(last.sessions, stiffness, covariance, tuple(records))
 
 
@@ -80,12 +81,15 @@ def _check_one_robot(sessions: Sequence[Session]) -> None:
             )
 
 
-def _enter(k: int, best: Estimate, stiffness: Floats, covariance: Floats) -> None:
-    """Take a joint up among the known ones."""
+def _enter(k: int, best: Estimate | None, stiffness: Floats, covariance: Floats) -> None:
+    """Take a joint up among the known ones, or off them."""
+    stiffness[k], covariance[k], covariance[:, k] = np.nan, np.nan, np.nan
+    if best is None:
+        return
     known = np.flatnonzero(~np.isnan(stiffness))
-    stiffness[k] = best.stiffness
     covariance[k, known] = covariance[known, k] = covariance[np.ix_(known, known)] @ best.gradient[known]
     covariance[k, k] = best.variance(np.nan_to_num(covariance))
+    stiffness[k] = best.stiffness
 
 
 def _joint(
@@ -166,13 +170,22 @@ def _said(found: Sequence[Angle], side: str, paired: bool) -> list[str]:
     return notes
 
 
+def _other_flanks(record: JointRecord, sides: Sequence[str]) -> list[str]:
+    """Notes on joints taken off with a stiffness of another flank than they stood on."""
+    return [
+        f"set-up {p.setup}: joint {j} stood {at}, its {sides[j - 1]} stiffness was taken off"
+        for p in record.pulls
+        for j, at in p.taken_off_sides.items()
+        if j <= len(sides) and UNKNOWN not in (at, sides[j - 1]) and at != sides[j - 1]
+    ]
+
+
 def _pull(a: Angle, stiffness: Floats) -> Pull:
     counts = {
         letter: (p.name, len(a.state.readings[letter].single), len(a.setup.reference.readings[letter].single))
         for letter, p in a.setup.points.items()
     }
-    part = np.abs(a.shares * np.nan_to_num(a.others)) / abs(a.reading * a.turn)
-    moved = np.flatnonzero(part > WORTH_A_WORD)
+    moved = np.flatnonzero(a.parts > WORTH_A_WORD)
     return Pull(
         source=a.setup.session.source,
         setup=a.setup.number,
@@ -186,6 +199,7 @@ def _pull(a: Angle, stiffness: Floats) -> Pull:
         reading_lever=a.reading,
         turn=a.turn,
         taken_off={int(j) + 1: float(a.others[j]) for j in moved},
+        taken_off_sides={int(j) + 1: a.sides[j] for j in moved},
         stiffness=a.stiffness,
         printed=printed(a, stiffness),
     )

@@ -31,7 +31,7 @@ class Pull:
         balance: N*m, torque at the deflected posture with the change of gravity: what the stiffness is made of.
         reading_lever: m from the axis to the reflector (L2k, R4); for joint 5 angle per angle.
         turn: rad, deflection of the joint.
-        taken_off: other joint (from 1) -> rad that it turned.
+        taken_off: other joint (from 1) -> rad that it turned. taken_off_sides: the same -> its flank.
         stiffness: N*m/rad, of this state alone.
         printed: what the paper's print would have given.
     """
@@ -48,6 +48,7 @@ class Pull:
     reading_lever: float
     turn: float
     taken_off: Mapping[int, float]
+    taken_off_sides: Mapping[int, str]
     stiffness: float
     printed: tuple[Printed, ...]
 

@@ -31,6 +31,7 @@ EQUATIONS = ("Eq. 1-2", "Eq. 1-2", "Eq. 3-4", "Eq. 5-12", "Eq. 13-20", "Eq. 21-2
 PRE_LOADED, NON_LOADED, UNKNOWN = "pre-loaded", "non-loaded", "unknown"
 
 SHORT = 0.01  # m: a lever below this turns nothing
+LEAST = 0.2  # of a joint's turn that an angle between reflectors has to show
 NOTICED = 0.01  # share of joint k's own part of a reading above which an unknown joint is not overlooked
 _BACK_AND_FORTH = 4  # times between angle and torque: a hundredth is left each time
 
@@ -41,7 +42,7 @@ class Angle:
 
     Attributes:
         setup, state: where it comes from.
-        side: which flank carried the load: pre-loaded, non-loaded, unknown.
+        sides: for every joint the flank that carries its load: pre-loaded, non-loaded, unknown.
         force: N. torque: N*m, J^T W at the commanded posture. balance: the same at the deflected one, with the
             change of gravity.
         lever: m, torque per force. reading: m/rad (rad/rad for joint 5), s_k: the reading per turn of the joint.
@@ -53,7 +54,7 @@ class Angle:
 
     setup: LocalSetup
     state: State
-    side: str
+    sides: tuple[str, ...]
     force: float
     torque: float
     balance: float
@@ -69,6 +70,16 @@ class Angle:
     def stiffness(self) -> float:
         """N*m/rad, of this state alone."""
         return self.balance / self.turn
+
+    @property
+    def side(self) -> str:
+        """Of the joint itself."""
+        return self.sides[self.setup.joint]
+
+    @property
+    def parts(self) -> Floats:
+        """(n,) what the other joints put into the reading, relative to this joint's part; 0 where not known."""
+        return np.asarray(np.abs(self.shares * np.nan_to_num(self.others)) / abs(self.reading * self.turn))
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -141,6 +152,11 @@ def angles(setup: LocalSetup, stiffness: Floats) -> tuple[list[Angle], str]:
     """
     k, weight = setup.joint, weights(setup)
     shares = sum((w @ setup.points[p].jacobian for p, w in weight.items()), np.zeros(len(stiffness)))
+    if k == 4 and shares[k] < LEAST:
+        raise SessionError(
+            f"{setup.place}: the angle A-B-C changes by {shares[k]:.2f} of what joint {k + 1} turns; put B = "
+            f"{setup.points['B'].name!r} nearer to axis {k + 1} than C"
+        )
     found: list[Angle] = []
     for state in setup.loaded:
         torque, noise = _torque(setup, state)
@@ -177,8 +193,8 @@ def _unknown_joint(setup: LocalSetup, shares: Floats, torque: Floats, noise: Flo
     share = share / abs(shares[k] * torque[k])
     for j in np.flatnonzero((share > NOTICED) & np.isnan(stiffness) & (np.arange(len(share)) != k)):
         return (
-            f"the same force turns joint {j + 1} with {torque[j]:.0f} N*m and that moves the reading; joint {j + 1} has "
-            "to be known for that, and it is not identified"
+            f"the same force turns joint {j + 1} with {torque[j]:.0f} N*m and that moves the reading; joint {j + 1} "
+            "has to be known for that, and it is not identified"
         )
     return ""
 
@@ -207,7 +223,7 @@ def _angle(
     return Angle(
         setup=setup,
         state=state,
-        side=_side(int(setup.approach[k]), float(start[k]), float(start[k] + balance[k])),
+        sides=tuple(_side(int(a), t, t + b) for a, t, b in zip(setup.approach, start, balance, strict=True)),
         force=force,
         torque=float(torque[k]),
         balance=float(balance[k]),

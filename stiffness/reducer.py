@@ -35,7 +35,7 @@ class Reducer:
         """What is wrong with the figures together, beginning with the key; "" when nothing is."""
         pieces = len(self.rigidity)
         if len(self.breaks) != pieces - 1:
-            return f"breaks_nm has {len(self.breaks)} torques: {pieces} pieces of rigidity meet at {pieces - 1}"
+            return f"breaks_nm = {list(self.breaks)}: expected {pieces - 1}, one less than there are pieces of rigidity"
         if any(a >= b for a, b in zip(self.breaks, self.breaks[1:], strict=False)):
             return f"breaks_nm = {list(self.breaks)}: expected rising torques"
         if any(a > b for a, b in zip(self.rigidity, self.rigidity[1:], strict=False)):

@@ -57,10 +57,10 @@ class Station:
         return [k for k, g in enumerate(self.session.group) if g == group]
 
     def prior_sd(self) -> Floats:
-        """(S,) how far a first guess may be off: loose, the data decide."""
+        """(S,) how far a first guess may be off: loose, the data decide; m and rad."""
         sd = np.empty(self.size)
         for part in self.parts:
-            sd[part.span] = [10.0] * 3 + [3.0] * 3 if part.span.stop - part.span.start == 6 else [0.1] * 3
+            sd[part.span] = [1.0] * 3 + [0.5] * 3 if part.span.stop - part.span.start == 6 else [0.1] * 3
         return sd
 
     def place_trackers(self, base: Floats) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from compensator.tasks import Done, Say
+from compensator.tasks_identify import Identified
 from stiffness.model import builtin_model
 from stiffness.robot import builtin_robots, load_robot
 
@@ -70,6 +72,47 @@ def _sentence(done: Done) -> str:
             "give [start] joints or a longer approach"
         )
     return text
+
+
+def show_fit(done: Identified) -> None:
+    """Parameters, residuals and what the data do not determine; nothing when piped."""
+    console, report = Console(), done.report
+    if not console.is_terminal:
+        return
+    table = Table(title=f"{report['n_readings']} readings, effects {', '.join(report['effects'])}")
+    for head in ("joint", "stiffness, N*m/rad", "standard deviation"):
+        table.add_column(head, justify="right")
+    columns = (report["stiffness_nm_per_rad"], report["stiffness_sd_nm_per_rad"])
+    for k, (value, sd) in enumerate(zip(*columns, strict=True)):
+        table.add_row(str(k + 1), *(("not identified", "") if value is None else (f"{value:.4g}", f"{sd:.2g}")))
+    console.print(table)
+    for kind, rms in report["rms_mm"].items():
+        if rms:
+            console.print(
+                f"{kind}: {rms['rigid']:.4f} mm rigid, {rms['fitted']:.4f} mm fitted, noise {rms['noise_floor']:.4f} mm"
+            )
+    if report["outlier_rows"]:
+        rows = ", ".join(str(r["row"]) for r in report["outlier_rows"][:20])
+        console.print(f"left out, contradicted by all others: {len(report['outlier_rows'])} rows ({rows})")
+    for line in (*report["notes"], *report["not_identified"]):
+        console.print(f"  - {line}", highlight=False, style="dim")
+    for file in done.files:
+        console.print(f"wrote {file}", highlight=False)
+
+
+def show_evaluation(report: dict[str, Any]) -> None:
+    """One line per kind of evidence; nothing when piped."""
+    console = Console()
+    if not console.is_terminal:
+        return
+    for kind, score in report.items():
+        if score is None:
+            console.print(f"{kind}: no such evidence")
+            continue
+        console.print(
+            f"{kind}: rms {score['rms_mm']:.4f} mm per axis (noise {score['noise_floor_mm']:.4f}), "
+            f"95 % {score['p95_mm']:.4f} mm, max {score['max_mm']:.4f} mm"
+        )
 
 
 def show_robots() -> None:
