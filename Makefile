@@ -23,8 +23,8 @@ bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
 
 pictures: $(VENV)/.test
-	$(BIN)/python docs/make_pictures.py
-	$(BIN)/python docs/make_circle_picture.py
+	$(BIN)/python -m docs.make_pictures
+	$(BIN)/python -m docs.make_circle_picture
 
 wheel-check: $(VENV)/.test
 	rm -rf build dist out/wheel

@@ -1,6 +1,6 @@
 """Make the pictures in docs/images from real results of this checkout.
 
-    python docs/make_pictures.py [--cell CELL.toml] [--toolpath FILE]      needs the extra `docs` (matplotlib)
+    python -m docs.make_pictures [--cell CELL.toml] [--toolpath FILE]      needs the extra `docs` (matplotlib)
 
 The example's path, coloured by the predicted distance of the TCP from where it has to be: commanded as the
 file says, and with the commands of the solve, read back from the written program.

@@ -39,6 +39,11 @@ def _pull(pull: Pull) -> list[str]:
         f"{pull.turn * 1e6:.2f} urad" + (f", taken off {off}" if off else ""),
     ]
     for way in pull.printed:
-        error = 100 * (way.stiffness / pull.stiffness - 1)
-        lines.append(f"    {way.name}: {way.stiffness:.5g} N*m/rad, {error:+.1f} % ({way.words})")
+        lines.append(f"    {way.name}: {_beside(way.stiffness, pull.stiffness)} ({way.words})")
     return lines
+
+
+def _beside(wrong: float, right: float) -> str:
+    if not 0 < wrong < float("inf"):
+        return "no stiffness at all, the angle comes out negative or zero"
+    return f"{wrong:.5g} N*m/rad, {100 * (wrong / right - 1):+.1f} %"

@@ -210,6 +210,7 @@ def test_no_other_joint_enters_behind_a_rigid_clamp() -> None:
 
 
 GOOD = lines(cycle(), cycle())
+TURNED = [f"{joint},{-float(angle)},{rest}" for joint, angle, rest in (row.split(",", 2) for row in GOOD)]
 MOTOR = "joint,motor_angle_deg,motor_torque_nm"
 JOINT = "joint,joint_angle_deg,joint_torque_nm"
 
@@ -240,7 +241,7 @@ def changed(row: int, column: int, to: str) -> list[str]:
         (lines(cycle(sides=(1,), steps=STEPS[:3])), "joint 1: 2 readings on 1 loading branch have .* expected 4 more"),
         ([r for r in GOOD if "unloading" in r], "joint 1: 0 readings on 0 loading branches"),
         ([*GOOD, GOOD[3][:-1] + "3"], "row 34: the loading branch of repeat 3 has one angle only"),
-        ([f"{a},{-float(b)},{c}" for a, b, c in (r.split(",", 2) for r in GOOD)], "joint 1: the torque falls as the angle grows"),
+        (TURNED, "joint 1: the torque falls as the angle grows"),
         (lines(cycle(k=2e9), cycle(k=2e9)), "joint 1: 2e[+]09 N[*]m/rad is outside 1000 ... 1e[+]09"),
     ],
 )  # fmt: skip
