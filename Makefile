@@ -4,6 +4,8 @@
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
+# small matrices: more BLAS threads only wait for each other
+export OPENBLAS_NUM_THREADS = 1
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
 
 .PHONY: demo test bench pictures wheel-check clean

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import ValidationError
 
 from compensator.cell import ToolTable
 from compensator.errors import CompensatorError
@@ -38,6 +39,22 @@ class Mapped:
 
 def _quiet(_: str) -> None:
     return None
+
+
+def tool_of(
+    xyz: tuple[float, ...], rpy: tuple[float, ...], name: str, mass: float | None, com: tuple[float, ...] | None
+) -> ToolTable:
+    """A tool from the words of the command line: mm, deg, kg.
+
+    Raises:
+        CompensatorError: names the option.
+    """
+    try:
+        return ToolTable.model_validate({"xyz": xyz, "rpy": rpy, "name": name, "mass": mass, "com": com})
+    except ValidationError as e:
+        found = e.errors()[0]
+        place = "".join(f"-{p}" for p in found["loc"][:1])
+        raise CompensatorError(f"--tool{place}: {found['msg'].removeprefix('Value error, ')}") from e
 
 
 def map_file(

@@ -56,7 +56,7 @@ def clamped_file(
         "fitted": f"straight line above {above:g} of the largest torque",
         "preload_side": "loading branches: the torque holds the flank",
         "temperature": "not given",
-        "software": f"toolpath-compensator {metadata.version('toolpath-compensator')}",
+        "software": f"toolpath-compensator {_version()}",
     }
     made = clamped_model(arm, _named(robot, model), fits, provenance)
     return _write(made, model, _clamped_report(arm, fits), json)
@@ -88,6 +88,13 @@ def _named(robot: str, model: Path) -> str:
     if robot in builtin_robots():
         return robot
     return Path(os.path.relpath(Path(robot).resolve(), model.resolve().parent)).as_posix()
+
+
+def _version() -> str:
+    try:
+        return metadata.version("toolpath-compensator")
+    except metadata.PackageNotFoundError:
+        return "unknown"
 
 
 def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Path | None) -> Made:

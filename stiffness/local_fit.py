@@ -148,7 +148,7 @@ class LocalFit:
         pulls = [p for r in self.joints for p in r.pulls]
         forces, torques = [p.force for p in pulls], [abs(p.torque) for p in pulls]
         said: dict[str, object] = {
-            "kind": "measured",
+            "kind": "static",
             "method": "local",
             "source": ", ".join(s.source for s in self.sessions),
             "session_sha256": [s.sha256["session"] for s in self.sessions],

@@ -16,7 +16,7 @@ from compensator.cell import ToolTable
 from compensator.errors import CompensatorError
 from compensator.grid import grid_of
 from compensator.report.map import draw, panels
-from compensator.tasks_map import Mapped, map_file
+from compensator.tasks_map import Mapped, map_file, tool_of
 from stiffness.errors import StiffnessError
 from stiffness.robot import Robot, load_robot
 from tests.compensator.small_jobs import ABB, MODEL, STIFFNESS
@@ -24,6 +24,7 @@ from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness.test_datasheet import robot_text
 
 Floats = npt.NDArray[np.float64]
+HALF = [True, True, True, False, False, True]
 COARSE = "-60:60:40,-150:60:30"
 
 
@@ -222,7 +223,7 @@ def test_an_effect_of_another_tool_is_not_applied(tmp_path: Path) -> None:
         ({}, {"wrench": (np.nan, *(0.0,) * 5)}, "--wrench .*: expected six finite numbers"),
         ({}, {"fixed": "5=0"}, "nothing to map: 32 postures, 32 singular; give other --grid or --fixed angles"),
         ({"robot": "kuka-kr"}, {}, "'kuka-kr' is no robot"),
-        ({"effects": {"joint-stiffness": {"k_nm_per_rad": STIFFNESS, "identified": [True] * 3 + [False] * 2 + [True]}}}, {},
+        ({"effects": {"joint-stiffness": {"k_nm_per_rad": STIFFNESS, "identified": HALF}}}, {},
          r"model.toml: joint-stiffness of joint 4, 5 is not identified; a map would show an invented number"),
         ({"effects": {"joint-stiffness": {"k_nm_per_rad": [1e3] * 6}}}, {}, "32 postures, .* without equilibrium"),
     ],
@@ -243,6 +244,18 @@ def test_hardening_without_masses_needs_no_weight(tmp_path: Path) -> None:
     with pytest.raises(StiffnessError, match=r"joint-hardening depends on the gravity torque .* map with --no-weight"):
         map_file(path, spans="-120:-60:20,30:90:20")
     assert map_file(path, spans="-120:-60:20,30:90:20", weight=False).report["n_ok"] > 5
+
+
+def test_tool_of_the_command_line() -> None:
+    tool = tool_of((0.0, 0.0, 250.0), (0.0, 90.0, 0.0), "spindle-a", 30.0, (0.0, 0.0, 100.0)).tool()
+    assert tool.name == "spindle-a" and tool.mass == 30 and tool.position.tolist() == [0, 0, 0.25]
+    np.testing.assert_allclose(tool.rotation[:, 2], [1, 0, 0], atol=1e-15)
+    with pytest.raises(CompensatorError, match="--tool: mass is given without com"):
+        tool_of((0.0, 0.0, 250.0), (0.0, 0.0, 0.0), "tool", 30.0, None)
+    with pytest.raises(CompensatorError, match=r"--tool: tool.xyz is 0.25 mm long: expected mm"):
+        tool_of((0.0, 0.0, 0.25), (0.0, 0.0, 0.0), "tool", None, None)
+    with pytest.raises(CompensatorError, match="--tool-mass: "):
+        tool_of((0.0, 0.0, 250.0), (0.0, 0.0, 0.0), "tool", -1.0, (0.0, 0.0, 100.0))
 
 
 def test_outputs_do_not_clash(tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ POINTS = {  # link and m in its frame (classic DH: x along a, z along the next a
     "face": (6, (0.0, 0.0, 0.0)),  # the flange
     "side": (6, (-0.2, 0.0, 0.0)),
 }
-Row = tuple[str, Sequence[float], Sequence[float]]  # point, position without load (m, base), displacement
+Row = tuple[str, Sequence[float], npt.ArrayLike]  # point, position without load (m, base), displacement
 
 
 def turned_y(lever: Sequence[float], angle: float) -> Floats:
