@@ -17,6 +17,9 @@ from stiffness import scores
 from stiffness.errors import StiffnessError
 from stiffness.evaluate import Evaluation, evaluate, place, rigid_evidence
 from stiffness.identify import Fit, identify
+from stiffness.local import identify_local
+from stiffness.local_fit import LocalFit
+from stiffness.local_text import local_text
 from stiffness.model import load_model, model_text
 from stiffness.scores import Score
 from stiffness.session import Session, load_session
@@ -28,7 +31,7 @@ MM = 1e3
 class Identified:
     """A fit, its JSON report, and the files that were written."""
 
-    fit: Fit
+    fit: Fit | LocalFit
     report: dict[str, Any]
     files: tuple[Path, ...]
 
@@ -48,14 +51,41 @@ def identify_files(
     Raises:
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
+    if method == "local" and (effects is not None or prior is not None):
+        raise StiffnessError("--method local takes no --effects and no --prior: it fits the joints one by one")
     say("reading the sessions")
     loaded = [load_session(path) for path in sessions]
+    if method == "local":
+        return _identify_local(loaded, output, json)
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
     say("fitting")
     fit = identify(loaded, effects, known)
     report = identify_report(fit)
     robot = _robot_beside(loaded[0], output)
     model = fit.model(robot, _provenance(fit, prior))
+    with Outputs() as outputs:
+        outputs.text(output, model_text(model))
+        if json:
+            outputs.text(json, as_json(report))
+        outputs.commit()
+    return Identified(fit, report, tuple(p for p in (output, json) if p))
+
+
+def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
+    fit = identify_local(*loaded)
+    model = fit.model(_robot_beside(loaded[0], output), {"software": f"toolpath-compensator {_version()}"})
+    known = fit.identified
+    report: dict[str, Any] = {
+        "effects": list(model.values),
+        "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(fit.stiffness, known, strict=True)],
+        "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(fit.sd, known, strict=True)],
+        "identifiable": [bool(ok) for ok in known],
+        "rms_mm": {"displacement": None, "absolute": None},
+        "n_readings": sum(len(s.samples) for s in loaded),
+        "outlier_rows": [],
+        "not_identified": [],
+        "notes": local_text(fit).splitlines(),
+    }
     with Outputs() as outputs:
         outputs.text(output, model_text(model))
         if json:

@@ -15,7 +15,7 @@ import numpy as np
 
 from compensator.errors import CompensatorError
 from compensator.outputs import Outputs, refuse_clashes
-from stiffness.clamped import ABOVE, JointFit, clamped_model, fit_clamped
+from stiffness.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
 from stiffness.clamped_readings import read_clamped
 from stiffness.datasheet import datasheet_model
 from stiffness.model import ComplianceModel, model_text
@@ -38,7 +38,14 @@ def _quiet(_: str) -> None:
 
 
 def clamped_file(
-    readings: Path, robot: str, model: Path, *, above: float = ABOVE, json: Path | None = None, say: Say = _quiet
+    readings: Path,
+    robot: str,
+    model: Path,
+    *,
+    above: float = ABOVE,
+    scale_sd: float = SCALE_SD,
+    json: Path | None = None,
+    say: Say = _quiet,
 ) -> Made:
     """Motor torque against motor angle with the end-effector locked, to a model.
 
@@ -48,12 +55,13 @@ def clamped_file(
     arm = _robot(robot, (readings,), (model, json))
     say(f"reading {readings.name}")
     read = read_clamped(readings, arm)
-    fits = fit_clamped(read, above=above)
+    fits = fit_clamped(read, above=above, scale_sd=scale_sd)
     provenance: dict[str, object] = {
         "source": readings.name,
         "sha256": hashlib.sha256(readings.read_bytes()).hexdigest(),
         "load_range": "; ".join(f"joint {f.joint + 1}: up to {f.largest:.0f} N*m" for f in fits),
         "fitted": f"straight line above {above:g} of the largest torque",
+        "torque_scale_sd": scale_sd,
         "preload_side": "loading branches: the torque holds the flank",
         "temperature": "not given",
         "software": f"toolpath-compensator {_version()}",

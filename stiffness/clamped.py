@@ -27,6 +27,7 @@ Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]
 
 ABOVE = 0.25  # share of the largest torque: below it gap, friction and soft first teeth bend the curve
+SCALE_SD = 0.05  # of a torque that comes from motor current: what torque constants are off by; an assumption
 _FREE = 3  # degrees of freedom that a standard deviation needs at least
 _PLAUSIBLE = (1e3, 1e9)  # N*m/rad
 _UNKNOWN_GAP = 1.0 * ARCMIN  # standard deviation of a gap that was not measured; docs/datasheet.md
@@ -63,7 +64,7 @@ class JointFit:
 
     Attributes:
         joint: counted from 0.
-        stiffness, sd: N*m/rad, of the loading branches.
+        stiffness, sd: N*m/rad, of the loading branches; the scale of the torque is in ``sd``.
         unloading: N*m/rad of the unloading branches; None without.
         gap, gap_sd: rad; None where the torque went to one side only.
         friction_in_gap: no unloading branch: the gap is too small by what friction holds.
@@ -87,21 +88,24 @@ class JointFit:
     left_out: int
 
 
-def fit_clamped(readings: Readings, *, above: float = ABOVE) -> tuple[JointFit, ...]:
+def fit_clamped(readings: Readings, *, above: float = ABOVE, scale_sd: float = SCALE_SD) -> tuple[JointFit, ...]:
     """Fit every joint that has readings.
 
     Args:
         above: share of the largest torque of a joint and side from which on readings take part.
+        scale_sd: standard deviation of the scale of the torque, as a share of it: no repeat shows it.
 
     Raises:
         ClampedError: too few readings, or a line that cannot be.
     """
     if not 0 <= above < 1:
         raise ClampedError(f"--above {above:g}: expected a share of the largest torque, 0 ... below 1")
-    return tuple(_fit(readings, int(k), above) for k in np.unique(readings.joint))
+    if not 0 <= scale_sd < 1:
+        raise ClampedError(f"--torque-scale-sd {scale_sd:g}: expected a share of the torque, 0 ... below 1")
+    return tuple(_fit(readings, int(k), above, scale_sd) for k in np.unique(readings.joint))
 
 
-def _fit(readings: Readings, joint: int, above: float) -> JointFit:
+def _fit(readings: Readings, joint: int, above: float, scale_sd: float) -> JointFit:
     mine = np.flatnonzero(readings.joint == joint)
     place = f"{readings.source}: joint {joint + 1}"
     b = _branches(readings, mine, above)
@@ -118,7 +122,7 @@ def _fit(readings: Readings, joint: int, above: float) -> JointFit:
     return JointFit(
         joint=joint,
         stiffness=float(slopes[0]),
-        sd=max(float(np.sqrt(covariance[0, 0])), _between(cycles)),
+        sd=float(np.hypot(max(float(np.sqrt(covariance[0, 0])), _between(cycles)), scale_sd * slopes[0])),
         unloading=None if b.loading.all() else float(slopes[1]),
         gap=gap,
         gap_sd=gap_sd,

@@ -105,9 +105,7 @@ def read(source: Path | Traversable, *, label: str) -> Chain:
     for k, joint in enumerate(file.joints):
         low, high = joint.limits
         if not low < high:
-            raise RobotError(
-                f"{label}: joints.{k + 1}.limits = [{low}, {high}]: the lower limit comes first, deg"
-            )
+            raise RobotError(f"{label}: joints.{k + 1}.limits = [{low}, {high}]: the lower limit comes first, deg")
     return _chain(file, label)
 
 
@@ -182,9 +180,7 @@ def _masses(file: _File, label: str) -> tuple[Floats | None, Floats | None]:
     """Masses (n,) kg and centres (n, 3) m: of all links or of none."""
     without = [k + 1 for k, j in enumerate(file.joints) if j.mass is None or j.com is None]
     if len(without) < len(file.joints) and without:
-        raise RobotError(
-            f"{label}: mass and com are given for some joints, but not for {without}: give all or none"
-        )
+        raise RobotError(f"{label}: mass and com are given for some joints, but not for {without}: give all or none")
     if without:
         if any(j.mass is not None or j.com is not None for j in file.joints):
             raise RobotError(f"{label}: every joint needs both mass and com, or neither")

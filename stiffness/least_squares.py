@@ -85,7 +85,8 @@ def solve(
     weight = 1 / prior_sd**2
     vector, damping, steps = start.copy(), 0.0, 0
     here = _Linear.of(blocks(vector), vector, prior, weight)
-    for steps in range(1, STEPS + 1):
+    while steps < STEPS:
+        steps += 1
         step = np.clip(vector + here.step(damping), low, high) - vector
         if np.all(np.abs(step) <= SETTLED * np.sqrt(np.diag(here.covariance()))):
             break

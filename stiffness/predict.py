@@ -9,7 +9,6 @@ K_c included), any other a few Newton steps with the Jacobian of the deflected c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
@@ -20,96 +19,17 @@ from stiffness.effects.effect import Effect, Numbers, Values
 from stiffness.errors import EquilibriumError
 from stiffness.kernel import Kernel
 from stiffness.robot import Robot, constant
+from stiffness.solution import COLUMNS, TOLERANCE, Command, Near, Prediction, Tool
 from stiffness.statics import SWEEPS, Equilibrium, Load, Posture, Statics, largest
+
+__all__ = ["COLUMNS", "TOLERANCE", "Command", "Near", "Prediction", "Predictor", "Tool"]
 
 Floats = npt.NDArray[np.float64]
 
-TOLERANCE = 1e-11  # m and rad, of a solved pose; two digits below what is promised
 MAX_STEPS = 25
 OPENING = 4  # Newton steps without a look at the error, where nothing better than the nominal pose is known
 LARGEST_TWIST = 0.05  # rad; statics.rotation is exact below
 MAX_SWEEP_CALLS = 10
-
-
-@dataclass(frozen=True)
-class Tool:
-    """What hangs on the flange.
-
-    Attributes:
-        rotation, position: (3, 3) and (3,) m, flange -> TCP.
-        mass: kg, 0 for none.
-        com: (3,) m in the flange frame.
-        name: tool effects of a model hold for the tool of this name.
-    """
-
-    rotation: Floats
-    position: Floats
-    mass: float = 0.0
-    com: Floats | None = None
-    name: str = "tool"
-
-    def __post_init__(self) -> None:
-        if self.mass and self.com is None:
-            raise ValueError(f"tool {self.name!r}: {self.mass:g} kg without a centre of mass have no weight torque")
-
-
-@dataclass(frozen=True, repr=False)
-class Prediction:
-    """Where a commanded path really goes: TCP ``rotation`` (N, 3, 3) and ``position`` (N, 3) in the base,
-    ``torque`` (N, n) of gravity and environment, ``residual`` (N,) of the equilibrium."""
-
-    rotation: Floats
-    position: Floats
-    torque: Floats
-    residual: Floats
-
-
-@dataclass(frozen=True, repr=False)
-class Near:
-    """A start value for a solve: (N, n) command, (N, n) actual angles, (N, k) further elastic coordinates."""
-
-    q: Floats
-    actual: Floats
-    extra: Floats
-
-
-COLUMNS = ("q", "actual", "torque", "rotation", "position", "error", "extra")  # of a Command, a row per pose
-
-
-@dataclass(frozen=True, repr=False)
-class Command:
-    """Commands for wanted TCP poses.
-
-    Attributes:
-        q: (N, n) rad to command.
-        actual: (N, n) rad where the joints then stand.
-        torque: (N, n) N*m.
-        rotation, position: nominal TCP pose of the command, base: what a program prints.
-        error: (N,) m and rad, what is left.
-        extra: (N, k) elastic coordinates beyond the joints, and those of the sag.
-        steps: Newton steps needed.
-    """
-
-    q: Floats
-    actual: Floats
-    torque: Floats
-    rotation: Floats
-    position: Floats
-    error: Floats
-    extra: Floats
-    steps: int
-
-    def replaced(self, rows: npt.NDArray[np.intp], part: Command) -> Command:
-        """The same with other solutions at some poses."""
-        arrays = {name: getattr(self, name).copy() for name in COLUMNS}
-        for name, array in arrays.items():
-            array[rows] = getattr(part, name)
-        return Command(**arrays, steps=max(self.steps, part.steps))
-
-    @property
-    def converged(self) -> npt.NDArray[np.bool_]:
-        """Where the deflected pose equals the wanted one to TOLERANCE."""
-        return np.asarray(self.error <= TOLERANCE)
 
 
 class Predictor:

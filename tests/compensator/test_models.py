@@ -31,6 +31,7 @@ def test_clamped_writes_model_and_report(tmp_path: Path) -> None:
     assert model.provenance["sha256"] == hashlib.sha256(readings.read_bytes()).hexdigest()
     assert model.provenance["load_range"] == "joint 1: up to 2040 N*m; joint 4: up to 2040 N*m"
     np.testing.assert_allclose(model.values["joint-stiffness"]["k_nm_per_rad"][[0, 3]], [K, 4e5], rtol=1e-8)
+    np.testing.assert_allclose(model.sd["joint-stiffness"]["k_nm_per_rad"][[0, 3]], [0.05 * K, 0.05 * 4e5], rtol=1e-4)
     report = json.loads((tmp_path / "m.json").read_text())
     assert report == done.report and report["effects"] == ["joint-stiffness", "backlash"]
     assert report["identifiable"] == [True, False, False, True, False, False]

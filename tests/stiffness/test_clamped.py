@@ -59,8 +59,10 @@ def written(folder: Path, rows: Sequence[str], header: str = HEADER) -> Path:
     return path
 
 
-def fitted(folder: Path, rows: Sequence[str], header: str = HEADER, above: float = 0.25) -> tuple[JointFit, ...]:
-    return fit_clamped(read_clamped(written(folder, rows, header), arms.robot()), above=above)
+def fitted(
+    folder: Path, rows: Sequence[str], header: str = HEADER, above: float = 0.25, scale_sd: float = 0.0
+) -> tuple[JointFit, ...]:
+    return fit_clamped(read_clamped(written(folder, rows, header), arms.robot()), above=above, scale_sd=scale_sd)
 
 
 def test_readings_come_to_the_output_side(tmp_path: Path) -> None:
@@ -166,6 +168,19 @@ def test_cycles_that_differ_widen_the_standard_deviation(tmp_path: Path) -> None
     rows = [[(t / (f * K), t, "loading") for t in np.linspace(600, 2000, 9)] for f in (0.9, 1.0, 1.1)]
     (fit,) = fitted(tmp_path, lines(*rows))
     np.testing.assert_allclose(fit.sd, 0.1 * K / np.sqrt(3), rtol=1e-6)
+
+
+def test_the_scale_of_the_torque_is_in_the_standard_deviation(tmp_path: Path) -> None:
+    """A torque constant that is 5 % off is a stiffness that is 5 % off, and leaves the gap alone."""
+    (fit,) = fitted(tmp_path, lines(*(cycle(k=f * K) for f in (0.9, 1.0, 1.1))), scale_sd=0.05)
+    (without,) = fitted(tmp_path, lines(*(cycle(k=f * K) for f in (0.9, 1.0, 1.1))))
+    np.testing.assert_allclose(fit.sd, np.hypot(without.sd, 0.05 * fit.stiffness), rtol=1e-12)
+    assert fit.gap_sd == without.gap_sd and without.sd > 0.03 * K
+    wrong = [(angle, 1.05 * torque, branch) for angle, torque, branch in cycle()]
+    (off,) = fitted(tmp_path, lines(wrong))
+    np.testing.assert_allclose([off.stiffness, off.gap], [1.05 * K, GAP], rtol=1e-7)
+    with pytest.raises(ClampedError, match="--torque-scale-sd 5: expected a share"):
+        fitted(tmp_path, lines(cycle()), scale_sd=5.0)
 
 
 def test_several_joints_and_the_model(tmp_path: Path) -> None:

@@ -1,0 +1,92 @@
+"""identify and evaluate as commands: files in, files out, the JSON of the contract."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from compensator.cli import main
+from stiffness.model import load_model
+from tests.plant.paper_experiment import table_3
+from tests.stiffness.bench_lab import Lab
+
+
+def run(*arguments: object) -> str:
+    done = CliRunner().invoke(main, [str(a) for a in arguments])
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("lab")
+    Lab().session(folder, 71, setups=12)
+    return folder / "session.toml"
+
+
+def test_global(session: Path, tmp_path: Path) -> None:
+    model, report = tmp_path / "m.toml", tmp_path / "m.json"
+    assert run("identify", session, "-o", model, "--effects", "joint-stiffness", "--json", report) == ""
+    told = json.loads(report.read_text())
+    assert {"effects", "stiffness_nm_per_rad", "stiffness_sd_nm_per_rad", "identifiable", "rms_mm"} <= set(told)
+    assert told["effects"] == ["joint-stiffness"]
+    assert told["identifiable"] == [True] * 6
+    assert told["stiffness_nm_per_rad"][:3] == pytest.approx(Lab().stiffness[:3], rel=0.03)
+    rms = told["rms_mm"]["displacement"]
+    assert rms["rigid"] > 5 * rms["fitted"]
+    assert rms["fitted"] == pytest.approx(rms["noise_floor"], rel=0.05)
+    assert told["n_readings"] == len((session.parent / "samples.csv").read_text().splitlines()) - 1
+    written = load_model(model)
+    assert written.values["joint-stiffness"]["k_nm_per_rad"].tolist() == told["stiffness_nm_per_rad"]
+    assert "sha256" in written.provenance["source"][0]
+    again = tmp_path / "again.toml"
+    run("identify", session, "-o", again, "--effects", "joint-stiffness")
+    assert again.read_bytes() == model.read_bytes()
+
+
+def test_evaluate(session: Path, tmp_path: Path) -> None:
+    model, report = tmp_path / "m.toml", tmp_path / "e.json"
+    run("identify", session, "-o", model, "--effects", "joint-stiffness")
+    run("evaluate", session, "--model", model, "--json", report)
+    told = json.loads(report.read_text())
+    assert set(told["displacement"]) == {"rms_mm", "p95_mm", "max_mm", "noise_floor_mm", "by_reflector"}
+    assert told["displacement"]["rms_mm"] == pytest.approx(told["displacement"]["noise_floor_mm"], rel=0.05)
+    assert set(told["absolute"]["by_reflector"]) == {"tcp", "side", "elbow"}
+    other = tmp_path / "other.toml"
+    other.write_text(model.read_text().replace('gravity = "uncompensated"', 'gravity = "calibrated-out"'))
+    done = CliRunner().invoke(main, ["evaluate", str(session), "--model", str(other)])
+    assert done.exit_code == 1
+    assert "calibrated-out" in done.output
+
+
+def test_local_method(tmp_path: Path) -> None:
+    """The paper's experiment through the command; ratios of its Table 3 (few repeats here: 5 %)."""
+    session = table_3(repeats=[150] * 6, seed=5).write(tmp_path, "abb-irb6600-175-255")
+    model, report = tmp_path / "m.toml", tmp_path / "m.json"
+    run("identify", session, "-o", model, "--method", "local", "--json", report)
+    k = np.array(json.loads(report.read_text())["stiffness_nm_per_rad"])
+    assert k / k[0] == pytest.approx([1, 0.887, 0.6892, 0.141, 0.048, 0.0187], rel=0.05)
+    done = CliRunner().invoke(main, ["identify", str(session), "-o", str(model), "--method", "local", "--prior", "x.toml"])
+    assert done.exit_code == 1
+    assert "no --prior" in done.output
+
+
+def test_refusals_leave_nothing(session: Path, tmp_path: Path) -> None:
+    out = tmp_path / "m.toml"
+    for arguments, words in (
+        (["identify", str(session), "-o", str(out), "--effects", "joint-stifness"], "unknown effect joint-stifness"),
+        (["identify", str(tmp_path / "none.toml"), "-o", str(out)], "none.toml"),
+        (["identify", str(session), "-o", str(tmp_path / "no" / "m.toml")], "cannot write"),
+    ):
+        done = subprocess.run(
+            [sys.executable, "-m", "compensator.cli", *arguments], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 1
+        assert words in done.stderr
+        assert list(tmp_path.iterdir()) == []
