@@ -45,7 +45,7 @@ $(VENV)/.run: pyproject.toml constraints.txt | $(VENV)/bin/python
 	touch $@
 
 $(VENV)/.test: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) -e '.[test,example,docs]'
+	$(PIP) -e '.[test,example]'
 	touch $@ $(VENV)/.run
 
 clean:

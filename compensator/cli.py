@@ -145,6 +145,97 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
     show_evaluation(report)
 
 
+@main.command("stiffness-map")
+@click.argument("model", type=_FILE)
+@click.option("--robot-joints", "joints", default="2,3", show_default=True, help="The two joints that vary.")
+@click.option("--grid", "spans", help="LOW:HIGH:STEP,LOW:HIGH:STEP in deg.  [default: the limits, every 5 deg]")
+@click.option("--fixed", help="The other joints, such as 1=0,4=45, deg.  [default: 1 to 3 at 0, 4 to 6 at 45]")
+@click.option(
+    "--wrench",
+    nargs=6,
+    type=float,
+    default=(200.0, 200.0, -2500.0, 0.0, 0.0, 0.0),
+    show_default=True,
+    help="On the robot, about the TCP: fx fy fz in N, mx my mz in N*m.",
+)
+@click.option(
+    "--frame", type=click.Choice(("base", "tool")), default="base", show_default=True, help="Axes of the wrench."
+)
+@click.option("--tool-xyz", nargs=3, type=float, default=(0.0, 0.0, 0.0), help="TCP in the flange frame, mm.")
+@click.option("--tool-rpy", nargs=3, type=float, default=(0.0, 0.0, 0.0), help="Its roll, pitch, yaw, deg.")
+@click.option("--tool-name", default="tool", help="Tool effects of the model hold for the tool of this name.")
+@click.option("--tool-mass", type=float, help="kg, with --tool-com.")
+@click.option("--tool-com", nargs=3, type=float, help="Centre of mass in the flange frame, mm.")
+@click.option("--weight/--no-weight", default=True, help="Whether arm and tool weigh something.")
+@click.option("--png", type=_FILE, help="Contour maps.")
+@click.option("--csv", type=_FILE, help="A row per posture.")
+@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+@_refusals
+def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
+    """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
+    from compensator.report.models import show_map
+    from compensator.report.text import progress
+    from compensator.tasks_map import map_file, tool_of
+
+    held = {key: options.pop(f"tool_{key}") for key in ("xyz", "rpy", "name", "mass", "com")}
+    with progress(verbose) as say:
+        done = map_file(model, tool=tool_of(**held), say=say, **options)
+    show_map(done)
+
+
+@main.command()
+@click.argument("readings", type=_FILE)
+@click.option("--robot", required=True, help="Built-in name, or path to a robot .toml or .urdf.")
+@click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
+@click.option(
+    "--above",
+    type=float,
+    default=0.25,
+    show_default=True,
+    help="Share of the largest torque from which on readings count.",
+)
+@click.option(
+    "--torque-scale-sd",
+    "scale_sd",
+    type=float,
+    default=0.05,
+    show_default=True,
+    help="Standard deviation of the scale of the torque, as a share.",
+)
+@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+@_refusals
+def clamped(
+    readings: Path, robot: str, model: Path, above: float, scale_sd: float, json: Path | None, verbose: bool
+) -> None:
+    """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
+    from compensator.report.models import show_made
+    from compensator.report.text import progress
+    from compensator.tasks_models import clamped_file
+
+    with progress(verbose) as say:
+        done = clamped_file(readings, robot, model, above=above, scale_sd=scale_sd, json=json, say=say)
+    show_made(done)
+
+
+@main.command()
+@click.argument("robot")
+@click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
+@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+@_refusals
+def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None:
+    """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
+    from compensator.report.models import show_made
+    from compensator.report.text import progress
+    from compensator.tasks_models import datasheet_file
+
+    with progress(verbose) as say:
+        done = datasheet_file(robot, model, json=json, say=say)
+    show_made(done)
+
+
 @main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")

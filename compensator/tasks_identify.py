@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 from compensator.outputs import Outputs
 from compensator.summary import as_json
 from compensator.tasks import Say, quiet
+from compensator.version import version
 from stiffness import scores
 from stiffness.errors import StiffnessError
 from stiffness.evaluate import Evaluation, evaluate, place, rigid_evidence
@@ -73,7 +73,7 @@ def identify_files(
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
     fit = identify_local(*loaded)
-    model = fit.model(_robot_beside(loaded[0], output), {"software": f"toolpath-compensator {_version()}"})
+    model = fit.model(_robot_beside(loaded[0], output), {"software": f"toolpath-compensator {version()}"})
     known = fit.identified
     report: dict[str, Any] = {
         "effects": list(model.values),
@@ -200,16 +200,9 @@ def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
         "method": "global",
         "source": [f"{s.source} sha256:{s.sha256['samples'][:16]}" for s in sessions],
         "load_range": f"0 ... {max(forces):.0f} N",
-        "software": f"toolpath-compensator {_version()}",
+        "software": f"toolpath-compensator {version()}",
         "not_identified": fit.not_identified(),
     }
     if prior is not None:
         out["prior"] = str(prior)
     return out
-
-
-def _version() -> str:
-    try:
-        return metadata.version("toolpath-compensator")
-    except metadata.PackageNotFoundError:
-        return "unknown"

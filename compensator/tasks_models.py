@@ -7,7 +7,6 @@ import json as json_text
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 
 from compensator.errors import CompensatorError
 from compensator.outputs import Outputs, refuse_clashes
+from compensator.version import version
 from stiffness.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
 from stiffness.clamped_readings import read_clamped
 from stiffness.datasheet import datasheet_model
@@ -64,7 +64,7 @@ def clamped_file(
         "torque_scale_sd": scale_sd,
         "preload_side": "loading branches: the torque holds the flank",
         "temperature": "not given",
-        "software": f"toolpath-compensator {_version()}",
+        "software": f"toolpath-compensator {version()}",
     }
     made = clamped_model(arm, _named(robot, model), fits, provenance)
     return _write(made, model, _clamped_report(arm, fits), json)
@@ -96,13 +96,6 @@ def _named(robot: str, model: Path) -> str:
     if robot in builtin_robots():
         return robot
     return Path(os.path.relpath(Path(robot).resolve(), model.resolve().parent)).as_posix()
-
-
-def _version() -> str:
-    try:
-        return metadata.version("toolpath-compensator")
-    except metadata.PackageNotFoundError:
-        return "unknown"
 
 
 def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Path | None) -> Made:

@@ -72,7 +72,8 @@ def test_local_method(tmp_path: Path) -> None:
     run("identify", session, "-o", model, "--method", "local", "--json", report)
     k = np.array(json.loads(report.read_text())["stiffness_nm_per_rad"])
     assert k / k[0] == pytest.approx([1, 0.887, 0.6892, 0.141, 0.048, 0.0187], rel=0.05)
-    done = CliRunner().invoke(main, ["identify", str(session), "-o", str(model), "--method", "local", "--prior", "x.toml"])
+    asked = ["identify", str(session), "-o", str(model), "--method", "local", "--prior", "x.toml"]
+    done = CliRunner().invoke(main, asked)
     assert done.exit_code == 1
     assert "no --prior" in done.output
 
