@@ -7,6 +7,7 @@ from stiffness.effects import (
     joint_hardening,
     joint_stiffness,
     kinematic_offset,
+    posture_stiffness,
     preload_softening,
     tool_compliance,
 )
@@ -17,6 +18,7 @@ CATALOGUE: tuple[Effect, ...] = (
     preload_softening.EFFECT,
     backlash.EFFECT,
     joint_hardening.EFFECT,
+    posture_stiffness.EFFECT,
     kinematic_offset.EFFECT,
     tool_compliance.EFFECT,
 )

@@ -102,6 +102,14 @@ ORACLES: dict[str, Oracle] = {
         joint=lambda given, p: p["windup_rad"] * (1 - 2 / (1 + np.exp(2 * given.torque / p["knee_nm"]))),
         nothing={"windup_rad": 0.0},
     ),
+    "posture-stiffness": Oracle(
+        # sin^2 of half the angle from where the joint is stiffest
+        joint=lambda given, p: given.torque
+        / given.stiffness
+        * p["softer"]
+        * np.sin((given.angle - p["stiffest_rad"]) / 2) ** 2,
+        nothing={"softer": 0.0},
+    ),
     "tool-compliance": Oracle(
         twist=lambda place, wrench, temperature, p: compliance(p) @ wrench,
         nothing={"linear_m_per_n": 0.0, "angular_rad_per_nm": 0.0, "coupling": 0.0},

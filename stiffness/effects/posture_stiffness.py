@@ -1,0 +1,32 @@
+"""Posture stiffness: a joint's compliance varies smoothly with its own angle.
+
+    dq = a (1 - cos(q - q0)) / 2  tau/K          (on top of joint-stiffness)
+
+the first harmonic of the joint's angle: K is the stiffness at q0, where the joint is stiffest; half a turn away its
+compliance is larger by the share a. What was identified in several postures is interpolated over the workspace
+(Berntsen, Bertheussen, Tyapin, section 6).
+"""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from stiffness.effects.effect import Effect, JointInput, Parameter, Values
+
+
+def _law(given: JointInput, p: Values) -> ca.SX:
+    return given.elastic * p["softer"] * (1 - ca.cos(given.angle - p["stiffest_rad"])) / 2
+
+
+EFFECT = Effect(
+    name="posture-stiffness",
+    cause="the stiffness of a joint varies over the workspace with the joint's own angle",
+    scope="robot",
+    parameters=(
+        Parameter("softer", "1", "joint", 0.1, 0.0, 10.0, 0.2, "share of compliance added half a turn from stiffest"),
+        Parameter("stiffest_rad", "rad", "joint", 0.0, -math.pi, math.pi, 0.5, "joint angle where it is stiffest"),
+    ),
+    joint=_law,
+)
