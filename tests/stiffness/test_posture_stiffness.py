@@ -34,7 +34,8 @@ def test_several_postures_tell(tmp_path: Path) -> None:
     session, _ = lab.session(tmp_path, 5, setups=40)
     plain = identify([session], ["joint-stiffness"])
     fit = identify([session], ["joint-stiffness", "posture-stiffness"])
-    assert plain.solution.chi2 > 3 * fit.solution.chi2
+    assert plain.solution.chi2 > 1.8 * fit.solution.chi2  # although it left out what it could not explain
+    assert fit.outlier_rows() == []
     found = fit.values()["posture-stiffness"]
     assert np.abs(found["softer"] - SOFTER)[1:3].max() < 0.05
     assert np.abs(found["stiffest_rad"] - STIFFEST)[1:3].max() < 0.1
