@@ -192,6 +192,10 @@ def _relative(path: Path, folder: Path) -> str:
     return os.path.relpath(path, folder)
 
 
+def _approached(sessions: Sequence[Session]) -> bool:
+    return any(bool(np.any(s.samples.approach != 0)) for s in sessions)
+
+
 def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
     sessions = [e.session for e in fit.evidence]
     forces = [float(np.linalg.norm(s.samples.load.wrench[:, :3], axis=1).max()) for s in sessions]
@@ -200,6 +204,7 @@ def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
         "method": "global",
         "source": [f"{s.source} sha256:{s.sha256['samples'][:16]}" for s in sessions],
         "load_range": f"0 ... {max(forces):.0f} N",
+        "preload_side": "both, by approach" if _approached(sessions) else "unknown",
         "software": f"toolpath-compensator {version()}",
         "not_identified": fit.not_identified(),
     }

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
+from stiffness.correlation import Correlations
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
@@ -137,7 +138,15 @@ class Fit:
             identified=identified,
             tools={e.name: first.tool.name for e in self.unknowns.effects if e.scope == "tool"},
             provenance=dict(provenance),
+            correlations=self.correlations(),
         )
+
+    def correlations(self) -> Correlations:
+        """Between the robot's numbers as the solver sees them; an inverse turns the sign."""
+        n = len(self.unknowns)
+        turn = np.where(self.unknowns.inverse, -1.0, 1.0)
+        covariance = self.solution.covariance[:n, :n] * np.outer(turn, turn)
+        return Correlations.of(tuple(str(u) for u in self.unknowns.free), 0.5 * (covariance + covariance.T))
 
 
 def identify(

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
+from stiffness.correlation import Correlations, read_correlations
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Parameter
 from stiffness.errors import ModelError
@@ -20,7 +21,7 @@ from stiffness.errors import ModelError
 Floats = npt.NDArray[np.float64]
 GRAVITY = ("uncompensated", "calibrated-out")
 SCHEMA = "model/1"
-_TOP = {"schema", "robot", "gravity", "reference_temperature", "base", "tip", "provenance", "effects"}
+_TOP = {"schema", "robot", "gravity", "reference_temperature", "base", "tip", "provenance", "effects", "correlations"}
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,6 +39,7 @@ class ComplianceModel:
         identified: effect -> per-joint booleans, where the file says.
         tools: effect -> name of the tool it holds for (scope ``tool``).
         provenance: free text by key: kind, source, load_range, preload_side, ...
+        correlations: between the numbers of the model, where identification gave them.
     """
 
     source: str
@@ -51,6 +53,7 @@ class ComplianceModel:
     identified: Mapping[str, npt.NDArray[np.bool_]] = field(default_factory=dict)
     tools: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    correlations: Correlations | None = None
 
     def __repr__(self) -> str:
         return f"ComplianceModel({self.source!r}, {self.robot}, {', '.join(self.values)})"
@@ -123,7 +126,12 @@ def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
         identified={e: r[2] for e, r in read.items() if r[2] is not None},
         tools={e: effects[e].get("tool", "tool") for e in read if BY_NAME[e].scope == "tool"},
         provenance=table.get("provenance", {}),
+        correlations=read_correlations(name, table.get("correlations"), _counts(read)),
     )
+
+
+def _counts(read: Mapping[str, tuple[Mapping[str, Floats], Any, Any]]) -> dict[str, int]:
+    return {f"{e}.{p}": len(numbers) for e, (values, _, _) in read.items() for p, numbers in values.items()}
 
 
 def _known(name: str, place: str, table: Mapping[str, Any], keys: set[str]) -> None:
@@ -220,6 +228,8 @@ def model_text(model: ComplianceModel) -> str:
     if model.provenance:
         table["provenance"] = dict(model.provenance)
     table["effects"] = {e.name: _effect_table(model, e) for e in model.effects}
+    if model.correlations is not None:
+        table["correlations"] = model.correlations.table()
     return tomli_w.dumps(table)
 
 

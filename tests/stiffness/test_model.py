@@ -213,7 +213,7 @@ def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
         ({"base": 3}, "base = 3; expected the name of a frame"),
         ({"tip": ["tool0"]}, "tip = ['tool0']; expected the name of a frame"),
         ({"provenance": "a paper"}, "provenance = 'a paper'; expected a table"),
-        ({"temperature": 20.0}, "unknown key temperature; expected some of base, effects, gravity"),
+        ({"temperature": 20.0}, "unknown key temperature; expected some of base, correlations, effects, gravity"),
         ({"effects": None}, "no [effects.*] table"),
         ({"effects": {}}, "no [effects.*] table"),
         ({"effects": 5}, "no [effects.*] table"),
@@ -359,3 +359,30 @@ def test_text_is_toml_that_others_read() -> None:
     assert content["effects"]["tool-compliance"]["tool"] == "spindle-ü"
     assert set(content["effects"]["joint-stiffness"]) == {"k_nm_per_rad", "sd_nm_per_rad", "identified"}
     assert "sd_gap_rad" in content["effects"]["backlash"]
+
+
+def test_correlations_survive_and_are_checked(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    text = (
+        'schema = "model/1"\nrobot = "ur10"\n[effects.joint-stiffness]\n'
+        "k_nm_per_rad = [1e5, 2e5, 3e5, 4e4, 5e4, 6e4]\n[correlations]\n"
+    )
+    names = 'names = ["joint-stiffness.k_nm_per_rad[1]", "joint-stiffness.k_nm_per_rad[6]"]\n'
+    path.write_text(text + names + "matrix = [[1.0, -0.25], [-0.25, 1.0]]\n")
+    model = load_model(path)
+    assert model.correlations is not None
+    assert model.correlations.matrix.tolist() == [[1.0, -0.25], [-0.25, 1.0]]
+    save_model(model, tmp_path / "again.toml")
+    again = load_model(tmp_path / "again.toml").correlations
+    assert again is not None
+    assert (again.names, again.matrix.tolist()) == (model.correlations.names, model.correlations.matrix.tolist())
+    for bad, words in (
+        (names + "matrix = [[1.0, 0.2], [0.3, 1.0]]", "symmetric"),
+        (names + "matrix = [[1.0, 1.5], [1.5, 1.0]]", "between -1 and 1"),
+        (names + "matrix = [[1.0]]", "2 x 2"),
+        (names.replace("[6]", "[7]") + "matrix = [[1.0, 0.0], [0.0, 1.0]]", r"k_nm_per_rad\[7\]' is no number"),
+        ("names = []", "keys names and matrix"),
+    ):
+        path.write_text(text + bad)
+        with pytest.raises(ModelError, match=words):
+            load_model(path)
