@@ -20,7 +20,7 @@ from stiffness.identify import Fit, identify
 from stiffness.local import identify_local
 from stiffness.local_fit import LocalFit
 from stiffness.local_text import local_text
-from stiffness.model import load_model, model_text
+from stiffness.model import ComplianceModel, load_model, model_text
 from stiffness.scores import Score
 from stiffness.session import Session, load_session
 
@@ -63,12 +63,16 @@ def identify_files(
     report = identify_report(fit)
     robot = _robot_beside(loaded[0], output)
     model = fit.model(robot, _provenance(fit, prior))
+    return Identified(fit, report, _written(model, output, report, json))
+
+
+def _written(model: ComplianceModel, output: Path, report: dict[str, Any], json: Path | None) -> tuple[Path, ...]:
     with Outputs() as outputs:
         outputs.text(output, model_text(model))
         if json:
             outputs.text(json, as_json(report))
         outputs.commit()
-    return Identified(fit, report, tuple(p for p in (output, json) if p))
+    return tuple(p for p in (output, json) if p)
 
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
@@ -86,12 +90,7 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
         "not_identified": [],
         "notes": local_text(fit).splitlines(),
     }
-    with Outputs() as outputs:
-        outputs.text(output, model_text(model))
-        if json:
-            outputs.text(json, as_json(report))
-        outputs.commit()
-    return Identified(fit, report, tuple(p for p in (output, json) if p))
+    return Identified(fit, report, _written(model, output, report, json))
 
 
 def evaluate_file(

@@ -21,7 +21,7 @@ DIVERGING = [[0.0, "#0072b2"], [0.5, "#ffffff"], [1.0, "#d55e00"]]
 POINTS = 800  # of a joint's panel
 WIDEST = 5.0  # standard deviations that the histogram shows
 STEP = 0.25
-NAMED = 40  # numbers that an axis still has room to name
+NAMED = 64  # numbers that an axis still has room to name
 LETTER = {"k_nm_per_rad": "k", "gap_rad": "gap", "breakaway_nm": "breakaway"}
 
 
@@ -133,10 +133,10 @@ def _spread(count: int) -> Any:
 def correlation_figure(fit: Fit, correlation: Floats) -> Figure:
     """Heat map of the correlations (P, P) of the robot's numbers."""
     names = [short(u) for u in fit.unknowns.free]
-    side = min(960, max(380, 150 + 22 * len(names)))
+    side = min(960, max(380, 150 + 16 * len(names)))
     layout = _layout(side, r=20)
     layout |= {"width": side + 130, "showlegend": False}
-    axis: Figure = {"type": "category", "showgrid": False, "tickfont": {"size": 11}, "automargin": True, "ticks": ""}
+    axis: Figure = {"type": "category", "showgrid": False, "tickfont": {"size": 10}, "automargin": True, "ticks": ""}
     axis |= {"showticklabels": len(names) <= NAMED}
     layout |= {"xaxis": {**axis, "tickangle": -90}, "yaxis": {**axis, "autorange": "reversed"}}
     heat: Figure = {
