@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import os
 import re
 import shutil
 import subprocess
@@ -25,8 +26,10 @@ Arc = tuple[int, int, np.ndarray, float]  # move, normal axis, center mm, turns 
 
 def reference(file: Path) -> tuple[np.ndarray, list[Arc]]:
     """End points (N, 3) mm of all moves, and the arcs, as LinuxCNC's canonical calls say."""
+    # rs274 maps its tool table into a file in HOME: runs side by side would share it
+    alone = {**os.environ, "HOME": str(file.parent)}
     run = subprocess.run(
-        ["rs274", "-g", str(file)], capture_output=True, text=True, timeout=120, cwd=file.parent
+        ["rs274", "-g", str(file)], capture_output=True, text=True, timeout=120, cwd=file.parent, env=alone
     )
     if run.returncode:
         raise ReadError(str(file), None, run.stderr.strip() or run.stdout[-300:])
