@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -27,10 +28,15 @@ Arc = tuple[int, int, np.ndarray, float]  # move, normal axis, center mm, turns 
 def reference(file: Path) -> tuple[np.ndarray, list[Arc]]:
     """End points (N, 3) mm of all moves, and the arcs, as LinuxCNC's canonical calls say."""
     # rs274 maps its tool table into a file in HOME: runs side by side would share it
-    alone = {**os.environ, "HOME": str(file.parent)}
-    run = subprocess.run(
-        ["rs274", "-g", str(file)], capture_output=True, text=True, timeout=120, cwd=file.parent, env=alone
-    )
+    with tempfile.TemporaryDirectory() as home:
+        run = subprocess.run(
+            ["rs274", "-g", str(file.resolve())],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            cwd=home,
+            env={**os.environ, "HOME": home},
+        )
     if run.returncode:
         raise ReadError(str(file), None, run.stderr.strip() or run.stdout[-300:])
     scale, plane, at = 1.0, "XY", np.zeros(3)
