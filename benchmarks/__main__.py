@@ -13,7 +13,7 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, paths, poses, start, table
+from benchmarks import commands, identify, paths, poses, start, table
 
 
 def main() -> None:
@@ -25,6 +25,7 @@ def main() -> None:
         "paths": paths.run,
         "poses": poses.run,
         "commands": lambda: commands.run(sizes),
+        "identify": identify.run,
     }
     rows: list[table.Row] = []
     print(_machine())
@@ -39,12 +40,12 @@ def main() -> None:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("parts", nargs="*", help="some of: start, paths, poses, commands; default all")
+    parser.add_argument("parts", nargs="*", help="some of: start, paths, poses, commands, identify; default all")
     parser.add_argument("--large", action="store_true", help="1,000,000 poses as well: minutes, gigabytes")
     parser.add_argument("--json", type=Path, help="write the rows there, too")
     options = parser.parse_args()
     for part in options.parts:
-        if part not in ("start", "paths", "poses", "commands"):
+        if part not in ("start", "paths", "poses", "commands", "identify"):
             parser.error(f"unknown part {part!r}")
     return options
 

@@ -237,6 +237,42 @@ def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None
 
 
 @main.command()
+@click.argument("model", type=_FILE)
+@click.option("-o", "--output", required=True, type=_FILE, help="CSV of the set-ups to measure, a row per reading.")
+@click.option("--session", "sessions", type=_FILE, multiple=True, help="Already measured; may be given several times.")
+@click.option("--count", type=int, default=12, show_default=True, help="How many set-ups.")
+@click.option("--force", type=float, help="Largest force, N; default that of the sessions, else 100.")
+@click.option("--toolpath", type=_FILE, help="Plan for the deflection at its poses; needs --cell.")
+@click.option("--cell", type=_FILE, help="cell/1 file of the toolpath, or of the tool to measure with.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the postures to choose from.")
+@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+@_refusals
+def plan(
+    model: Path,
+    output: Path,
+    sessions: tuple[Path, ...],
+    count: int,
+    force: float | None,
+    toolpath: Path | None,
+    cell: Path | None,
+    seed: int,
+    json: Path | None,
+    verbose: bool,
+) -> None:
+    """Say which set-ups to measure next, so that MODEL is known best."""
+    from compensator.report.text import progress, show_lines
+    from compensator.tasks_plan import plan_file
+
+    with progress(verbose) as say:
+        done = plan_file(
+            model, output, sessions=sessions, count=count, force=force, toolpath=toolpath, cell=cell, seed=seed,
+            json=json, say=say,
+        )  # fmt: skip
+    show_lines([*done.report["notes"], done.sentence, *(f"wrote {file}" for file in done.files)])
+
+
+@main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
 @_refusals

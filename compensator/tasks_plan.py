@@ -22,7 +22,8 @@ from compensator.tasks import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
 from stiffness.model import ComplianceModel, load_model
-from stiffness.plan import Design, Loading, Plan, choose, condition_number, planned_layout
+from stiffness.plan import Plan, choose, condition_number
+from stiffness.plan_design import Design, Loading, planned_layout
 from stiffness.plan_postures import reachable
 from stiffness.predict import Tool
 from stiffness.reading import Reader
@@ -106,7 +107,7 @@ def _check_options(count: int, force: float | None, toolpath: Path | None, cell:
     if not 1 <= count <= 1000:
         raise CompensatorError(f"--count {count}: expected 1 ... 1000 set-ups")
     if force is not None and not 0 < force < 1e6:
-        raise CompensatorError(f"--force {force:g}: expected newtons above 0, the largest force the arm may be pulled with")
+        raise CompensatorError(f"--force {force:g}: expected N above 0, the largest force the arm may be pulled with")
     if toolpath is not None and cell is None:
         raise CompensatorError(f"--toolpath {toolpath}: needs --cell, which says where the part and the tool are")
     if seed < 0:
@@ -202,7 +203,8 @@ def _path(model: ComplianceModel, robot: Robot, job: Job, toolpath: Path) -> Flo
     some = cutting if len(cutting) else np.arange(len(followed))
     rows = some[np.unique(np.linspace(0, len(some) - 1, min(POSES, len(some))).astype(int))]
     design = _design(model, robot, next(iter(job.tools.values())), (), False)
-    return design.of_path(followed.path.q[rows], followed.wrench[rows], _flanks(design, job, followed.state.middle[rows]))
+    state = _flanks(design, job, followed.state.middle[rows])
+    return design.of_path(followed.path.q[rows], followed.wrench[rows], state)
 
 
 def _flanks(design: Design, job: Job, state: Floats) -> Floats:
@@ -221,14 +223,14 @@ def plan_report(plan: Plan, seed: int, notes: Sequence[str]) -> dict[str, Any]:
     value = np.where(layout.inverse, 1 / np.where(layout.inverse, design.vector, 1.0), design.vector)
     per_unit = design.scale * np.where(layout.inverse, value**2, 1.0)
     before, after = (plan.sd(m) * per_unit for m in (plan.before, plan.after))
-    unsaid = set(plan.undetermined(plan.before))
+    unsaid, open_ = plan.undetermined(plan.before), plan.undetermined(plan.after)
     parameters = []
     for k, u in enumerate(layout.free):
         name = f"{u.parameter.meaning} ({u.effect}) of joint {u.index + 1}"
         parameters.append({
             "effect": u.effect, "parameter": u.parameter.name, "joint": u.index + 1, "unit": u.parameter.unit,
             "value": float(value[k]), "sd_before": None if name in unsaid else float(before[k]),
-            "sd_after": float(after[k]),
+            "sd_after": None if name in open_ else float(after[k]),
         })  # fmt: skip
     out: dict[str, Any] = {
         "criterion": "D" if plan.matters is None else "V",
@@ -240,7 +242,7 @@ def plan_report(plan: Plan, seed: int, notes: Sequence[str]) -> dict[str, Any]:
         "parameters": parameters,
         "condition_number": {"before": condition_number(plan.before), "after": condition_number(plan.after)},
         "path_deflection_sd_mm": None,
-        "undetermined": plan.undetermined(plan.after),
+        "undetermined": open_,
         "notes": list(notes),
         "sentence": sentence(plan),
     }
@@ -252,10 +254,12 @@ def plan_report(plan: Plan, seed: int, notes: Sequence[str]) -> dict[str, Any]:
 
 def sentence(plan: Plan) -> str:
     """What the plan will bring, for people."""
-    begin = f"{len(plan.chosen)} set-ups, {plan.readings} readings up to {plan.loading.force:.0f} N"
+    some = "1 set-up" if len(plan.chosen) == 1 else f"{len(plan.chosen)} set-ups"
+    begin = f"{some}, {plan.readings} readings up to {plan.loading.force:.0f} N"
     open_ = plan.undetermined(plan.after)
     if open_:
-        return f"{begin}: these stay undetermined: {', '.join(open_)}; allow more force, more set-ups or other reflectors"
+        remedy = "allow more force, more set-ups or other reflectors"
+        return f"{begin}: these stay undetermined: {', '.join(open_)}; {remedy}"
     sd = plan.sd(plan.after)
     worst = int(np.argmax(sd))
     u = plan.design.layout.free[worst]

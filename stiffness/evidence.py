@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
 STATE_ROUNDS = 5
+SILENT = 4.0  # standard deviations of the sensor
 LARGEST_BLOCK = 900  # readings of a set-up that are whitened together; more are cut, which costs some weight
 
 
@@ -52,6 +53,8 @@ class Evidence:
         self.station = Station(session)
         self.used = np.ones(len(self.samples), dtype=bool)
         self._x = np.zeros((len(self.samples), self.reader.n_x))
+        self._torque = np.zeros((len(self.samples), session.robot.n))  # of the last call: flanks start from it
+        self._wrench = _shown(session)
         self._histories = Histories(session)
         self._kinds = _kinds(session)
         reference = session.reference_temperature
@@ -66,9 +69,10 @@ class Evidence:
         """Readings for parameters ``p`` (P,) and the session's own numbers ``station`` (S,)."""
         values = self.unknowns.values(p, self.fixed)
         effects = self.unknowns.effects
-        state = self._histories.state(effects, values, np.zeros((len(self.samples), self.session.robot.n)))
+        state = self._histories.state(effects, values, self._torque)
         for _ in range(STATE_ROUNDS if state.shape[1] else 1):
             base, torque, by_p, by_w, link = self._read(p, station, state)
+            self._torque = torque
             new = self._histories.state(effects, values, torque)
             if np.allclose(new, state, atol=1e-6):
                 break
@@ -90,7 +94,7 @@ class Evidence:
         point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
         for kind, rows in self._kinds.items():
             out = self.reader.read(
-                kind, p, s.q[rows], s.load.wrench[rows], point[rows], reflector[rows], state[rows],
+                kind, p, s.q[rows], self._wrench[rows], point[rows], reflector[rows], state[rows],
                 s.payload[rows, None], self._warm[rows, None], self._x[rows],
             )  # fmt: skip
             self._x[rows] = out.x
@@ -203,6 +207,16 @@ class Evidence:
         at = (3 * np.flatnonzero(free)[:, None] + np.arange(3)).ravel()
         single[np.arange(len(at)), at] = 1.0
         return np.concatenate([single, *out])
+
+
+def _shown(session: Session) -> Floats:
+    """(N, 6) wrench as read; zero where the sensor shows nothing but its noise, which must not choose flanks."""
+    wrench, sensor = session.samples.load.wrench, session.instruments
+    if not session.has_wrench:
+        return wrench
+    sd = np.array([sensor.force or 0.0] * 3 + [sensor.torque or 0.0] * 3)
+    nothing = np.all(np.abs(wrench) <= SILENT * sd, axis=1)
+    return np.where(nothing[:, None], 0.0, wrench)
 
 
 def _kinds(session: Session) -> dict[Kind, Index]:

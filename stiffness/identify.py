@@ -14,6 +14,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from stiffness.correlation import Correlations
+from stiffness.doubts import doubts
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
@@ -30,6 +31,8 @@ DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it
 FALSE_ALARM = 1e-4  # chance that a clean session loses a row
 CHANCE = 1e-3  # chance that an effect is taken up which is not there
 OUTLIER_ROUNDS = 8
+LOOSE = 3000.0  # typical sizes: a wrist of a light arm yields a hundred times as much as a heavy arm
+LOADED = 30.0  # typical sizes of compliance that a reading has to tell before it is said to load a joint
 OFFSET = 0.02  # m; kinematics that are not fitted are not better known than this
 
 
@@ -99,7 +102,7 @@ class Fit:
     def not_identified(self) -> list[str]:
         """What the data do not determine, in the user's words."""
         out = []
-        diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * _prior_sd(self.unknowns) ** 2
+        diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * _prior_sd(self.unknowns, LOADED) ** 2
         for u, ok, told in zip(self.unknowns.free, self.determined(), diagonal, strict=True):
             if not ok:
                 place = f"joint {u.index + 1}" if u.parameter.size == "joint" else f"number {u.index + 1}"
@@ -212,14 +215,14 @@ def _with_memory(sessions: Sequence[Session], names: list[str], fit: Fit, prior:
         return replace(fit, notes=(*fit.notes, note))
     best, gain = fit, 0.0
     for name in ("backlash", "preload-softening"):
-        trial = _robust(sessions, _named([*names, name]), prior, fit.notes, [e.used for e in fit.evidence])
+        trial = _robust(sessions, _named([*names, name]), prior, (), [e.used for e in fit.evidence])
         free = sum(u.effect == name for u in trial.unknowns.free)
         scale = max(fit.solution.misfit, 1.0) ** 2
         drop = (fit.solution.chi2 - trial.solution.chi2) / scale
         if stats.chi2.sf(max(drop, 0.0), free) < CHANCE / 2 and drop > gain:
             note = f"{name}: chi-square falls by {drop:.0f} for {free} numbers"
             best, gain = replace(trial, notes=(*trial.notes, note)), drop
-    return best
+    return best if best is fit else _reconsidered(best, prior)
 
 
 def _load_levels(session: Session) -> int:
@@ -249,11 +252,30 @@ def _robust(
     absolute = any(e.name == "kinematic-offset" for e in effects)
     offset = 0.0 if absolute else OFFSET
     fit = _fitted(layout, fixed, evidence, offset, prior, notes)
+    fit = _cleaned(fit, prior)
+    return replace(fit, notes=(*notes, *doubts(fit)))
+
+
+def _cleaned(fit: Fit, prior: ComplianceModel | None) -> Fit:
+    """Without the rows that the others contradict."""
     for _ in range(OUTLIER_ROUNDS):
         if not _leave_out(fit):
             break
-        fit = _fitted(layout, fixed, evidence, offset, prior, notes, fit.solution.vector)
+        fit = _again(fit, prior)
     return fit
+
+
+def _again(fit: Fit, prior: ComplianceModel | None) -> Fit:
+    return _fitted(fit.unknowns, fit.fixed, fit.evidence, fit.offset, prior, fit.notes, fit.solution.vector)
+
+
+def _reconsidered(fit: Fit, prior: ComplianceModel | None) -> Fit:
+    """All rows again: what a poorer model took for wrong may be right."""
+    if all(e.used.all() for e in fit.evidence):
+        return fit
+    for e in fit.evidence:
+        e.used[:] = True
+    return _cleaned(_again(fit, prior), prior)
 
 
 def _columns(evidence: Sequence[Evidence], shared: int) -> list[slice]:
@@ -261,9 +283,9 @@ def _columns(evidence: Sequence[Evidence], shared: int) -> list[slice]:
     return [slice(int(end) - e.station.size, int(end)) for e, end in zip(evidence, ends, strict=True)]
 
 
-def _prior_sd(layout: Unknowns) -> Floats:
+def _prior_sd(layout: Unknowns, inverse: float = LOOSE) -> Floats:
     """How far a number may be from its start where nothing else is known: loose, but in the right world."""
-    return np.where(layout.inverse, 30.0, 5.0) * layout.scale
+    return np.where(layout.inverse, inverse, 5.0) * layout.scale
 
 
 def _fitted(

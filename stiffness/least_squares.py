@@ -87,7 +87,7 @@ def solve(
     here = _Linear.of(blocks(vector), vector, prior, weight)
     while steps < STEPS:
         steps += 1
-        step = np.clip(vector + here.step(damping), low, high) - vector
+        step = here.step(damping, low - vector, high - vector)
         if np.all(np.abs(step) <= SETTLED * np.sqrt(np.diag(here.covariance()))):
             break
         there = _Linear.of(blocks(vector + step), vector + step, prior, weight)
@@ -123,9 +123,21 @@ class _Linear:
         gradient = sum((b.jacobian.T @ b.residual for b in parts), np.zeros(n)) - weight * (vector - prior)
         return cls(parts, cost, gradient, information, weight)
 
-    def step(self, damping: float) -> Floats:
+    def step(self, damping: float, low: Floats, high: Floats) -> Floats:
+        """Where the quadratic is smallest between bounds: what would leave them stands still on them, and the
+        others answer to that."""
         curvature = self.information + np.diag(self.weight + damping * np.diag(self.information))
-        return np.asarray(inverse(curvature) @ self.gradient)
+        step, free = np.zeros(len(self.gradient)), np.ones(len(self.gradient), dtype=bool)
+        while free.any():
+            push = self.gradient[free] - curvature[np.ix_(free, ~free)] @ step[~free]
+            step[free] = inverse(curvature[np.ix_(free, free)]) @ push
+            bounded = np.clip(step, low, high)
+            leaves = free & (bounded != step)
+            step = bounded
+            if not leaves.any():
+                break
+            free &= ~leaves
+        return step
 
     def covariance(self) -> Floats:
         return inverse(self.information + np.diag(self.weight))

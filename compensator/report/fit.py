@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from compensator.report import fit_tables as tables
 from compensator.report.fit_figures import correlation_figure, joints_figure, normal_figure, reflectors_figure
-from compensator.report.fit_view import KINDS, AtReflector, joints, looked_at, reflectors, standardised
+from compensator.report.fit_view import KINDS, AtJoint, AtReflector, joints, looked_at, reflectors, standardised
 from compensator.report.html import _head, _scripts
 from compensator.report.thinning import Figure
 from stiffness.identify import Fit
@@ -35,7 +35,7 @@ def fit_page(fit: Fit, report: dict[str, Any]) -> str:
     kinds = {name: found for name, judge in KINDS if (found := reflectors(seen, judge))}
     figures: dict[str, Figure] = {
         **({"reflectors": reflectors_figure(kinds)} if kinds else {}),
-        **({"joints": joints_figure(at_joints)} if any(len(a.torque) for a in at_joints) else {}),
+        **(_joint_figures(at_joints) if any(len(a.torque) for a in at_joints) else {}),
         "normal": normal_figure(z),
         "correlations": correlation_figure(fit, correlation),
     }
@@ -108,6 +108,10 @@ def _reflectors(kinds: dict[str, list[AtReflector]]) -> list[str]:
     ]
 
 
+def _joint_figures(at: list[AtJoint]) -> dict[str, Figure]:
+    return {"joints": joints_figure(at), "joints-after": joints_figure(at, enlarged=True)}
+
+
 def _joints(figures: dict[str, Figure], rows: str) -> list[str]:
     out = ["<h2>Residuals per joint</h2>"]
     if "joints" not in figures:
@@ -120,6 +124,8 @@ def _joints(figures: dict[str, Figure], rows: str) -> list[str]:
         "left.</p>",
         rows,
         '<div id="joints"></div>',
+        "<p>After the fit alone, enlarged:</p>",
+        '<div id="joints-after"></div>',
     ]
 
 

@@ -18,6 +18,7 @@ from stiffness.unknowns import Unknown
 
 FLOOR = "#1c2126"
 DIVERGING = [[0.0, "#0072b2"], [0.5, "#ffffff"], [1.0, "#d55e00"]]
+COLUMNS = 3
 POINTS = 800  # of a joint's panel
 WIDEST = 5.0  # standard deviations that the histogram shows
 STEP = 0.25
@@ -28,11 +29,11 @@ LETTER = {"k_nm_per_rad": "k", "gap_rad": "gap", "breakaway_nm": "breakaway"}
 def reflectors_figure(kinds: dict[str, list[AtReflector]]) -> Figure:
     """A row of two panels per kind of evidence: RMS of the rigid arm, and of the fit with the noise floor."""
     data: list[Figure] = []
-    layout = _layout(110 + 250 * len(kinds), r=20)
+    layout = _layout(95 + 240 * len(kinds))
     for row, (kind, at) in enumerate(kinds.items()):
         names = [f"{k + 1}" for k in range(len(at))]
         high = 1 - row / len(kinds)
-        low = high - 0.74 / len(kinds)
+        low = high - 0.78 / len(kinds)
         for side, (title, colour) in enumerate((("before (rigid)", BEFORE), ("after (fitted)", AFTER))):
             panel = f"{2 * row + side + 1}"
             value = np.array([a.fitted if side else a.rigid for a in at]) * 1e3
@@ -63,31 +64,36 @@ def _floor(names: list[str], value: Floats, panel: str) -> Figure:
     }  # fmt: skip
 
 
-def joints_figure(at: list[AtJoint]) -> Figure:
-    """A panel per joint: residual displacement over the torque of the load, before and after."""
-    columns = 3
-    rows = -(-len(at) // columns)
-    layout = _layout(90 + 260 * rows, r=20)
+def joints_figure(at: list[AtJoint], enlarged: bool = False) -> Figure:
+    """A panel per joint: residual displacement over the torque of the load, mm; ``enlarged``: only after, µm."""
+    rows = -(-len(at) // COLUMNS)
+    layout = _layout(110 + 230 * rows)
     data: list[Figure] = []
     for j, joint in enumerate(at):
-        row, column = divmod(j, columns)
-        across = [column / columns + 0.03, (column + 1) / columns - 0.03]
-        high = 1 - row / rows - 0.07 / rows
-        layout |= _axes(f"{j + 1}", across, [high - 0.68 / rows, high], "torque, N·m", "mm" if not column else "")
+        row, column = divmod(j, COLUMNS)
+        across = [column / COLUMNS + 0.03 * (column > 0), (column + 1) / COLUMNS - 0.03]
+        high = 1 - row / rows - 0.09 / rows
+        unit = "µm" if enlarged else "mm"
+        layout |= _axes(f"{j + 1}", across, [high - 0.62 / rows, high], "torque, N·m", "" if column else unit)
         text = f"joint {j + 1}" if len(joint.torque) else f"joint {j + 1}: no displacement loads it"
-        layout["annotations"].append(_heading(text, sum(across) / 2, high + 0.065 / rows))
-        kept = thin(np.column_stack([joint.torque, joint.rigid, joint.fitted]), POINTS)
-        for name, value, colour, symbol in (
-            ("before (rigid)", joint.rigid, BEFORE, "circle-open"),
-            ("after (fitted)", joint.fitted, AFTER, "circle"),
-        ):
-            data.append({
-                "type": "scatter", "mode": "markers", "name": name, "legendgroup": name, "showlegend": j == 0,
-                "x": numbers(joint.torque[kept]), "y": numbers(value[kept] * 1e3), "panel": f"{j + 1}",
-                "marker": {"size": 5, "color": colour, "symbol": symbol, "opacity": 0.75},
-                "hovertemplate": f"joint {j + 1}: %{{x:.4~g}} N·m, {name} %{{y:.3~g}} mm<extra></extra>",
-            })  # fmt: skip
+        layout["annotations"].append(_heading(text, sum(across) / 2, high + 0.085 / rows))
+        data += _clouds(j, joint, enlarged)
     return {"data": [_placed(t) for t in data], "layout": _renamed(layout)}
+
+
+def _clouds(j: int, joint: AtJoint, enlarged: bool) -> list[Figure]:
+    unit, factor = ("µm", 1e6) if enlarged else ("mm", 1e3)
+    kept = thin(np.column_stack([joint.torque, joint.rigid, joint.fitted]), POINTS)
+    clouds = [("before (rigid)", joint.rigid, BEFORE, "circle-open"), ("after (fitted)", joint.fitted, AFTER, "circle")]
+    return [
+        {
+            "type": "scatter", "mode": "markers", "name": name, "legendgroup": name, "showlegend": j == 0,
+            "x": numbers(joint.torque[kept]), "y": numbers(value[kept] * factor), "panel": f"{j + 1}",
+            "marker": {"size": 5, "color": colour, "symbol": symbol, "opacity": 0.75},
+            "hovertemplate": f"joint {j + 1}: %{{x:.4~g}} N·m, {name} %{{y:.3~g}} {unit}<extra></extra>",
+        }
+        for name, value, colour, symbol in clouds[int(enlarged) :]
+    ]  # fmt: skip
 
 
 def normal_figure(z: Floats) -> Figure:
@@ -100,7 +106,7 @@ def normal_figure(z: Floats) -> Figure:
     quantile = stats.norm.ppf((np.arange(len(z)) + 0.5) / max(len(z), 1))
     kept = _spread(len(z))
     ends = float(np.max(np.abs(quantile), initial=1.0))
-    layout = _layout(400, r=20)
+    layout = _layout(400)
     layout |= _axes("1", [0.0, 0.45], [0, 0.92], "residual / its standard deviation", "count")
     layout |= _axes("2", [0.55, 1.0], [0, 0.92], "expected of a normal distribution", "found")
     layout["bargap"] = 0.04
@@ -134,8 +140,8 @@ def correlation_figure(fit: Fit, correlation: Floats) -> Figure:
     """Heat map of the correlations (P, P) of the robot's numbers."""
     names = [short(u) for u in fit.unknowns.free]
     side = min(960, max(380, 150 + 16 * len(names)))
-    layout = _layout(side, r=20)
-    layout |= {"width": side + 130, "showlegend": False}
+    layout = _layout(side)
+    layout |= {"width": side + 130, "showlegend": False, "margin": {"l": 60, "r": 20, "t": 40, "b": 60}}
     axis: Figure = {"type": "category", "showgrid": False, "tickfont": {"size": 10}, "automargin": True, "ticks": ""}
     axis |= {"showticklabels": len(names) <= NAMED}
     layout |= {"xaxis": {**axis, "tickangle": -90}, "yaxis": {**axis, "autorange": "reversed"}}
@@ -154,11 +160,11 @@ def short(u: Unknown) -> str:
     return f"{u.effect.replace('joint-stiffness', '').replace('kinematic-offset', '')} {name} {u.index + 1}".strip()
 
 
-def _layout(height: int, r: int) -> Figure:
+def _layout(height: int) -> Figure:
     return {
-        "font": FONT, "height": height, "margin": {"l": 60, "r": r, "t": 60, "b": 50}, "plot_bgcolor": "#ffffff",
+        "font": FONT, "height": height, "margin": {"l": 60, "r": 20, "t": 50, "b": 45}, "plot_bgcolor": "#ffffff",
         "showlegend": True, "annotations": [],
-        "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom", "yref": "container"},
+        "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "top", "yref": "container"},
     }  # fmt: skip
 
 

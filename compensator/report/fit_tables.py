@@ -54,9 +54,10 @@ def parameters(fit: Fit) -> str:
     rows = []
     for u, vector, sd, ok in zip(fit.unknowns.free, fit.parameters, fit.sd, fit.determined(), strict=True):
         unit, factor = SHOWN_IN.get(u.parameter.unit, (u.parameter.unit, 1.0))
-        head = [escape(u.effect), escape(u.parameter.meaning), place_of(u), escape(unit.replace("*", "·"))]
+        head = [escape(u.effect), escape(_meaning(u)), place_of(u), escape(unit.replace("*", "·"))]
         if not ok:
-            rows.append([*head, DASH, DASH, DASH, f"<b>not identified</b>: {escape(next(reasons).rsplit(': ', 1)[-1])}"])
+            why = escape(next(reasons).rsplit(": ", 1)[-1])
+            rows.append([*head, DASH, DASH, DASH, f"<b>not identified</b>: {why}"])
             continue
         value = float(values[u.effect][u.parameter.name][u.index]) * factor
         spread = float(deviations[u.effect][u.parameter.name][u.index]) * factor
@@ -89,7 +90,11 @@ def place_of(u: Unknown) -> str:
 
 def named(u: Unknown) -> str:
     """A fitted number in words, escaped."""
-    return escape(f"{u.parameter.meaning} of {place_of(u)}")
+    return escape(f"{_meaning(u)} of {place_of(u)}")
+
+
+def _meaning(u: Unknown) -> str:
+    return u.parameter.meaning.removesuffix(" per joint")
 
 
 def overall(rms_mm: dict[str, Any]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -98,6 +98,13 @@ def show_fit(done: Identified) -> None:
         console.print(f"  - {line}", highlight=False, style="dim")
     for file in done.files:
         console.print(f"wrote {file}", highlight=False)
+
+
+def show_lines(lines: Sequence[str]) -> None:
+    """Plain lines; nothing when piped."""
+    console = Console()
+    for line in lines if console.is_terminal else ():
+        console.print(line, highlight=False)
 
 
 def show_evaluation(report: dict[str, Any]) -> None:

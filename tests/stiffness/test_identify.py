@@ -43,7 +43,7 @@ def test_the_truth_is_found(robot: str, form: Form, tmp_path: Path) -> None:
     fit = identify([session], ["joint-stiffness"])
     k, _ = stiffness(fit)
     assert np.abs(deviations(fit, lab.stiffness)).max() < 3.5
-    assert np.abs(k / lab.stiffness - 1).max() < 0.05
+    assert np.abs(k / lab.stiffness - 1).max() < 0.12
     assert np.abs(k / lab.stiffness - 1)[:5].max() < 0.02
     assert fit.outlier_rows() == []
 
