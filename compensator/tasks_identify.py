@@ -141,6 +141,7 @@ def identify_report(fit: Fit) -> dict[str, Any]:
         "n_readings": int(sum(len(e.samples) for e in fit.evidence)),
         "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
         "condition_number": fit.condition_number(),
+        "observability": fit.observability(),
         "not_identified": fit.not_identified(),
         "notes": list(fit.notes),
     }
@@ -204,6 +205,7 @@ def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
         "source": [f"{s.source} sha256:{s.sha256['samples'][:16]}" for s in sessions],
         "load_range": f"0 ... {max(forces):.0f} N",
         "preload_side": "both, by approach" if _approached(sessions) else "unknown",
+        "session_date": "not in the session format",
         "software": f"toolpath-compensator {version()}",
         "not_identified": fit.not_identified(),
     }

@@ -99,6 +99,20 @@ class Fit:
         values = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale))
         return float(np.sqrt(values[-1] / max(values[0], values[-1] * 1e-32)))
 
+    def observability(self) -> dict[str, float]:
+        """Observability indices of the design, numbers scaled to their typical size (Nahvi & Hollerbach 1996).
+
+        o1: geometric mean of the singular values (Borm & Menq); o2: smallest over largest (Driels & Pathre); o3:
+        smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers read.
+        """
+        n = len(self.unknowns)
+        scale = self.unknowns.scale
+        squares = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale)) / self.solution.count
+        singular = np.sqrt(np.maximum(squares, 0.0))
+        low, high = float(singular[0]), float(singular[-1])
+        product = float(np.exp(np.mean(np.log(singular)))) if low > 0 else 0.0
+        return {"o1": product, "o2": low / high, "o3": low, "o4": low**2 / high}
+
     def not_identified(self) -> list[str]:
         """What the data do not determine, in the user's words."""
         out = []

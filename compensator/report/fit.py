@@ -82,10 +82,18 @@ def _headline(report: dict[str, Any]) -> str:
 
 def _warnings(fit: Fit, report: dict[str, Any]) -> list[str]:
     out = []
-    if report["not_identified"]:
-        items = "".join(f"<li>{escape(text)}</li>" for text in report["not_identified"])
-        text = "<p>Not identified; no value is given, and a path that needs one is refused:</p>"
+    # of kinematic offsets only sums are determined, as a rule: the table has them one by one
+    stiff = [text for text in report["not_identified"] if "(kinematic-offset)" not in text]
+    if stiff:
+        items = "".join(f"<li>{escape(text)}</li>" for text in stiff)
+        text = "<p>Not identified, so no value is given; a path that loads such a joint is refused:</p>"
         out.append(f'<div class="warn">{text}<ul>{items}</ul></div>')
+    shared = len(report["not_identified"]) - len(stiff)
+    if shared:
+        out.append(
+            f'<p class="quiet">{shared} kinematic offsets are not identified one by one: a joint zero and the twist of '
+            "the link before it, for one, are the same motion, and only their sum is known.</p>"
+        )
     if fit.solution.misfit > 1:
         out.append(
             f'<p class="warn">The residuals are {fit.solution.misfit:.2f} times as large as the instruments explain: '

@@ -33,7 +33,7 @@ def reflectors_figure(kinds: dict[str, list[AtReflector]]) -> Figure:
     for row, (kind, at) in enumerate(kinds.items()):
         names = [f"{k + 1}" for k in range(len(at))]
         high = 1 - row / len(kinds)
-        low = high - 0.78 / len(kinds)
+        low = high - (0.78 if row + 1 < len(kinds) else 0.92) / len(kinds)
         for side, (title, colour) in enumerate((("before (rigid)", BEFORE), ("after (fitted)", AFTER))):
             panel = f"{2 * row + side + 1}"
             value = np.array([a.fitted if side else a.rigid for a in at]) * 1e3

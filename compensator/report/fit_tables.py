@@ -54,7 +54,8 @@ def parameters(fit: Fit) -> str:
     rows = []
     for u, vector, sd, ok in zip(fit.unknowns.free, fit.parameters, fit.sd, fit.determined(), strict=True):
         unit, factor = SHOWN_IN.get(u.parameter.unit, (u.parameter.unit, 1.0))
-        head = [escape(u.effect), escape(_meaning(u)), place_of(u), escape(unit.replace("*", "·"))]
+        effect, unit = escape(u.effect).replace("-", "\u2011"), escape(unit.replace("*", "·"))
+        head = [effect, escape(_meaning(u)), place_of(u), unit]
         if not ok:
             why = escape(next(reasons).rsplit(": ", 1)[-1])
             rows.append([*head, DASH, DASH, DASH, f"<b>not identified</b>: {why}"])
@@ -85,7 +86,7 @@ def _given(fit: Fit) -> list[list[str]]:
 
 def place_of(u: Unknown) -> str:
     """Which of the numbers of a parameter."""
-    return f"joint {u.index + 1}" if u.parameter.size == "joint" else f"number {u.index + 1}"
+    return f"joint\u00a0{u.index + 1}" if u.parameter.size == "joint" else f"number\u00a0{u.index + 1}"
 
 
 def named(u: Unknown) -> str:

@@ -13,7 +13,9 @@ from stiffness.errors import StiffnessError
 from stiffness.evaluate import evaluate
 from stiffness.identify import Fit, identify
 from stiffness.model import load_model, save_model
-from tests.plant.lab import Form, Noise
+from stiffness.session import load_session
+from tests.plant.lab import Form, Noise, Target, measure
+from tests.plant.lab_design import random_setups
 from tests.stiffness.bench_lab import Lab
 
 
@@ -180,3 +182,38 @@ def test_evaluate_registers_on_evenly_spread_states(tmp_path: Path) -> None:
     assert worse.displacement.rms > 5 * worse.displacement.noise_floor
     with pytest.raises(StiffnessError, match="not registered"):
         evaluate(session, model, 0)
+
+
+def test_observability_falls_with_the_design(tmp_path: Path) -> None:
+    rich, _ = Lab().session(tmp_path / "rich", 81, setups=20)
+    poor, _ = Lab().session(tmp_path / "poor", 81, setups=2)
+    good = identify([rich], ["joint-stiffness"])
+    bad = identify([poor], ["joint-stiffness"])
+    assert good.condition_number() == pytest.approx(1 / good.observability()["o2"], rel=1e-6)
+    # per reading the indices compare designs; with the number of readings they say what is known in the end
+    for index in ("o1", "o3"):
+        few, many = (f.observability()[index] * np.sqrt(f.solution.count) for f in (bad, good))
+        assert few < 0.5 * many
+    one = good.observability()
+    assert one["o3"] < one["o1"]
+    assert one["o4"] == pytest.approx(one["o2"] * one["o3"], rel=1e-9)
+
+
+def test_ropes_inner_links_and_payloads(tmp_path: Path) -> None:
+    """A rope that is already taut in state 0, loads on link 3 about a reflector of it, a payload state."""
+    lab = Lab()
+    plant = lab.plant()
+    targets = [
+        Target("tcp", 6, np.array([0.02, -0.01, 0.25])),
+        Target("side", 6, np.array([0.15, 0.0, 0.2])),
+        Target("elbow", 3, np.array([0.1, 0.1, 0.1])),
+    ]
+    plan = random_setups(
+        plant.arm, 24, 9, force=800.0, levels=(0.4, 1.0), preload=60.0, payload=40.0, pulls=(None, "elbow", "tcp")
+    )
+    session = load_session(measure(plant, plan, targets, noise=Noise(), form=Form(), seed=3).write(tmp_path, lab.robot))
+    assert {3, 6} <= set(session.samples.load.link.tolist())
+    assert session.samples.payload.max() == pytest.approx(40.0)
+    fit = identify([session], ["joint-stiffness"])
+    assert np.abs(deviations(fit, lab.stiffness)).max() < 3.5
+    assert np.abs(stiffness(fit)[0] / lab.stiffness - 1)[:5].max() < 0.03
