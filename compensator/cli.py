@@ -106,6 +106,7 @@ def preview(
 @click.option("--method", type=click.Choice(("global", "local")), default="global", help="All at once, or by joint.")
 @click.option("--effects", help="Names, separated by commas, that fix the set of effects.")
 @click.option("--prior", type=_FILE, help="Model to start from; its standard deviations are prior knowledge.")
+@click.option("--report", "html", type=_FILE, help="HTML report of the fit.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
 @_refusals
@@ -115,6 +116,7 @@ def identify(
     method: str,
     effects: str | None,
     prior: Path | None,
+    html: Path | None,
     json: Path | None,
     verbose: bool,
 ) -> None:
@@ -124,7 +126,9 @@ def identify(
 
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
-        done = identify_files(sessions, output, method=method, effects=names, prior=prior, json=json, say=say)
+        done = identify_files(
+            sessions, output, method=method, effects=names, prior=prior, json=json, html=html, say=say
+        )
     show_fit(done)
 
 

@@ -44,6 +44,7 @@ def identify_files(
     effects: Sequence[str] | None = None,
     prior: Path | None = None,
     json: Path | None = None,
+    html: Path | None = None,
     say: Say = quiet,
 ) -> Identified:
     """Sessions in, a model file out.
@@ -55,6 +56,8 @@ def identify_files(
         raise StiffnessError("--method local takes no --effects and no --prior: it fits the joints one by one")
     say("reading the sessions")
     loaded = [load_session(path) for path in sessions]
+    if method == "local" and html is not None:
+        raise StiffnessError("--report shows a global fit; --method local has none: read the notes in --json instead")
     if method == "local":
         return _identify_local(loaded, output, json)
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
@@ -63,16 +66,31 @@ def identify_files(
     report = identify_report(fit)
     robot = _robot_beside(loaded[0], output)
     model = fit.model(robot, _provenance(fit, prior))
-    return Identified(fit, report, _written(model, output, report, json))
+    page = None if html is None else (html, _page(fit, report))
+    return Identified(fit, report, _written(model, output, report, json, page))
 
 
-def _written(model: ComplianceModel, output: Path, report: dict[str, Any], json: Path | None) -> tuple[Path, ...]:
+def _page(fit: Fit, report: dict[str, Any]) -> str:
+    from compensator.report.fit import fit_page
+
+    return fit_page(fit, report)
+
+
+def _written(
+    model: ComplianceModel,
+    output: Path,
+    report: dict[str, Any],
+    json: Path | None,
+    page: tuple[Path, str] | None = None,
+) -> tuple[Path, ...]:
     with Outputs() as outputs:
         outputs.text(output, model_text(model))
         if json:
             outputs.text(json, as_json(report))
+        if page:
+            outputs.text(*page)
         outputs.commit()
-    return tuple(p for p in (output, json) if p)
+    return tuple(p for p in (output, json, page and page[0]) if p)
 
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:

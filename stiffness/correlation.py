@@ -46,7 +46,7 @@ def read_correlations(name: str, table: Any, known: Mapping[str, int]) -> Correl
         raise ModelError(f"{name}: correlations: expected the keys names and matrix")
     names = table["names"]
     if not isinstance(names, list) or not all(isinstance(n, str) for n in names) or len(set(names)) != len(names):
-        raise ModelError(f"{name}: correlations.names: expected names such as joint-stiffness.k_nm_per_rad[1], once each")
+        raise ModelError(f"{name}: correlations.names: expected names as joint-stiffness.k_nm_per_rad[1], once each")
     for n in names:
         parameter, _, index = n.removesuffix("]").partition("[")
         if not (index.isdigit() and 1 <= int(index) <= known.get(parameter, 0)):

@@ -31,6 +31,7 @@ DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it
 FALSE_ALARM = 1e-4  # chance that a clean session loses a row
 CHANCE = 1e-3  # chance that an effect is taken up which is not there
 OUTLIER_ROUNDS = 8
+MOST_RECONSIDERED = 60  # rows left out that are looked at again one by one
 LOOSE = 3000.0  # typical sizes: a wrist of a light arm yields a hundred times as much as a heavy arm
 LOADED = 30.0  # typical sizes of compliance that a reading has to tell before it is said to load a joint
 OFFSET = 0.02  # m; kinematics that are not fitted are not better known than this
@@ -103,7 +104,7 @@ class Fit:
         """Observability indices of the design, numbers scaled to their typical size (Nahvi & Hollerbach 1996).
 
         o1: geometric mean of the singular values (Borm & Menq); o2: smallest over largest (Driels & Pathre); o3:
-        smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers read.
+        smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers.
         """
         n = len(self.unknowns)
         scale = self.unknowns.scale
@@ -276,7 +277,26 @@ def _cleaned(fit: Fit, prior: ComplianceModel | None) -> Fit:
         if not _leave_out(fit):
             break
         fit = _again(fit, prior)
-    return fit
+    return _again(fit, prior) if _take_back(fit) else fit
+
+
+def _take_back(fit: Fit) -> bool:
+    """Rows that were dropped while a wrong one still disturbed the fit, one by one; True when there were any."""
+    found = False
+    for k, e in enumerate(fit.evidence):
+        out = np.flatnonzero(~e.used)
+        at = _columns(fit.evidence, len(fit.unknowns))[k]
+        limit = stats.chi2.isf(FALSE_ALARM / max(int(e.used.sum()), 1), 3)
+        for row in out if len(out) <= MOST_RECONSIDERED and not e.session.group.max() >= 0 else ():
+            e.used[row] = True
+            mine = [np.inf]
+            for block in e.blocks(fit.parameters, fit.station(k), fit.offset, at, at.stop):
+                if row in block.rows:
+                    rows, score, _ = e.deletion(block)
+                    mine = [s for r, s in zip(rows, score, strict=True) if row in r]
+            e.used[row] = bool(mine[0] <= limit * fit.solution.misfit**2)
+            found |= bool(e.used[row])
+    return found
 
 
 def _again(fit: Fit, prior: ComplianceModel | None) -> Fit:
@@ -329,10 +349,14 @@ def _fitted(
 
     begin = mean.copy() if start is None else start
     bounds = np.concatenate([low, -free]), np.concatenate([high, free])
-    solution = solve(blocks, begin, mean, sd, *bounds)
+    spent = 0
+    if offset > 0:
+        pairs = (np.column_stack([e.samples.setup, e.samples.reflector])[e.used] for e in evidence)
+        spent = 3 * sum(len(np.unique(p, axis=0)) for p in pairs)
+    solution = solve(blocks, begin, mean, sd, *bounds, spent)
     if solution.misfit > 1:
         # what the model does not explain is noise to its parameters: the prior weighs more against it
-        solution = solve(blocks, solution.vector, mean, sd / solution.misfit, *bounds)
+        solution = solve(blocks, solution.vector, mean, sd / solution.misfit, *bounds, spent)
     return Fit(layout, fixed, solution, evidence, offset, notes)
 
 

@@ -76,11 +76,13 @@ def solve(
     prior_sd: Floats,
     low: Floats,
     high: Floats,
+    spent: int = 0,
 ) -> Solution:
     """Levenberg-Marquardt with a Gaussian prior and bounds; undamped unless a step makes things worse.
 
     Args:
         blocks: vector -> whitened blocks, residual = measured - predicted, jacobian of the prediction.
+        spent: numbers that free offsets inside the blocks take up: they fit themselves.
     """
     weight = 1 / prior_sd**2
     vector, damping, steps = start.copy(), 0.0, 0
@@ -102,7 +104,7 @@ def solve(
     total = sum(len(b.residual) for b in here.parts)
     covariance = here.covariance()
     used = float(np.trace(covariance @ here.information))
-    return Solution(vector, covariance, here.information, chi2, total, total - used, steps)
+    return Solution(vector, covariance, here.information, chi2, total, total - used - spent, steps)
 
 
 @dataclass(frozen=True, repr=False)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from compensator.report import fit_tables as tables
 from compensator.report.fit_figures import correlation_figure, joints_figure, normal_figure, reflectors_figure
 from compensator.report.fit_view import KINDS, AtJoint, AtReflector, joints, looked_at, reflectors, standardised
-from compensator.report.html import _head, _scripts
+from compensator.report.html import page_head, page_scripts
 from compensator.report.thinning import Figure
 from stiffness.identify import Fit
 
@@ -60,8 +60,8 @@ def fit_page(fit: Fit, report: dict[str, Any]) -> str:
         tables.inputs(fit),
     ]
     # the frame's own script turns the 3D views of a path; there is none here
-    scripts = [*_scripts(figures)[:-1], f"<script>{_SCRIPT}</script>"]
-    return "\n".join([_head(title), *body, *scripts, "</body>", "</html>", ""])
+    scripts = [*page_scripts(figures)[:-1], f"<script>{_SCRIPT}</script>"]
+    return "\n".join([page_head(title), *body, *scripts, "</body>", "</html>", ""])
 
 
 def _headline(report: dict[str, Any]) -> str:

@@ -87,7 +87,7 @@ def page(result: Compensation, numbers: dict[str, Any], after: Floats | None = N
         "<h2>What this was computed from</h2>",
         tables.inputs(result),
     ]
-    return "\n".join([_head(title), *body, *_scripts(figures), "</body>", "</html>", ""])
+    return "\n".join([page_head(title), *body, *page_scripts(figures), "</body>", "</html>", ""])
 
 
 def _left(c: Compensation, after: Floats | None) -> Floats:
@@ -98,7 +98,7 @@ def _left(c: Compensation, after: Floats | None) -> Floats:
     return np.asarray(after * 1e3)
 
 
-def _head(title: str) -> str:
+def page_head(title: str) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
@@ -107,7 +107,7 @@ def _head(title: str) -> str:
     )
 
 
-def _scripts(figures: dict[str, Figure]) -> list[str]:
+def page_scripts(figures: dict[str, Figure]) -> list[str]:
     data = json.dumps(figures, separators=(",", ":"), allow_nan=False)
     for sign in "&<>":
         data = data.replace(sign, f"\\u{ord(sign):04x}")

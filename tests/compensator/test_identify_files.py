@@ -45,8 +45,9 @@ def test_global(session: Path, tmp_path: Path) -> None:
     written = load_model(model)
     assert written.values["joint-stiffness"]["k_nm_per_rad"].tolist() == told["stiffness_nm_per_rad"]
     assert "sha256" in written.provenance["source"][0]
-    again = tmp_path / "again.toml"
-    run("identify", session, "-o", again, "--effects", "joint-stiffness")
+    again, page = tmp_path / "again.toml", tmp_path / "fit.html"
+    run("identify", session, "-o", again, "--effects", "joint-stiffness", "--report", page)
+    assert f"{told['stiffness_nm_per_rad'][0]:.3g}"[:3] in page.read_text()
     assert again.read_bytes() == model.read_bytes()
 
 
