@@ -16,7 +16,8 @@ from compensator.version import version
 from stiffness import scores
 from stiffness.errors import StiffnessError
 from stiffness.evaluate import Evaluation, evaluate, place, rigid_evidence
-from stiffness.identify import Fit, identify
+from stiffness.fit import Fit
+from stiffness.identify import identify
 from stiffness.local import identify_local
 from stiffness.local_fit import LocalFit
 from stiffness.local_text import local_text

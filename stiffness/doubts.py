@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from stiffness.identify import Fit
+    from stiffness.fit import Fit
 
 DOUBTFUL = 3.0  # a residual so many times the noise is no matter of noise
 ASIDE = 0.01  # m, RMS; no arm that was mastered is so far from its drawing

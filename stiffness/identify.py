@@ -7,19 +7,19 @@ found and left out; what the data do not determine is said and not invented.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from stiffness.correlation import Correlations
 from stiffness.doubts import doubts
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
 from stiffness.evidence import Evidence
-from stiffness.least_squares import Solution, Whitened, solve
+from stiffness.fit import Fit, columns_of, loose_sd
+from stiffness.least_squares import Whitened, solve
 from stiffness.model import ComplianceModel
 from stiffness.session import Session
 from stiffness.unknowns import Unknowns, start_values, unknowns
@@ -27,144 +27,11 @@ from stiffness.unknowns import Unknowns, start_values, unknowns
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
 FALSE_ALARM = 1e-4  # chance that a clean session loses a row
 CHANCE = 1e-3  # chance that an effect is taken up which is not there
 OUTLIER_ROUNDS = 8
 MOST_RECONSIDERED = 60  # rows left out that are looked at again one by one
-LOOSE = 3000.0  # typical sizes: a wrist of a light arm yields a hundred times as much as a heavy arm
-LOADED = 30.0  # typical sizes of compliance that a reading has to tell before it is said to load a joint
 OFFSET = 0.02  # m; kinematics that are not fitted are not better known than this
-
-
-@dataclass(frozen=True, repr=False)
-class Fit:
-    """A model, and how it came about.
-
-    Attributes:
-        unknowns: layout of ``solution.vector``, before the sessions' own numbers.
-        fixed: values of what was not free.
-        solution: estimate and covariance.
-        evidence: one per session, with the rows that were used.
-        offset: m, standard deviation given to the absolute position of a reflector of a set-up; 0: trusted.
-        notes: what was decided, and why.
-    """
-
-    unknowns: Unknowns
-    fixed: Mapping[str, Numbers]
-    solution: Solution
-    evidence: tuple[Evidence, ...]
-    offset: float
-    notes: tuple[str, ...]
-
-    def __repr__(self) -> str:
-        return f"Fit({', '.join(e.name for e in self.unknowns.effects)}, {self.solution.count} numbers)"
-
-    @property
-    def parameters(self) -> Floats:
-        """(P,) as the solver sees them."""
-        return self.solution.vector[: len(self.unknowns)]
-
-    @property
-    def sd(self) -> Floats:
-        """(P,) standard deviations, widened where the residual is larger than the noise explains."""
-        variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
-        return np.asarray(np.sqrt(variance) * self.solution.misfit)
-
-    def station(self, k: int) -> Floats:
-        """The own numbers of session ``k``."""
-        return self.solution.vector[_columns(self.evidence, len(self.unknowns))[k]]
-
-    def determined(self) -> npt.NDArray[np.bool_]:
-        """(P,) what the data determine: for a stiffness to half its value, else to half of what was assumed."""
-        ratio = self.sd / np.abs(self.parameters)
-        told = self.sd < DETERMINED * _prior_sd(self.unknowns)
-        return np.where(self.unknowns.inverse, ratio < DETERMINED, told)
-
-    def values(self) -> dict[str, dict[str, Floats]]:
-        """Values per effect and parameter."""
-        return self.unknowns.values(self.parameters, self.fixed)
-
-    def deviations(self) -> dict[str, dict[str, Floats]]:
-        """Standard deviations per effect and parameter, of the numbers in the model file; 0 where given."""
-        n = self.unknowns.joints
-        out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
-        for u, value, sd in zip(self.unknowns.free, self.parameters, self.sd, strict=True):
-            out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
-        return out
-
-    def condition_number(self) -> float:
-        """Of the design: largest over smallest singular value, numbers scaled to their typical size."""
-        n = len(self.unknowns)
-        scale = self.unknowns.scale
-        values = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale))
-        return float(np.sqrt(values[-1] / max(values[0], values[-1] * 1e-32)))
-
-    def observability(self) -> dict[str, float]:
-        """Observability indices of the design, numbers scaled to their typical size (Nahvi & Hollerbach 1996).
-
-        o1: geometric mean of the singular values (Borm & Menq); o2: smallest over largest (Driels & Pathre); o3:
-        smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers.
-        """
-        n = len(self.unknowns)
-        scale = self.unknowns.scale
-        squares = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale)) / self.solution.count
-        singular = np.sqrt(np.maximum(squares, 0.0))
-        low, high = float(singular[0]), float(singular[-1])
-        product = float(np.exp(np.mean(np.log(singular)))) if low > 0 else 0.0
-        return {"o1": product, "o2": low / high, "o3": low, "o4": low**2 / high}
-
-    def not_identified(self) -> list[str]:
-        """What the data do not determine, in the user's words."""
-        out = []
-        diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * _prior_sd(self.unknowns, LOADED) ** 2
-        for u, ok, told in zip(self.unknowns.free, self.determined(), diagonal, strict=True):
-            if not ok:
-                place = f"joint {u.index + 1}" if u.parameter.size == "joint" else f"number {u.index + 1}"
-                why = "no reading loads it" if told < 1 else "not told apart from other numbers, or from noise"
-                out.append(f"{u.parameter.meaning} ({u.effect}) of {place}: {why}")
-        return out
-
-    def outlier_rows(self) -> list[tuple[str, int]]:
-        """(session, line of samples.csv) of every row that was left out."""
-        return [
-            (e.session.source, int(line)) for e in self.evidence for line in e.samples.line[~e.used]
-        ]
-
-    def model(self, robot: str, provenance: Mapping[str, object]) -> ComplianceModel:
-        """The fit as a model of ``robot`` (name or path as the model file shall say)."""
-        first = self.evidence[0].session
-        known = self.determined()
-        identified = {}
-        for e in self.unknowns.effects:
-            flags = np.ones(self.unknowns.joints, dtype=bool)
-            for u, ok in zip(self.unknowns.free, known, strict=True):
-                if u.effect == e.name and u.parameter.size == "joint" and u.inverse:
-                    flags[u.index] &= ok
-            if not flags.all():
-                identified[e.name] = flags
-        reference = first.reference_temperature
-        return ComplianceModel(
-            source="",
-            robot=robot,
-            gravity=first.gravity,
-            reference_temperature=20.0 if reference is None else reference,
-            base=first.base,
-            tip=first.tip,
-            values=self.values(),
-            sd=self.deviations(),
-            identified=identified,
-            tools={e.name: first.tool.name for e in self.unknowns.effects if e.scope == "tool"},
-            provenance=dict(provenance),
-            correlations=self.correlations(),
-        )
-
-    def correlations(self) -> Correlations:
-        """Between the robot's numbers as the solver sees them; an inverse turns the sign."""
-        n = len(self.unknowns)
-        turn = np.where(self.unknowns.inverse, -1.0, 1.0)
-        covariance = self.solution.covariance[:n, :n] * np.outer(turn, turn)
-        return Correlations.of(tuple(str(u) for u in self.unknowns.free), 0.5 * (covariance + covariance.T))
 
 
 def identify(
@@ -186,6 +53,8 @@ def identify(
     base = ["joint-stiffness"] if any(s.has_displacement for s in sessions) or _sag(sessions) else []
     absolute = any(s.has_absolute for s in sessions)
     names = base + (["kinematic-offset"] if absolute else [])
+    if prior is not None:  # what is known of the robot stays in its model
+        names += [e.name for e in prior.effects if e.name not in names and e.scope != "instruments"]
     if not names:
         raise StiffnessError(
             f"{sessions[0].source}: nothing to identify: no loaded state beside an unloaded one, and the positions "
@@ -285,7 +154,7 @@ def _take_back(fit: Fit) -> bool:
     found = False
     for k, e in enumerate(fit.evidence):
         out = np.flatnonzero(~e.used)
-        at = _columns(fit.evidence, len(fit.unknowns))[k]
+        at = columns_of(fit.evidence, len(fit.unknowns))[k]
         limit = stats.chi2.isf(FALSE_ALARM / max(int(e.used.sum()), 1), 3)
         for row in out if len(out) <= MOST_RECONSIDERED and not e.session.group.max() >= 0 else ():
             e.used[row] = True
@@ -312,16 +181,6 @@ def _reconsidered(fit: Fit, prior: ComplianceModel | None) -> Fit:
     return _cleaned(_again(fit, prior), prior)
 
 
-def _columns(evidence: Sequence[Evidence], shared: int) -> list[slice]:
-    ends = shared + np.cumsum([e.station.size for e in evidence])
-    return [slice(int(end) - e.station.size, int(end)) for e, end in zip(evidence, ends, strict=True)]
-
-
-def _prior_sd(layout: Unknowns, inverse: float = LOOSE) -> Floats:
-    """How far a number may be from its start where nothing else is known: loose, but in the right world."""
-    return np.where(layout.inverse, inverse, 5.0) * layout.scale
-
-
 def _fitted(
     layout: Unknowns,
     fixed: Mapping[str, Numbers],
@@ -331,11 +190,11 @@ def _fitted(
     notes: tuple[str, ...],
     start: Floats | None = None,
 ) -> Fit:
-    shared, columns = len(layout), _columns(evidence, len(layout))
+    shared, columns = len(layout), columns_of(evidence, len(layout))
     width = columns[-1].stop
     first = layout.start(fixed)
     mean = np.concatenate([first, np.zeros(width - shared)])
-    sd = np.concatenate([_prior_sd(layout), *(e.station.prior_sd() for e in evidence)])
+    sd = np.concatenate([loose_sd(layout), *(e.station.prior_sd() for e in evidence)])
     if prior is not None:
         sd[:shared] = _known(layout, prior, first, sd[:shared])
     low, high = layout.bounds()
@@ -375,7 +234,7 @@ def _leave_out(fit: Fit) -> bool:
     total = sum(int(e.used.sum()) for e in fit.evidence)
     found = False
     for k, e in enumerate(fit.evidence):
-        at = _columns(fit.evidence, len(fit.unknowns))[k]
+        at = columns_of(fit.evidence, len(fit.unknowns))[k]
         blocks = e.blocks(fit.parameters, fit.station(k), fit.offset, at, at.stop)
         scores = [e.deletion(b) for b in blocks]
         every = np.concatenate([s for _, s, _ in scores])

@@ -13,7 +13,7 @@ from compensator.report.fit_figures import correlation_figure, joints_figure, no
 from compensator.report.fit_view import KINDS, AtJoint, AtReflector, joints, looked_at, reflectors, standardised
 from compensator.report.html import page_head, page_scripts
 from compensator.report.thinning import Figure
-from stiffness.identify import Fit
+from stiffness.fit import Fit
 
 Floats = npt.NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from scipy import stats
 from compensator.report.curves import AFTER, BEFORE, GRID
 from compensator.report.fit_view import AtJoint, AtReflector
 from compensator.report.thinning import FONT, Figure, Floats, numbers, thin
-from stiffness.identify import Fit
+from stiffness.fit import Fit
 from stiffness.unknowns import Unknown
 
 FLOOR = "#1c2126"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from compensator.report.fit_view import AtJoint, AtReflector
 from compensator.report.tables import table
-from stiffness.identify import Fit
+from stiffness.fit import Fit
 from stiffness.scores import rms
 from stiffness.unknowns import Unknown
 

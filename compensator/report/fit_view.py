@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from stiffness import scores
 from stiffness.evaluate import place, rigid_evidence
 from stiffness.evidence import Evidence, Predicted
-from stiffness.identify import Fit
+from stiffness.fit import Fit
 from stiffness.robot import STANDARD_GRAVITY, Robot
 from stiffness.scores import Score
 

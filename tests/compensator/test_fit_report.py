@@ -15,7 +15,8 @@ from compensator.report.fit import fit_page
 from compensator.report.fit_tables import correlation, figure, interval
 from compensator.report.fit_view import joints, load_torque, looked_at, standardised
 from compensator.tasks_identify import identify_report
-from stiffness.identify import Fit, identify
+from stiffness.fit import Fit
+from stiffness.identify import identify
 from tests.compensator.reports import Walk, figures_in, own
 from tests.plant.lab import Form
 from tests.stiffness.bench_lab import Lab

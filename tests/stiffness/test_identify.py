@@ -11,7 +11,8 @@ import pytest
 from stiffness import scores
 from stiffness.errors import StiffnessError
 from stiffness.evaluate import evaluate
-from stiffness.identify import Fit, identify
+from stiffness.fit import Fit
+from stiffness.identify import identify
 from stiffness.model import load_model, save_model
 from stiffness.session import load_session
 from tests.plant.lab import Form, Noise, Target, measure
@@ -217,3 +218,15 @@ def test_ropes_inner_links_and_payloads(tmp_path: Path) -> None:
     fit = identify([session], ["joint-stiffness"])
     assert np.abs(deviations(fit, lab.stiffness)).max() < 3.5
     assert np.abs(stiffness(fit)[0] / lab.stiffness - 1)[:5].max() < 0.03
+
+
+def test_what_a_prior_knows_stays_in_the_model(tmp_path: Path) -> None:
+    """A model from data sheets has effects that no session asks for: measured data narrows them, or leaves them."""
+    session, _ = Lab().session(tmp_path, 91, setups=8)
+    first = identify([session], ["joint-stiffness"]).model("abb-irb6600-175-255", {})
+    windup = {"windup_rad": np.full(6, 1e-7), "knee_nm": np.full(6, 200.0)}
+    values = {**first.values, "joint-hardening": windup}
+    sd = {**first.sd, "joint-hardening": {"windup_rad": np.full(6, 1e-9), "knee_nm": np.full(6, 1.0)}}
+    fit = identify([session], None, replace(first, values=values, sd=sd))
+    assert "joint-hardening" in [e.name for e in fit.unknowns.effects]
+    assert fit.values()["joint-hardening"]["windup_rad"] == pytest.approx(1e-7, rel=0.1)

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from stiffness.errors import StiffnessError
-from stiffness.identify import Fit, identify
+from stiffness.fit import Fit
+from stiffness.identify import identify
 from stiffness.session import load_session
 from tests.plant.lab import Noise, Target, measure
 from tests.plant.lab_design import random_setups

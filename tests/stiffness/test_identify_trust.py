@@ -14,7 +14,8 @@ from scipy import stats
 
 from benchmarks import identify as identify_benchmark
 from stiffness.evaluate import evaluate
-from stiffness.identify import Fit, identify
+from stiffness.fit import Fit
+from stiffness.identify import identify
 from tests.plant.lab import Form
 from tests.stiffness.worn_lab import KUKA, WornLab
 
