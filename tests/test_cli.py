@@ -201,3 +201,12 @@ def test_nothing_heavy_is_imported_to_ask_for_help(code: str) -> None:
     show = f"{code}\nimport sys\nprint('#', *sorted({{m.split('.')[0] for m in sys.modules}} & set({HEAVY!r})))"
     done = subprocess.run([sys.executable, "-c", show], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "#"
+
+
+def test_a_preview_does_not_load_what_only_a_fit_needs() -> None:
+    """scipy, plotly and matplotlib take longer to import than a thousand poses to predict."""
+    slow = ("scipy", "plotly", "matplotlib", "trimesh")
+    loaded = f"sorted(set(sys.modules) & set({slow!r}))"
+    show = f"import compensator.report.text, compensator.tasks, sys\nprint('#', *{loaded})"
+    done = subprocess.run([sys.executable, "-c", show], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "#"

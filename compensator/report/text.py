@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from compensator.tasks import Done, Say
-from compensator.tasks_identify import Identified
 from stiffness.model import builtin_model
 from stiffness.robot import builtin_robots, load_robot
+
+if TYPE_CHECKING:  # the libraries of a fit take half a second that compensate and preview do not need
+    from compensator.tasks_identify import Identified
 
 
 @contextmanager
