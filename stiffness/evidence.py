@@ -8,15 +8,17 @@ of a reading and leaves what changes from state to state, with the noise of the 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
 from stiffness.histories import Histories
+from stiffness.kernel import Kernel
 from stiffness.least_squares import Whitened, deletion_statistics, whitened
-from stiffness.reading import Kind, Reader
+from stiffness.reading import Pull, Reader, Rest
 from stiffness.robot import STANDARD_GRAVITY
 from stiffness.session import Session
 from stiffness.station import Station
@@ -24,6 +26,7 @@ from stiffness.unknowns import Unknowns
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
+Bools = npt.NDArray[np.bool_]
 
 STATE_ROUNDS = 5
 SILENT = 4.0  # standard deviations of the sensor
@@ -56,11 +59,15 @@ class Evidence:
         self._torque = np.zeros((len(self.samples), session.robot.n))  # of the last call: flanks start from it
         self._wrench = _shown(session)
         self._histories = Histories(session)
-        self._kinds = _kinds(session)
+        self._link = np.array([r.link for r in session.reflectors])[self.samples.reflector]
+        self._pulls, self._pull_number = _pulls(session)
         reference = session.reference_temperature
         warm = self.samples.temperature - (20.0 if reference is None else reference)
         self._warm = np.where(np.isfinite(warm), warm, 0.0)
+        self._time = np.where(np.isfinite(self.samples.time), self.samples.time, 0.0)[:, None]
+        self._show = self._show_kernel()
         self._placed = False
+        self._resting = self._without_load()
 
     def __repr__(self) -> str:
         return f"Evidence({self.session.source!r}, {int(self.used.sum())} readings used)"
@@ -69,38 +76,109 @@ class Evidence:
         """Readings for parameters ``p`` (P,) and the session's own numbers ``station`` (S,)."""
         values = self.unknowns.values(p, self.fixed)
         effects = self.unknowns.effects
-        state = self._histories.state(effects, values, self._torque)
+        places = self.station.reflectors(station)
+        state = self._histories.state(effects, values, self._torque, self._resting)
         for _ in range(STATE_ROUNDS if state.shape[1] else 1):
-            base, torque, by_p, by_w, link = self._read(p, station, state)
-            self._torque = torque
-            new = self._histories.state(effects, values, torque)
+            rest = self._rest(p, places, state)
+            self._torque = rest.torque
+            new = self._histories.state(effects, values, rest.torque, self._resting)
             if np.allclose(new, state, atol=1e-6):
                 break
             state = new
+        base, by_p, by_w, by_state, link = self._read(rest, places)
+        moved = self._histories.slopes(effects, values, rest.torque, self._resting, state) if state.shape[1] else {}
+        self._add_memory(by_p, by_state, moved)
         if not self._placed:
             self.station.place_trackers(base)
             self._placed = True
         read, back, by_station = self.station.seen(station, base)
         by_reflector = self.station.reflector_derivative(station)[self.samples.reflector]
         by_station = by_station + back @ (link @ by_reflector)
-        return Predicted(read, back @ by_p, by_station, back @ by_w)
+        return self._shown(p, Predicted(read, back @ by_p, by_station, back @ by_w))
 
-    def _read(self, p: Floats, station: Floats, state: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    def _rest(self, p: Floats, places: Floats, state: Floats) -> Rest:
+        """All readings' arms at rest; readings that share load and posture are worked out once."""
         s, count = self.samples, len(self.samples)
-        base, torque = np.empty((count, 3)), np.empty((count, self.session.robot.n))
-        by_p, by_w, link = np.empty((count, 3, len(p))), np.empty((count, 3, 6)), np.empty((count, 3, 3))
-        places = self.station.reflectors(station)
-        reflector = places[s.reflector]
         point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
-        for kind, rows in self._kinds.items():
-            out = self.reader.read(
-                kind, p, s.q[rows], self._wrench[rows], point[rows], reflector[rows], state[rows],
-                s.payload[rows, None], self._warm[rows, None], self._x[rows],
-            )  # fmt: skip
-            self._x[rows] = out.x
-            base[rows], torque[rows], link[rows] = out.position, out.torque, out.rotation
-            by_p[rows], by_w[rows] = out.by_parameter, out.by_wrench
-        return base, torque, by_p, by_w, link
+        given = (s.q, self._wrench, point, state, s.payload[:, None], self._warm[:, None])
+        m, n = self.reader.n_x, self.session.robot.n
+        first, of = self._cases(np.concatenate(given, axis=1))
+        x, torque = np.empty((len(first), m)), np.empty((len(first), n))
+        slopes = [np.empty((len(first), m, w)) for w in (len(p), 6, state.shape[1])]
+        for pull, rows in self._pulls.items():
+            some = np.flatnonzero(rows[first])
+            at = first[some]
+            out = self.reader.rest(pull, p, *(a[at] for a in given), self._x[at])
+            x[some], torque[some] = out.x, out.torque
+            for whole, part in zip(slopes, (out.by_parameter, out.by_wrench, out.by_state), strict=True):
+                whole[some] = part
+        self._x = x[of]
+        self._of = of
+        rest = Rest(s.q[first], x, torque, *slopes)
+        return Rest(rest.q, rest.x, torque[of], *slopes) if count == len(first) else replace(rest, torque=torque[of])
+
+    def _cases(self, given: Floats) -> tuple[Index, Index]:
+        """Rows of readings that differ in load or posture, and which of them every reading is."""
+        keys = np.column_stack([given, self._pull_number])
+        _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        return np.asarray(first), np.asarray(of).reshape(-1)
+
+    def _read(self, rest: Rest, places: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        s, count, p = self.samples, len(self.samples), rest.by_parameter.shape[2]
+        base, link = np.empty((count, 3)), np.empty((count, 3, 3))
+        by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (p, 6, rest.by_state.shape[2]))
+        for k in np.unique(self._link):
+            rows = np.flatnonzero(self._link == k)
+            out = self.reader.seen(rest.take(self._of[rows]), int(k), places[s.reflector[rows]])
+            base[rows], link[rows] = out.position, out.rotation
+            by_p[rows], by_w[rows], by_state[rows] = out.by_parameter, out.by_wrench, out.by_state
+        return base, by_p, by_w, by_state, link
+
+    def _add_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> None:
+        """What a parameter does to a reading by way of the states that it shifts."""
+        n = self.session.robot.n
+        remembering = [e.name for e in self.unknowns.effects if e.memory]
+        for k, u in enumerate(self.unknowns.free):
+            shares = moved.get((u.effect, u.parameter.name))
+            if shares is not None:
+                column = remembering.index(u.effect) * n + u.index
+                by_p[:, :, k] += by_state[:, :, column] * shares[:, u.index, None]
+
+    def _shown(self, p: Floats, seen: Predicted) -> Predicted:
+        """What the tracker shows of it: effects that fill ``position_reading``."""
+        if self._show is None:
+            return seen
+        position, by_position, by_p = self._show.run(seen.position, self._time, p)
+        turn = np.swapaxes(by_position.reshape(-1, 3, 3), 1, 2)
+        own = np.swapaxes(by_p.reshape(len(position), len(p), 3), 1, 2)
+        return Predicted(position, turn @ seen.by_parameter + own, turn @ seen.by_station, turn @ seen.by_wrench)
+
+    def _show_kernel(self) -> Kernel | None:
+        """(position, time, parameters) -> position shown, its slopes by position and by parameters."""
+        effects = [e for e in self.unknowns.effects if e.position_reading]
+        if not effects:
+            return None
+        at, time, p = ca.SX.sym("at", 3), ca.SX.sym("time"), ca.SX.sym("p", len(self.unknowns))
+        values, shown = self.unknowns.values(p, self.fixed), at
+        for e in effects:
+            if e.position_reading:
+                shown = e.position_reading(shown, time, values[e.name])
+        out = [shown, ca.jacobian(shown, at), ca.jacobian(shown, p)]
+        return Kernel(ca.Function("shown", [at, time, p], [ca.densify(ca.vec(v)) for v in out]))
+
+    def _without_load(self) -> Floats:
+        """(N, n) N*m at every posture without load, by the values that the session begins with."""
+        count, n = len(self.samples), self.session.robot.n
+        if not self.reader.statics.n_state:
+            return np.zeros((count, n))
+        none = np.zeros((count, self.reader.statics.n_state))
+        p = self.unknowns.start(self.fixed)
+        pull = next(iter(self._pulls))
+        rest = self.reader.rest(
+            pull, p, self.samples.q, np.zeros((count, 6)), np.zeros((count, 3)), none, self.samples.payload[:, None],
+            self._warm[:, None], self._x,
+        )  # fmt: skip
+        return rest.torque
 
     def blocks(self, p: Floats, station: Floats, offset: float, columns: slice, width: int) -> list[Whitened]:
         """Whitened residuals set-up by set-up.
@@ -219,11 +297,10 @@ def _shown(session: Session) -> Floats:
     return np.where(nothing[:, None], 0.0, wrench)
 
 
-def _kinds(session: Session) -> dict[Kind, Index]:
-    s = session.samples
-    link = np.array([r.link for r in session.reflectors])[s.reflector]
-    keys = np.stack([link, s.load.link, s.load.point_link, s.load.in_tool.astype(np.int64)], axis=1)
+def _pulls(session: Session) -> tuple[dict[Pull, Bools], Index]:
+    """The kinds of load of a session, each with its readings, and the number of the kind of every reading."""
+    load = session.samples.load
+    keys = np.stack([load.link, load.point_link, load.in_tool.astype(np.int64)], axis=1)
     unique, of = np.unique(keys, axis=0, return_inverse=True)
-    return {
-        Kind(int(a), int(b), int(c), bool(d)): np.flatnonzero(of.ravel() == k) for k, (a, b, c, d) in enumerate(unique)
-    }
+    of = of.reshape(-1)
+    return {Pull(int(a), int(b), bool(c)): of == k for k, (a, b, c) in enumerate(unique)}, of

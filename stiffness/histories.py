@@ -14,7 +14,8 @@ from stiffness.session import Session
 Floats = npt.NDArray[np.float64]
 
 FAR = 1.0  # rad: an approach of unknown size is taken to be longer than any gap
-SMALLEST_GAP = 1e-12  # rad: a gap of zero still has sides
+SMALLEST = 1e-8  # typical sizes: a gap of zero still has sides
+RELATIVE = 1e-4  # step of a difference
 
 
 class Histories:
@@ -38,13 +39,16 @@ class Histories:
         # after its last state a set-up stands still
         self._last = np.maximum.accumulate(np.where(filled, np.arange(self._shape[0])[:, None], 0), axis=0)
 
-    def state(self, effects: Sequence[Effect], values: Mapping[str, Numbers], torque: Floats) -> Floats:
+    def state(
+        self, effects: Sequence[Effect], values: Mapping[str, Numbers], torque: Floats, resting: Floats
+    ) -> Floats:
         """(N, m) memory of every reading as a share of its half range, -1 ... 1.
 
         Args:
             torque: (N, n) N*m of every reading.
+            resting: (N, n) N*m at its posture without load: what the joints carry on the way there.
         """
-        values = {e: {k: _open(k, v) for k, v in p.items()} for e, p in values.items()}
+        values = {e.name: _open(e, values[e.name]) for e in effects}
         begin = unknown(effects, values)
         if not len(begin.low):
             return np.zeros((len(self.samples), 0))
@@ -54,7 +58,7 @@ class Histories:
         size = np.abs(self.samples.step[self._begin])
         move = self.samples.approach[self._begin] * np.where(np.isfinite(size), size, FAR)
         moves = np.concatenate([move[None], np.zeros_like(tau)])
-        torques = np.concatenate([np.zeros_like(tau[:1]), tau])
+        torques = np.concatenate([resting[self._begin][None], tau])
         wide = (self._shape[1], len(begin.low))
         start = PreloadState(np.broadcast_to(begin.low, wide), np.broadcast_to(begin.high, wide))
         walked = walk(effects, values, moves, torques, start).middle[1:]
@@ -62,5 +66,33 @@ class Histories:
         return np.asarray(share[self._row, self._column][self._of])
 
 
-def _open(name: str, value: Floats) -> Floats:
-    return np.maximum(value, SMALLEST_GAP) if name == "gap_rad" else value
+    def slopes(
+        self,
+        effects: Sequence[Effect],
+        values: Mapping[str, Numbers],
+        torque: Floats,
+        resting: Floats,
+        state: Floats,
+    ) -> dict[tuple[str, str], Floats]:
+        """How shares (N, n) change with the size of what remembers, by effect and parameter.
+
+        A state at its bound stays there; one between its bounds does not grow with them.
+        """
+        if not np.any((np.abs(state) < 1 - 1e-9) & (state != 0)):
+            return {}
+        n, out = self._n, {}
+        for k, effect in enumerate(e for e in effects if e.memory):
+            for p in effect.parameters:
+                if p.neutral == 0 and p.fit == "direct":
+                    own = _open(effect, values[effect.name])
+                    step = RELATIVE * own[p.name]
+                    more = {**values, effect.name: {**own, p.name: own[p.name] + step}}
+                    columns = slice(k * n, (k + 1) * n)
+                    moved = self.state(effects, more, torque, resting)[:, columns] - state[:, columns]
+                    out[effect.name, p.name] = moved / step
+        return out
+
+
+def _open(effect: Effect, values: Numbers) -> dict[str, Floats]:
+    smallest = {p.name: SMALLEST * p.scale for p in effect.parameters if effect.memory and p.neutral == 0}
+    return {k: np.maximum(v, smallest[k]) if k in smallest else v for k, v in values.items()}

@@ -127,8 +127,9 @@ def _robust(
     joints = sessions[0].robot.n
     fixed = start_values(effects, joints)
     if prior is not None:
-        known = {name: numbers for name, numbers in prior.values.items() if name in fixed}
-        fixed.update({name: {k: np.array(v) for k, v in numbers.items()} for name, numbers in known.items()})
+        for name, numbers in prior.values.items():
+            if name in fixed:
+                fixed[name].update({k: np.array(v) for k, v in numbers.items()})
     layout = unknowns(effects, joints)
     evidence = tuple(Evidence(s, layout, fixed) for s in sessions)
     for e, mask in zip(evidence, used or (), strict=False):

@@ -18,7 +18,7 @@ from stiffness.errors import StiffnessError
 from stiffness.evidence import Evidence
 from stiffness.plan_postures import Postures
 from stiffness.preload import PreloadState, unknown, walk
-from stiffness.reading import Kind, Reader
+from stiffness.reading import Pull, Reader
 from stiffness.session import Session
 from stiffness.session_file import Instruments, Reflector
 from stiffness.unknowns import Unknowns, unknowns
@@ -172,18 +172,19 @@ class Design:
         every = np.repeat(q, t, axis=0)
         loads = (wrench[:, None] * loading.steps[:, None]).reshape(-1, 6)
         point, at = np.tile(reader.tool.position, (c * t, 1)), np.tile(target.position, (c * t, 1))
-        kind = Kind(target.link, n, n, False)
+        pull = Pull(n, n, False)
         x, torque, none = np.zeros((c * t, reader.n_x)), np.zeros((c * t, n)), np.zeros((c * t, 1))
         for _ in range(ROUNDS if self.remembers else 2):
             state = self._flanks(approach, torque.reshape(c, t, n)).reshape(c * t, -1)
-            read = reader.read(kind, self.vector, every, loads, point, at, state, none, none, x)
-            x, torque = read.x, read.torque
+            rest = reader.rest(pull, self.vector, every, loads, point, state, none, none, x)
+            x, torque = rest.x, rest.torque
         give = float(np.max(np.where(np.isfinite(x[:, :n]), np.abs(x[:, :n]), np.inf)))
         if give > FARTHEST:
             raise StiffnessError(
                 f"under {loading.force:g} N a joint of the model would give way by {give:.2g} rad, above {FARTHEST:g}: "
                 "give a smaller --force, or check the stiffnesses of the model (N*m/rad)"
             )
+        read = reader.seen(rest, target.link, at)
         return read.by_parameter.reshape(c, t, 3, -1), read.by_wrench.reshape(c, t, 3, 6)
 
     def _flanks(self, approach: Floats, torque: Floats) -> Floats:
@@ -213,9 +214,9 @@ class Design:
         at = np.tile(self.reader.tool.position, (count, 1))
         none, x = np.zeros((count, 1)), np.zeros((count, self.reader.n_x))
         for _ in range(2):
-            read = self.reader.read(Kind(n, n, n, False), self.vector, q, wrench, at, at, state, none, none, x)
-            x = read.x
-        j = read.by_parameter * self.scale
+            rest = self.reader.rest(Pull(n, n, False), self.vector, q, wrench, at, state, none, none, x)
+            x = rest.x
+        j = self.reader.seen(rest, n, at).by_parameter * self.scale
         return np.asarray(np.einsum("nip,niq->pq", j, j) / count)
 
 

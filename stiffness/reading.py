@@ -1,8 +1,8 @@
 """What a laser tracker would read: the same statics as prediction uses, with parameters left free.
 
 A reading is the position of a reflector on some link under a load on some link. One CasADi function per kind of
-reading gives position, torques, and the derivatives by parameters and by the wrench; it is run over all
-readings of that kind at once.
+load gives the arm at rest, with the slopes of its elastic coordinates by parameters, wrench and memory; it is run over
+all of that kind at once. What a reflector shows of it is kinematics (sight.py).
 """
 
 from __future__ import annotations
@@ -15,53 +15,75 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers, Values
+from stiffness.effects.effect import Numbers, Shown, Values
 from stiffness.kernel import Kernel
 from stiffness.predict import Tool
 from stiffness.robot import Robot
+from stiffness.sight import Sight
 from stiffness.statics import Load, Posture, Statics
 from stiffness.unknowns import Unknowns
 
 Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
 
 SWEEPS = 3  # per call, from the coordinates of the call before
 
 
 @dataclass(frozen=True)
-class Kind:
-    """What readings of one kind share.
+class Pull:
+    """What loads of one kind share.
 
     Attributes:
-        link: the reflector sits on.
-        load_link: the load acts on.
+        link: the load acts on.
         point_link: the point that its moment is taken about moves with (0: it does not move).
         tool_axes: the wrench is written in the axes of the tool (else of the base).
     """
 
     link: int
-    load_link: int
     point_link: int
     tool_axes: bool
 
 
 @dataclass(frozen=True, repr=False)
-class Read:
-    """Predicted readings of one kind.
+class Rest:
+    """N arms at rest under their loads.
 
     Attributes:
-        x: (N, m) elastic coordinates, the start of the next call.
+        q: (N, n) rad.
+        x: (N, m) elastic coordinates, the start of the next call; behind them those of the sag that the controller knows.
         torque: (N, n) N*m.
+        by_parameter, by_wrench, by_state: (N, m, P), (N, m, 6), (N, m, s) slopes of ``x``.
+    """
+
+    q: Floats
+    x: Floats
+    torque: Floats
+    by_parameter: Floats
+    by_wrench: Floats
+    by_state: Floats
+
+    def take(self, rows: Index) -> Rest:
+        """Some of them, in the given order."""
+        names = ("q", "x", "torque", "by_parameter", "by_wrench", "by_state")
+        return Rest(*(getattr(self, name)[rows] for name in names))
+
+
+@dataclass(frozen=True, repr=False)
+class Read:
+    """Predicted readings of reflectors on one link.
+
+    Attributes:
         position: (N, 3) m, base.
         by_parameter: (N, 3, P).
-        by_wrench: (N, 3, 6).
+        by_wrench: (N, 3, 6), of what the sensor shows.
+        by_state: (N, 3, s), by the memory as a share of its half range.
         rotation: (N, 3, 3) of the reflector's link: derivative by the reflector's place.
     """
 
-    x: Floats
-    torque: Floats
     position: Floats
     by_parameter: Floats
     by_wrench: Floats
+    by_state: Floats
     rotation: Floats
 
 
@@ -87,7 +109,7 @@ class Reader:
         self.calibrated_out = calibrated_out
         self.statics = Statics(robot, unknowns.effects)
         self._gravity = ca.SX(ca.DM(gravity))
-        self._kernels: dict[Kind, Kernel] = {}
+        self._kernels: dict[Pull, Kernel] = {}
 
     @property
     def n_x(self) -> int:
@@ -95,75 +117,83 @@ class Reader:
         return self.statics.n_x * (2 if self.calibrated_out else 1)
 
     @cached_property
-    def _remembering(self) -> tuple[str, ...]:
-        return tuple(e.name for e in self.statics.remembering)
+    def sight(self) -> Sight:
+        """Its kinematics."""
+        return Sight(self.statics)
 
-    def read(
+    def rest(
         self,
-        kind: Kind,
+        pull: Pull,
         p: Floats,
         q: Floats,
         wrench: Floats,
         point: Floats,
-        reflector: Floats,
         state: Floats,
         payload: Floats,
         warm: Floats,
         x: Floats,
-    ) -> Read:
-        """Readings of one kind.
+    ) -> Rest:
+        """Equilibria under loads of one kind.
 
         Args:
             p: (P,) parameters as the solver sees them.
-            q: (N, n) rad. wrench: (N, 6). point: (N, 3) m in its link. reflector: (N, 3) m in its link.
-            state: (N, m) memory as a share of its half range, -1 ... 1.
+            q: (N, n) rad. wrench: (N, 6) as the sensor shows it. point: (N, 3) m in its link.
+            state: (N, s) memory as a share of its half range, -1 ... 1.
             payload: (N, 1) kg at the tool's centre of mass. warm: (N, 1) K above the reference temperature.
             x: (N, n_x) elastic coordinates to start from.
         """
-        out = self._kernel(kind).run(q, wrench, point, reflector, state, payload, warm, p, x)
-        new_x, torque, position, by_p, by_w, rotation = out
-        return Read(
-            new_x,
-            torque,
-            position,
-            np.swapaxes(by_p.reshape(len(q), len(p), 3), 1, 2),
-            np.swapaxes(by_w.reshape(len(q), 6, 3), 1, 2),
-            np.swapaxes(rotation.reshape(len(q), 3, 3), 1, 2),
+        if pull not in self._kernels:
+            self._kernels[pull] = self._built(pull)
+        new, torque, *slopes = self._kernels[pull].run(q, wrench, point, state, payload, warm, p, x)
+        count, m = len(q), self.n_x
+        by_p, by_w, by_state = (
+            np.swapaxes(slope.reshape(count, width, m), 1, 2)
+            for slope, width in zip(slopes, (len(p), 6, self.statics.n_state), strict=True)
         )
+        return Rest(q, new, torque, by_p, by_w, by_state)
 
-    def _kernel(self, kind: Kind) -> Kernel:
-        if kind not in self._kernels:
-            self._kernels[kind] = self._built(kind)
-        return self._kernels[kind]
+    def seen(self, rest: Rest, link: int, reflector: Floats) -> Read:
+        """Where reflectors (N, 3), m in their link, are in the base."""
+        m = self.statics.n_x
+        position, slope, rotation = self._placed(rest.q, rest.x[:, :m], link, reflector)
+        slopes = [slope @ by[:, :m] for by in (rest.by_parameter, rest.by_wrench, rest.by_state)]
+        if self.calibrated_out:
+            sag, by_sag, _ = self._placed(rest.q, rest.x[:, m:], link, reflector)
+            rigid, _, _ = self._placed(rest.q, np.zeros_like(rest.x[:, m:]), link, reflector)
+            position = position - sag + rigid
+            slopes[0] = slopes[0] - by_sag @ rest.by_parameter[:, m:]
+        return Read(position, *slopes, rotation)
 
-    def _built(self, kind: Kind) -> Kernel:
+    def _placed(self, q: Floats, x: Floats, link: int, reflector: Floats) -> tuple[Floats, Floats, Floats]:
+        """Position (N, 3), its slopes (N, 3, n_x), and the rotation (N, 3, 3) of the link."""
+        frames = self.sight.frames(q, x)
+        rotation = frames.rotation[:, link]
+        position = frames.origin[:, link] + np.einsum("nij,nj->ni", rotation, reflector)
+        return position, self.sight.slopes(frames, link, position), rotation
+
+    def _built(self, pull: Pull) -> Kernel:
         n, s = self.robot.n, self.statics
-        q, w, point, reflector = (ca.SX.sym(k, m) for k, m in (("q", n), ("w", 6), ("point", 3), ("reflector", 3)))
+        q, w, point = (ca.SX.sym(k, m) for k, m in (("q", n), ("w", 6), ("point", 3)))
         state, payload, warm = ca.SX.sym("state", s.n_state), ca.SX.sym("payload"), ca.SX.sym("warm")
         p, x = ca.SX.sym("p", len(self.unknowns)), ca.SX.sym("x", self.n_x)
         values = self.unknowns.values(p, self.fixed)
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
-        rad = state * ca.vertcat(*full) if full else state
-        declared = self._weights(values, None)
+        own = state * ca.vertcat(*full) if full else state
         weights = self._weights(values, payload)
         coordinates, torque = x[: s.n_x], ca.SX.zeros(n)
         for _ in range(SWEEPS):
             posture = s.posture(q, coordinates)
-            load = self._load(kind, posture, w, point)
-            coordinates, torque = s.law(posture, q, weights, load, rad, values, warm)
-        position = s.posture(q, coordinates).links[kind.link].at(reflector)
-        rotation = s.posture(q, coordinates).links[kind.link].rotation
+            load = self._load(pull, posture, w, point, values)
+            coordinates, torque = s.law(posture, q, weights, load, own, values, warm)
         new_x = coordinates
         if self.calibrated_out:
-            sag = x[s.n_x :]
+            sag, declared = x[s.n_x :], self._weights(values, None)
             for _ in range(SWEEPS):
                 sag, _ = s.law(s.posture(q, sag), q, declared, (), None, values, warm)
-            rigid = s.posture(q, ca.SX.zeros(s.n_x)).links[kind.link].at(reflector)
-            position = position - s.posture(q, sag).links[kind.link].at(reflector) + rigid
             new_x = ca.vertcat(coordinates, sag)
-        outputs = [new_x, torque, position, ca.jacobian(position, p), ca.jacobian(position, w), rotation]
+        outputs = [new_x, torque, *(ca.jacobian(new_x, v) for v in (p, w, state))]
         dense = [ca.densify(ca.vec(o)) for o in outputs]
-        return Kernel(ca.Function("reading", [q, w, point, reflector, state, payload, warm, p, x], dense))
+        return Kernel(ca.Function("rest", [q, w, point, state, payload, warm, p, x], dense))
 
     def _weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
         extra = []
@@ -175,8 +205,14 @@ class Reader:
         extra.append((self.robot.n, payload, com))
         return self.statics.loads_of_weight(self._gravity, extra, values)
 
-    def _load(self, kind: Kind, posture: Posture, w: ca.SX, point: ca.SX) -> list[Load]:
-        if kind.tool_axes:
-            turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
+    def _load(
+        self, pull: Pull, posture: Posture, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
+    ) -> list[Load]:
+        turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
+        for e in self.statics.effects:
+            if e.wrench_reading:
+                to_tool = ca.SX.eye(3) if pull.tool_axes else turn.T
+                w = e.wrench_reading(Shown(w, to_tool), values[e.name])
+        if pull.tool_axes:
             w = ca.vertcat(ca.mtimes(turn, w[:3]), ca.mtimes(turn, w[3:]))
-        return [Load(kind.load_link, point, w, kind.point_link)]
+        return [Load(pull.link, point, w, pull.point_link)]

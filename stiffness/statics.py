@@ -15,9 +15,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
+import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, JointInput, TwistInput, Values
 from stiffness.robot import Robot, axis_rotation, constant
+
+Floats = npt.NDArray[np.float64]
 
 SWEEPS = 6  # contraction 0.01 per sweep on real robots: 6 reach rounding
 
@@ -228,8 +232,18 @@ class Statics:
         return ca.vertcat(dq, *(self._yielded(k, ca.SX.zeros(6), values, temperature) for k in self.places))
 
     def _yielded(self, place: int, wrench: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float) -> ca.SX:
-        given = TwistInput(place, wrench, ca.SX(temperature))
+        given = TwistInput(place, wrench, ca.SX(temperature), *self._span(place))
         return sum((e.twist(given, values[e.name]) for e in self.twisting[place] if e.twist), ca.SX.zeros(6))
+
+    def _span(self, place: int) -> tuple[Floats, Floats]:
+        """Where the link of a place begins and ends: its joint and the next one (3,), in the axes of the place."""
+        inner, outer = np.zeros(3), np.zeros(3)
+        if place > 0:
+            after = self.robot.after[place - 1]
+            inner = -after[:3, :3].T @ after[:3, 3]
+        if place < self.robot.n:
+            outer = self.robot.before[place][:3, 3]
+        return inner, outer
 
     def joint_deflection(
         self, tau: ca.SX, q: ca.SX, state: ca.SX | None, values: Mapping[str, Values], temperature: ca.SX | float = 0.0
@@ -238,7 +252,11 @@ class Statics:
         n, warm = self.robot.n, ca.SX(temperature)
         none = ca.SX.zeros(n)
         base = [e.joint for e in self.effects if e.name == "joint-stiffness" and e.joint]
-        elastic = base[0](JointInput(tau, none, q, none, warm), values["joint-stiffness"]) if base else none
+
+        def springs(torque: ca.SX) -> ca.SX:
+            return base[0](JointInput(torque, none, none, q, none, warm), values["joint-stiffness"]) if base else none
+
+        elastic, compliance = springs(tau), springs(ca.SX.ones(n))
         dq = none
         at = 0
         for e in self.effects:
@@ -248,7 +266,7 @@ class Statics:
             if e.memory and state is not None:
                 own, at = state[at : at + n], at + n
             if e.joint:
-                dq = dq + e.joint(JointInput(tau, elastic, q, own, warm), values[e.name])
+                dq = dq + e.joint(JointInput(tau, elastic, compliance, q, own, warm), values[e.name])
         return dq
 
     def equilibrium(

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, Numbers, Parameter
+from stiffness.effects.effect import Effect, Numbers, Parameter, Site
 
 Floats = npt.NDArray[np.float64]
 
@@ -87,17 +87,40 @@ class Unknowns:
         return out
 
 
-def unknowns(effects: Sequence[Effect], joints: int, fixed: Sequence[str] = ()) -> Unknowns:
-    """Every number of ``effects`` that a derivative leads to, but for the effects named in ``fixed``."""
+def unknowns(
+    effects: Sequence[Effect], joints: int, fixed: Sequence[str] = (), extras: bool = False
+) -> Unknowns:
+    """Every number of ``effects`` that a derivative leads to, but for the effects named in ``fixed``.
+
+    Args:
+        extras: with those parameters that are freed only where the data ask for it.
+    """
     free = [
-        Unknown(e.name, p, k)
+        u
         for e in effects
         if e.name not in fixed
-        for p in e.parameters
-        if p.fit != "given"
-        for k in range(p.count(joints))
+        for site in e.sites(joints)
+        for u in numbers_of(e, site, joints, extras)
     ]
+    free.sort(key=lambda u: [p.name for p in _by_name(effects)[u.effect].parameters].index(u.parameter.name))
+    order = {e.name: k for k, e in enumerate(effects)}
+    free.sort(key=lambda u: order[u.effect])
     return Unknowns(tuple(effects), joints, tuple(free))
+
+
+def _by_name(effects: Sequence[Effect]) -> dict[str, Effect]:
+    return {e.name: e for e in effects}
+
+
+def numbers_of(effect: Effect, site: Site, joints: int, extras: bool = False) -> list[Unknown]:
+    """The numbers of an effect at one of its sites that a derivative leads to."""
+    out: list[Unknown] = []
+    for p in effect.parameters:
+        if p.fit == "given" or (p.extra and not extras):
+            continue
+        mine = range(p.count(joints)) if site.index is None or isinstance(p.size, int) else (site.index,)
+        out += [Unknown(effect.name, p, k) for k in mine if k < p.count(joints)]
+    return out
 
 
 def start_values(effects: Sequence[Effect], joints: int) -> dict[str, dict[str, Floats]]:

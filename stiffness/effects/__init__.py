@@ -1,25 +1,48 @@
-"""The catalogue: every physical cause that the model can hold. One file each, listed here."""
+"""The catalogue: every physical cause that the model can hold. One file each, listed here.
+
+Other packages add their own through the entry point ``compensator.effects`` (docs/own-effect.md).
+"""
 
 from __future__ import annotations
 
 from stiffness.effects import (
     backlash,
+    base_compliance,
+    force_sensor_bias,
+    gravity_compensator,
+    joint_coupling,
+    joint_friction,
     joint_hardening,
     joint_stiffness,
     kinematic_offset,
+    link_compliance,
+    payload,
     posture_stiffness,
     preload_softening,
+    thermal_drift,
     tool_compliance,
+    tracker_drift,
 )
 from stiffness.effects.effect import Effect
+from stiffness.effects.plugins import with_plugins
 
-CATALOGUE: tuple[Effect, ...] = (
+BUILT_IN: tuple[Effect, ...] = (
     joint_stiffness.EFFECT,
     preload_softening.EFFECT,
     backlash.EFFECT,
     joint_hardening.EFFECT,
+    joint_friction.EFFECT,
+    joint_coupling.EFFECT,
     posture_stiffness.EFFECT,
     kinematic_offset.EFFECT,
+    gravity_compensator.EFFECT,
+    payload.EFFECT,
+    base_compliance.EFFECT,
+    link_compliance.EFFECT,
     tool_compliance.EFFECT,
+    thermal_drift.EFFECT,
+    tracker_drift.EFFECT,
+    force_sensor_bias.EFFECT,
 )
+CATALOGUE: tuple[Effect, ...] = with_plugins(BUILT_IN)
 BY_NAME = {effect.name: effect for effect in CATALOGUE}

@@ -32,8 +32,9 @@ EFFECT = Effect(
     name="backlash",
     cause="the joint crosses a gap between its tooth flanks when it reverses or its torque changes sign",
     scope="robot",
+    unit="joint",
     parameters=(
-        Parameter("gap_rad", "rad", "joint", 5e-5, 0.0, 0.05, 1e-4, "total lost motion per joint"),
+        Parameter("gap_rad", "rad", "joint", 5e-5, 0.0, 0.05, 1e-4, "total lost motion per joint", neutral=0.0),
         Parameter(
             "breakaway_nm",
             "N*m",
@@ -45,6 +46,8 @@ EFFECT = Effect(
             "torque above which the load chooses the flank",
             0.0,
             fit="given",
+            trials=(0.0, 0.03, 0.1, 0.3, 1e3),
+            trials_of="torque",
         ),
         Parameter(
             "side",
@@ -57,6 +60,7 @@ EFFECT = Effect(
             "+1: rests on the side it turned to, -1: lags behind",
             1.0,
             fit="given",
+            trials=(1.0, -1.0),
         ),
     ),
     joint=_law,

@@ -11,16 +11,22 @@ the same text and take derivatives from it.
     torque   angle (n,) rad of the links                        tau (n,) N*m of an internal spring
     mass     number of joints                                  point masses on links
     twist    TwistInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
+    wrench_reading    Shown: what the sensor shows              the wrench (6,) that acts, same axes
+    position_reading  a position (3,) in the tracker's frame, time s   the position (3,) that it shows
 
-A twist moves what lies outward of the place by d, then turns it by the rotation vector phi. Its wrench is the
-generalised force of these six coordinates, so that a symmetric compliance has a potential.
+The two readings belong to instruments: they judge data and never act on a planned path. A twist moves what lies
+outward of the place by d, then turns it by the rotation vector phi. Its wrench is the generalised force of these six
+coordinates, so that a symmetric compliance has a potential.
 
 A joint law with memory declares it as a clamp,
 
     state' = min(max(state + shift, low), high),
 
-per joint, with shift, low and high functions of the last commanded move and of the torque: clamps are
+per joint, with shift, low and high functions of the commanded moves and torques so far: clamps are
 closed under composition, which is what lets a path of a million poses be walked without a Python loop.
+
+Numbers of an effect belong to sites (a joint, a link, a pair of joints, or one place): diagnosis asks of every site
+whether it is there. ``neutral`` values are those without effect; ``trials`` are where a search for the others begins.
 """
 
 from __future__ import annotations
@@ -38,6 +44,7 @@ Values = Mapping[str, ca.SX]  # parameter name -> column vector
 Numbers = Mapping[str, Floats]
 REVERSAL = 1e-6  # rad of travel that counts as a change of direction: 2 um at 2 m
 Scope = Literal["robot", "tool", "instruments"]
+Size = Literal["joint", "pair", "place"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +54,8 @@ class Parameter:
     Attributes:
         name: key in the model file; its unit is the suffix.
         unit: unit in words.
-        size: ``"joint"`` for one number per joint, else the count of numbers.
+        size: ``"joint"`` for one number per joint (or per link), ``"pair"`` for one per pair of joints, in the order
+            (2,1), (3,1), (3,2), ..., ``"place"`` for one per place, 0 base ... n flange, else the count of numbers.
         start: value to begin an identification with.
         low, high: bounds, both included; a value outside is refused.
         scale: a typical size, to condition solvers with.
@@ -55,11 +63,15 @@ class Parameter:
         default: value where the model file has no such key; None when it must be there.
         fit: how identification treats it: ``direct``; ``inverse``, because readings are about linear in its
             inverse; ``given``, because no derivative leads to it.
+        neutral: the value with which the effect vanishes; None where it only shapes what other parameters scale.
+        trials: values that a search begins with, where a derivative at one value does not tell of the others.
+        trials_of: ``"torque"``: the trials are shares of the largest torque of the joint.
+        extra: freed only where the data ask for it.
     """
 
     name: str
     unit: str
-    size: Literal["joint"] | int
+    size: Size | int
     start: float
     low: float
     high: float
@@ -67,10 +79,24 @@ class Parameter:
     meaning: str
     default: float | None = None
     fit: Literal["direct", "inverse", "given"] = "direct"
+    neutral: float | None = None
+    trials: tuple[float, ...] = ()
+    trials_of: Literal["", "torque"] = ""
+    extra: bool = False
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""
-        return joints if self.size == "joint" else self.size
+        counts = {"joint": joints, "pair": joints * (joints - 1) // 2, "place": joints + 1}
+        return self.size if isinstance(self.size, int) else counts[self.size]
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where an effect can sit: ``where`` in the words of reports, ``index`` of its numbers in parameters of one
+    number per site; None where all numbers belong to the one site."""
+
+    where: tuple[str, ...]
+    index: int | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +105,7 @@ class JointInput:
 
     torque: ca.SX  # generalised force of gravity and environment, N*m
     elastic: ca.SX  # deflection of the base model (joint-stiffness) under it, rad
+    compliance: ca.SX  # of the base model, rad/(N*m)
     angle: ca.SX  # commanded, rad
     state: ca.SX  # the effect's own memory, zeros when it has none
     temperature: ca.SX  # (1,) K above the model's reference temperature
@@ -91,6 +118,16 @@ class TwistInput:
     place: int  # 0 base ... n flange
     wrench: ca.SX  # (6,) N and N*m, in the axes of the place, about its displaced origin
     temperature: ca.SX  # (1,) K above the model's reference temperature
+    inner: Floats  # (3,) m: where the link begins (its joint), in the axes of the place, from its origin
+    outer: Floats  # (3,) m: where it ends (the next joint), the same
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a wrench sensor shows."""
+
+    wrench: ca.SX  # (6,) N and N*m, in the axes and about the point of the session
+    to_tool: ca.SX  # (3, 3) from these axes to those of the tool
 
 
 @dataclass(frozen=True)
@@ -144,7 +181,9 @@ class Effect:
         scope: ``robot`` goes where the robot goes, ``tool`` with the tool it was measured with,
             ``instruments`` concerns readings only and never a path.
         parameters: in the order of the model file.
-        joint, torque, mass, twist: the slots, None where not filled.
+        unit: what its numbers belong to: ``joint``, ``link`` (1 ... n - 1), ``pair`` (of joints), ``place`` (0 ... n),
+            or the name of its one place.
+        joint, torque, mass, twist, wrench_reading, position_reading: the slots, None where not filled.
         places: joints -> the places that ``twist`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
@@ -156,14 +195,37 @@ class Effect:
     cause: str
     scope: Scope
     parameters: tuple[Parameter, ...]
+    unit: str
     joint: Callable[[JointInput, Values], ca.SX] | None = None
     torque: Callable[[ca.SX, Values], ca.SX] | None = None
     mass: Callable[[int, Values], tuple[PointMass, ...]] | None = None
     twist: Callable[[TwistInput, Values], ca.SX] | None = None
     places: Callable[[int], tuple[int, ...]] = lambda n: ()
+    wrench_reading: Callable[[Shown, Values], ca.SX] | None = None
+    position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
     memory: Memory | None = None
     needs_torque_sign: bool = False
     check: Callable[[Numbers], str] = _nothing_wrong
 
     def __repr__(self) -> str:
         return f"Effect({self.name})"
+
+    def sites(self, joints: int) -> tuple[Site, ...]:
+        """Where it can sit on a robot with so many joints."""
+        if self.unit in ("joint", "link"):  # the last link is the tool's place
+            return tuple(Site((f"{self.unit}-{k + 1}",), k) for k in range(joints - (self.unit == "link")))
+        if self.unit == "pair":
+            pairs = [(a, b) for a in range(joints) for b in range(a)]
+            return tuple(Site((f"joint-{b + 1}", f"joint-{a + 1}"), k) for k, (a, b) in enumerate(pairs))
+        if self.unit == "place":
+            return tuple(Site((place_name(k, joints),), k) for k in range(joints + 1))
+        return (Site((self.unit,)),)
+
+    def neutral(self, joints: int) -> dict[str, Floats]:
+        """Values without effect, the rest at their start; for effects that have such values."""
+        return {p.name: np.full(p.count(joints), p.start if p.neutral is None else p.neutral) for p in self.parameters}
+
+
+def place_name(place: int, joints: int) -> str:
+    """0 base ... n flange, in the words of reports."""
+    return "base" if place == 0 else "tool" if place == joints else f"link-{place}"

@@ -1,9 +1,9 @@
 """Posture stiffness: a joint's compliance varies smoothly with its own angle.
 
-    dq = a (1 - cos(q - q0)) / 2  tau/K          (on top of joint-stiffness)
+    dq = (a (1 - cos(q - q0)) / 2 + c cos(2 q) + s sin(2 q)) tau/K          (on top of joint-stiffness)
 
 the first harmonic of the joint's angle: K is the stiffness at q0, where the joint is stiffest; half a turn away its
-compliance is larger by the share a. What was identified in several postures is interpolated over the workspace
+compliance is larger by the share a. c and s are the second harmonic. What was identified in several postures is interpolated over the workspace
 (Berntsen, Bertheussen, Tyapin, section 6).
 """
 
@@ -17,16 +17,64 @@ from stiffness.effects.effect import Effect, JointInput, Parameter, Values
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:
-    return given.elastic * p["softer"] * (1 - ca.cos(given.angle - p["stiffest_rad"])) / 2
+    first = p["softer"] * (1 - ca.cos(given.angle - p["stiffest_rad"])) / 2
+    return given.elastic * (first + p["cos2"] * ca.cos(2 * given.angle) + p["sin2"] * ca.sin(2 * given.angle))
 
 
 EFFECT = Effect(
     name="posture-stiffness",
     cause="the stiffness of a joint varies over the workspace with the joint's own angle",
     scope="robot",
+    unit="joint",
     parameters=(
-        Parameter("softer", "1", "joint", 0.1, 0.0, 10.0, 0.2, "share of compliance added half a turn from stiffest"),
-        Parameter("stiffest_rad", "rad", "joint", 0.0, -math.pi, math.pi, 0.5, "joint angle where it is stiffest"),
+        Parameter(
+            "softer",
+            "1",
+            "joint",
+            0.1,
+            0.0,
+            10.0,
+            0.2,
+            "share of compliance added half a turn from stiffest",
+            neutral=0.0,
+        ),
+        Parameter(
+            "stiffest_rad",
+            "rad",
+            "joint",
+            0.0,
+            -math.pi,
+            math.pi,
+            0.5,
+            "joint angle where it is stiffest",
+            trials=(-2.0944, 0.0, 2.0944),
+        ),
+        Parameter(
+            "cos2",
+            "1",
+            "joint",
+            0.0,
+            -0.7,
+            0.7,
+            0.2,
+            "second harmonic of the compliance, share of 1/K",
+            0.0,
+            neutral=0.0,
+            extra=True,
+        ),
+        Parameter(
+            "sin2",
+            "1",
+            "joint",
+            0.0,
+            -0.7,
+            0.7,
+            0.2,
+            "the same, a quarter of its period on",
+            0.0,
+            neutral=0.0,
+            extra=True,
+        ),
     ),
     joint=_law,
 )

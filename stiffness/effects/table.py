@@ -5,7 +5,7 @@ from __future__ import annotations
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Parameter
 
-_SIZES = {"joint": "one per joint", 1: "one"}
+_SIZES = {"joint": "one per joint", "pair": "one per pair of joints", "place": "one per place", 1: "one"}
 
 
 def markdown() -> str:

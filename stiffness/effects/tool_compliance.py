@@ -1,78 +1,22 @@
 """Tool compliance: flange, bracket, spindle and tool shank as one six-dimensional spring.
 
-    [d; phi] = C [f; m]
+    [d; phi] = C [f; m]        (spring.py)
 
-in the axes of the flange, about its origin; C is symmetric and positive semi-definite, given by its six
-diagonal entries and, where the data supports it, its fifteen entries below the diagonal, row by row.
+in the axes of the flange, about its origin.
 """
 
 from __future__ import annotations
 
-import casadi as ca
-import numpy as np
-
-from stiffness.effects.effect import Effect, Numbers, Parameter, TwistInput, Values
-
-
-def compliance(diagonal: ca.SX, lower: ca.SX) -> ca.SX:
-    """Symmetric (6, 6) from its diagonal (6,) and the rows below it (15,)."""
-    c = ca.diag(diagonal)
-    k = 0
-    for row in range(1, 6):
-        for column in range(row):
-            c[row, column] = c[column, row] = lower[k]
-            k += 1
-    return c
-
-
-def _twist(given: TwistInput, p: Values) -> ca.SX:
-    linear, angular = p["linear_m_per_n"], p["angular_rad_per_nm"]
-    return ca.mtimes(compliance(ca.vertcat(linear, angular), p["coupling"]), given.wrench)
-
-
-def _check(p: Numbers) -> str:
-    """A compliance that is not positive semi-definite would yield against some load."""
-    diagonal = np.concatenate([p["linear_m_per_n"], p["angular_rad_per_nm"]])
-    c = np.zeros((6, 6))
-    c[np.tril_indices(6, -1)] = p["coupling"]
-    c = c + c.T
-    rigid = diagonal == 0
-    if np.any(c[rigid]):
-        row = int(np.argmax(np.any(c != 0, axis=1) & rigid)) + 1
-        return f"coupling: row {row} of C has a zero on the diagonal and coupling"
-    scale = np.sqrt(np.where(rigid, 1.0, diagonal))
-    smallest = float(np.linalg.eigvalsh(c / np.outer(scale, scale) + np.diag(~rigid * 1.0)).min())
-    if smallest < -_ROUNDING:
-        return (
-            f"coupling: C is not positive semi-definite (smallest eigenvalue {smallest:.2g} with the diagonal scaled "
-            "to 1): it would yield against some load; make the coupling smaller or the diagonal larger"
-        )
-    return ""
-
-
-_ROUNDING = 1e-9  # of the scaled matrix: a fit that stops at the bound is singular, not negative
-
+from stiffness.effects.effect import Effect
+from stiffness.effects.spring import PARAMETERS, check, yielded
 
 EFFECT = Effect(
     name="tool-compliance",
     cause="flange, bracket, spindle and tool shank yield, the same in every posture",
     scope="tool",
-    parameters=(
-        Parameter("linear_m_per_n", "m/N", 3, 1e-8, 0.0, 1e-3, 1e-7, "displacement per force along x, y, z"),
-        Parameter("angular_rad_per_nm", "rad/(N*m)", 3, 1e-7, 0.0, 1e-2, 1e-6, "rotation per moment about x, y, z"),
-        Parameter(
-            "coupling",
-            "m/N, rad/N, rad/(N*m)",
-            15,
-            0.0,
-            -1e-2,
-            1e-2,
-            1e-7,
-            "entries of C below the diagonal, row by row",
-            0.0,
-        ),
-    ),
-    twist=_twist,
+    unit="tool",
+    parameters=PARAMETERS,
+    twist=yielded,
     places=lambda n: (n,),
-    check=_check,
+    check=check,
 )

@@ -31,6 +31,7 @@ class Memory:
     turned_at: Array  # (n,) rad, command at which the last rotation was noticed
     direction: Array  # (n,) -1, 0 (unknown), +1: last rotation
     play: Array  # (n,) rad in [-gap/2, +gap/2]: where the link sits in its gap
+    anchor: Array | None = None  # (n,) rad, deflection at which the dry friction pulls nowhere; NaN, None: at rest
 
     @classmethod
     def fresh(cls, command: ArrayLike) -> Memory:
@@ -48,6 +49,40 @@ class Memory:
 
 
 @dataclass(frozen=True)
+class Friction:
+    """A dry bearing on the link's side (Jenkins element): a spring `grip` to the ground that slips at `slip`.
+
+    The drive, k rad per N*m, holds torque minus what the bearing holds: k d = tau - T, T = grip (d - anchor)
+    within +-slip. So friction shifts the joint by T / k, at most slip / k, and T stays when the load has gone.
+    lag: the link is dragged by the motor and stops short; False: the bearing is shaken loose after each move.
+    """
+
+    slip: Array  # (n,) N*m
+    grip: Array  # (n,) grip over the stiffness of the drive
+    lag: bool = True
+
+    def torque(self, load: Array, stiffness: Array, anchor: Array | None) -> Array:
+        """(n,) N*m that the bearing takes of a load."""
+        if anchor is None:
+            return np.zeros(len(load))
+        stuck = self.grip / (1 + self.grip) * (load - stiffness * anchor)
+        return np.clip(np.where(np.isnan(anchor), 0.0, stuck), -self.slip, self.slip)
+
+    def dragged(self, load: Array, stiffness: Array, anchor: Array | None) -> Array:
+        """(n,) rad: the anchor after the load has done what it can."""
+        held = self.torque(load, stiffness, anchor)
+        out: Array = (load - held) / stiffness - held / (self.grip * stiffness)
+        return out
+
+    def carried(self, memory: Memory, command: Array, still: float) -> Array | None:
+        """(n,) rad: the anchor, which stays where it is, seen from a motor that has moved."""
+        if memory.anchor is None:
+            return None
+        move = command - memory.command
+        return np.where(np.abs(move) > still, memory.anchor - move if self.lag else np.nan, memory.anchor)
+
+
+@dataclass(frozen=True)
 class Joints:
     """The laws of all n joints."""
 
@@ -58,6 +93,12 @@ class Joints:
     side_sign: float = 1.0  # +1: after a move in direction s the link rests on side s
     hardening: Extra | None = None
     still: float = 1e-9  # rad: a smaller commanded move is no turn
+    friction: Friction | None = None
+
+    def deflection(self, torque: Array, angle: Array, memory: Memory) -> Array:
+        """(n,) rad: all of it, play and dry friction included."""
+        held = 0.0 if self.friction is None else self.friction.torque(torque, self.stiffness, memory.anchor)
+        return memory.play + self.elastic(torque - held, angle, memory.direction)
 
     def elastic(self, torque: Array, angle: Array, direction: Array) -> Array:
         """(n,) rad: everything but the play."""
@@ -75,12 +116,19 @@ class Joints:
             turned_at=np.where(moved, command, memory.turned_at),
             direction=np.where(moved, np.sign(move), memory.direction),
             play=np.clip(play, -self.gap / 2, self.gap / 2),
+            anchor=memory.anchor if self.friction is None else self.friction.carried(memory, command, self.still),
         )
+
+    def rested(self, memory: Memory, torque: Array) -> Memory:
+        """The memory after the joints have come to rest under `torque`."""
+        if self.friction is None:
+            return memory
+        return replace(memory, anchor=self.friction.dragged(torque, self.stiffness, memory.anchor))
 
     @property
     def load_matters(self) -> bool:
-        """Whether a torque can move a link within its gap."""
-        return bool(np.any((self.gap > 0) & np.isfinite(self.breakaway)))
+        """Whether a torque can move a link within its gap, or drag its friction along."""
+        return self.friction is not None or bool(np.any((self.gap > 0) & np.isfinite(self.breakaway)))
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,11 @@ import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
 from .geometry import Array, placement, rigid_inverse, turn
+from .instruments import Crooked, Wandering
+from .lab_clock import moments
 from .lab_request import Form, Noise, Setup, Step, Target
 from .lab_sensor import Sensor
+from .moment import Moment
 from .plant import Plant
 from .scene import Load
 from .walk import Walk
@@ -73,12 +76,19 @@ def measure(
     noise: Noise | None = None,
     form: Form | None = None,
     seed: int = 0,
+    tracker: Wandering | None = None,
+    sensor: Crooked | None = None,
 ) -> Notes:
     """A day in the lab: every set-up approached by its last move, its states loaded in turn, all targets read."""
-    return _Day(plant, setups, targets, noise or Noise(), form or Form(), seed).notes()
+    day = _Day(plant, setups, targets, noise or Noise(), form or Form(), seed)
+    day.tracker, day.crooked = tracker, sensor
+    return day.notes()
 
 
 class _Day:
+    tracker: Wandering | None = None
+    crooked: Crooked | None = None
+
     def __init__(
         self,
         plant: Plant,
@@ -91,6 +101,14 @@ class _Day:
         self.plant, self.arm, self.setups, self.targets = plant, plant.arm, setups, targets
         self.noise, self.form = noise, form
         self.index = {t.name: k for k, t in enumerate(targets)}
+        self.keys = [
+            (i, k, r, t)
+            for i, setup in enumerate(setups)
+            for k in range(len(setup.steps))
+            for r in range(form.readings(i, k))
+            for t in range(len(targets))
+        ]
+        self.moments = moments(form, self.keys)
         # one stream per instrument: what one option draws does not shift the noise of another
         self.rng = dict(zip(("tracker", "sensor", "station", "wrong", "rough"), _streams(seed, 5), strict=True))
         self.metre = 1e3 if form.length == "mm" else 1.0
@@ -104,7 +122,9 @@ class _Day:
         wrench: list[Array] = []
         loads: list[list[Load]] = []
         where: list[list[int]] = []
-        for setup in self.setups:
+        when: list[Moment] = []
+        for i, setup in enumerate(self.setups):
+            when += [self.moments[i, 0], *(self.moments[i, k] for k in range(len(setup.steps)))]
             angles = np.asarray(setup.q, dtype=float)
             q.append(angles - np.asarray(setup.move, dtype=float))
             wrench.append(np.zeros(6))
@@ -115,7 +135,7 @@ class _Day:
                 on_tcp = step.pull is None
                 wrench.append(np.concatenate([step.force, step.moment]) if on_tcp else np.zeros(6))
                 loads.append(self._loads(step))
-        return self.plant.walk(q, np.array(wrench), loads=loads), where
+        return self.plant.walk(q, np.array(wrench), loads=loads, moments=when), where
 
     def _loads(self, step: Step) -> list[Load]:
         loads = []
@@ -133,13 +153,7 @@ class _Day:
     def notes(self) -> Notes:
         """All readings."""
         walk, where = self.walk()
-        keys = [
-            (i, k, r, t)
-            for i, setup in enumerate(self.setups)
-            for k in range(len(setup.steps))
-            for r in range(self.form.repeats)
-            for t in range(len(self.targets))
-        ]
+        keys = self.keys
         at = np.array([where[i][k] for i, k, _, _ in keys])
         target = np.array([t for *_, t in keys])
         points = np.array([walk.points(t.link, t.at) for t in self.targets])
@@ -148,7 +162,7 @@ class _Day:
         shown = self._read(position, keys)
         wrong = self._spoil(shown, keys)
         rows, wrenches, pulled = [], [], []
-        sensor = Sensor(self.arm, self.setups, self.targets, self.noise, self.form, walk, self.rng["sensor"])
+        sensor = Sensor(self.arm, self.setups, self.targets, self.noise, self.form, walk, self.rng["sensor"], self.crooked)
         for number, key in enumerate(keys):
             wrench, point, columns = sensor.columns(key, int(at[number]))
             wrenches.append(wrench)
@@ -177,11 +191,13 @@ class _Day:
             group = self.targets[t].group
             off = rng.normal(scale=self.noise.tracker, size=3)
             tilt = turn(rng.normal(scale=self.noise.tracker_angle, size=3))
+            if self.tracker is not None:
+                shown[number] = self.tracker.shown(position[number], number * (self.form.seconds or 0.0))
             if group is None:
                 shown[number] += off
                 continue
-            first, off, tilt = origin.setdefault((i, k, r, group), (position[number], off, tilt))
-            shown[number] = first + off + tilt @ (position[number] - first)
+            first, off, tilt = origin.setdefault((i, k, r, group), (shown[number].copy(), off, tilt))
+            shown[number] = first + off + tilt @ (shown[number] - first)
         return shown
 
     def _spoil(self, shown: Array, keys: Sequence[tuple[int, int, int, int]]) -> tuple[int, ...]:
@@ -220,10 +236,12 @@ class _Day:
             row |= dict.fromkeys(("sx", "sy", "sz"), self.noise.tracker * self.metre)
         if form.blocks > 1:
             row["block"] = block
-        if form.repeats > 1:
+        if form.repeats > 1 or form.again:
             row["repeat"] = r
         if form.seconds is not None:
             row["time"] = number * form.seconds
+        if form.climate is not None:
+            row["temperature"] = self.moments[i, k].temperature
         if any(step.payload for s in self.setups for step in s.steps):
             row["payload"] = setup.steps[k].payload
         return row
@@ -251,6 +269,8 @@ class _Day:
         }
         if form.wrench:
             table["wrench"] = {"frame": form.frame, "about": form.about}
+        if form.reference_temperature is not None:
+            table["reference_temperature"] = form.reference_temperature
         if form.purposes:
             table["setups"] = {str(k): dict(v) for k, v in form.purposes.items()}
         return table

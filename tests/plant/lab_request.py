@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -59,6 +59,8 @@ class Form:
     wrong: rows that are wrong: a jump (1 to 10 mm), or two targets mixed up.
     wrench: written at all; False only for sessions without loads. sensed: the sensor is read anew for
     every row, or once per state. load_columns: write load_link and load_at for pulls elsewhere.
+    again: in so many set-ups, from the first, state 0 is read twice. climate: deg C from seconds, read with each
+    state. What is in `extra` acts on plants that feel it.
     """
 
     length: Literal["mm", "m"] = "mm"
@@ -77,5 +79,12 @@ class Form:
     step: bool = False
     sd: bool = False
     seconds: float | None = None  # between two readings; None: no column time
+    again: int = 0
+    climate: Callable[[float], float] | None = None
+    reference_temperature: float | None = None  # deg C
     extra: Mapping[str, Sequence[float | str]] = field(default_factory=dict)  # column -> a value per set-up
     purposes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)  # [setups.N]
+
+    def readings(self, setup: int, state: int) -> int:
+        """How often the state of the set-up (both counted from 0) is read."""
+        return max(self.repeats, 2) if setup < self.again and state == 0 else self.repeats

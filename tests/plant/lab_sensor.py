@@ -8,6 +8,7 @@ import numpy as np
 
 from .arm import Arm
 from .geometry import Array
+from .instruments import Crooked
 from .lab_request import Form, Noise, Setup, Step, Target
 from .walk import Walk
 
@@ -27,9 +28,10 @@ class Sensor:
         form: Form,
         walk: Walk,
         rng: np.random.Generator,
+        crooked: Crooked | None = None,
     ) -> None:
         self.arm, self.setups, self.noise, self.form, self.walk, self.rng = arm, setups, noise, form, walk, rng
-        self.targets = {t.name: t for t in targets}
+        self.targets, self.crooked = {t.name: t for t in targets}, crooked
         self.pulls = any(step.pull for setup in setups for step in setup.steps)
         self.last: tuple[tuple[int, int, int], Array] | None = None
 
@@ -46,6 +48,10 @@ class Sensor:
         true = np.concatenate([f, m])
         if not self.form.wrench:
             return true, point, {}
+        if self.crooked is not None and step.pull is None:
+            R = tcp[:3, :3]
+            seen = self.crooked.shown(np.concatenate([R.T @ f, R.T @ m]))
+            f, m = R @ seen[:3], R @ seen[3:]
         named = step.pull is not None and self.form.load_columns
         about = {"tcp": tcp[:3, 3], "flange": flange[:3, 3], "base": np.zeros(3)}[self.form.about]
         m = m + np.cross(point - (point if named else about), f)

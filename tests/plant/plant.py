@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from .arm import Arm
 from .geometry import Array, between, rotation_vector
-from .joints import Extra, Joints, Memory, per_joint
+from .joints import Extra, Friction, Joints, Memory, per_joint
+from .moment import Moment
 from .scene import PLACE, Load, Scene
 from .walk import Walk, reported
 
@@ -40,6 +41,7 @@ class Plant:
         springs: Mapping[int, ArrayLike] | None = None,
         gravity_on: bool = True,
         calibrated_out: bool = False,
+        friction: Friction | None = None,
     ) -> None:
         """Stiffness N*m/rad; springs: link (0 base ... n flange) -> 6 values (N/m x3, N*m/rad x3) or 6x6."""
         n = arm.n
@@ -55,6 +57,7 @@ class Plant:
             side_sign=side_sign,
             still=still,
             hardening=hardening,
+            friction=friction,
         )
         self.scene = Scene(arm, tuple(places), gravity=gravity_on)
         self._yield = [_flexibility(places[k]) for k in self.scene.places]
@@ -97,10 +100,17 @@ class Plant:
         angle = q + z[:n]
         self.scene.move(np.concatenate([angle, z[n:]]))
         force = self.scene.forces(loads)
-        lawful = [memory.play + self.joints.elastic(force[:n], angle, memory.direction)]
+        lawful = [self.joints.deflection(force[:n], angle, memory) + self._more(force[:n], q, angle, memory)]
         for i, flexible in enumerate(self._yield):
             lawful.append(flexible @ force[n + PLACE * i : n + PLACE * (i + 1)])
         return z - np.concatenate(lawful)
+
+    def _more(self, torque: Array, q: Array, angle: Array, memory: Memory) -> Array:
+        """(n,) rad: what else turns the joints. Nothing does in this plant."""
+        return np.zeros(self.arm.n)
+
+    def _now(self, moment: Moment | None) -> None:
+        """The clock and the climate, which this plant does not feel."""
 
     def _difference(self, z: Array, q: Array, loads: Sequence[Load], memory: Memory) -> Array:
         columns = [
@@ -141,7 +151,7 @@ class Plant:
                 break
             memory = replace(memory, play=play)
             z = self.equilibrium(memory.command, loads, memory, z)
-        return z, memory
+        return z, self.joints.rested(memory, self.scene.forces(loads)[: self.arm.n])
 
     def _sag(self, q: Array, rigid: Array) -> Array:
         """(n+1,4,4) link frames under gravity alone: pre-loaded, no gap, no process; rigid if not known."""
@@ -159,6 +169,7 @@ class Plant:
         *,
         start: Memory | ArrayLike | None = None,
         loads: Sequence[Sequence[Load]] | None = None,
+        moments: Sequence[Moment] | None = None,
     ) -> Walk:
         """Command by command through q_cmd (N,n) under wrench (N,6) | (6,) and further loads per pose.
 
@@ -166,7 +177,7 @@ class Plant:
         """
         q = np.atleast_2d(np.asarray(q_cmd, dtype=float))
         w = _wrenches(wrench, len(q))
-        return self._run(q, w, _memory(start, q[0]), loads, np.ones(len(q), dtype=bool), keep=True)
+        return self._run(q, w, _memory(start, q[0]), loads, np.ones(len(q), dtype=bool), keep=True, moments=moments)
 
     def run(
         self,
@@ -210,11 +221,13 @@ class Plant:
         loads: Sequence[Sequence[Load]] | None,
         knot: Array,
         keep: bool,
+        moments: Sequence[Moment] | None = None,
     ) -> Walk:
         rows: list[dict[str, object]] = []
         at = np.asarray(self.arm.tool.xyz, dtype=float)
         guess: Array | None = None
         for k, command in enumerate(q):
+            self._now(moments[k] if moments is not None else None)
             memory = self.joints.turned(memory, command)
             wanted = keep or bool(knot[k])
             if not wanted and not self.joints.load_matters:

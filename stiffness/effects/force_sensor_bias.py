@@ -1,0 +1,75 @@
+"""Force-sensor bias: zero shift, scale and misalignment of the wrench sensor.
+
+    acting = (1 + s) R(e) shown - b
+
+in the sensor's own axes: those that the session writes its wrench in, or those of the tool (``in_tool_axes`` = 1) where the
+session turned them. R(e) = 1 + [e]x turns force and moment alike.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from stiffness.effects.effect import Effect, Parameter, Shown, Values
+
+
+def _acting(given: Shown, p: Values) -> ca.SX:
+    turned = p["in_tool_axes"]
+    to_sensor = turned * given.to_tool + (1 - turned) * ca.SX.eye(3)
+    f, m = ca.mtimes(to_sensor, given.wrench[:3]), ca.mtimes(to_sensor, given.wrench[3:])
+    e = p["misalignment_rad"]
+    shown = ca.vertcat(f + ca.cross(e, f), m + ca.cross(e, m))
+    acting = (1 + p["scale"]) * shown - ca.vertcat(p["force_n"], p["moment_nm"])
+    return ca.vertcat(ca.mtimes(to_sensor.T, acting[:3]), ca.mtimes(to_sensor.T, acting[3:]))
+
+
+EFFECT = Effect(
+    name="force-sensor-bias",
+    cause="the wrench sensor has a zero shift, a scale error or stands askew",
+    scope="instruments",
+    unit="force-sensor",
+    parameters=(
+        Parameter("force_n", "N", 3, 0.0, -1e5, 1e5, 5.0, "force shown without load", 0.0, neutral=0.0),
+        Parameter("moment_nm", "N*m", 3, 0.0, -1e5, 1e5, 2.0, "moment shown without load", 0.0, neutral=0.0),
+        Parameter(
+            "scale",
+            "1",
+            6,
+            0.0,
+            -0.5,
+            0.5,
+            0.02,
+            "relative error of what is shown, per axis",
+            0.0,
+            neutral=0.0,
+            extra=True,
+        ),
+        Parameter(
+            "misalignment_rad",
+            "rad",
+            3,
+            0.0,
+            -0.3,
+            0.3,
+            0.02,
+            "small rotation from shown to true axes",
+            0.0,
+            neutral=0.0,
+            extra=True,
+        ),
+        Parameter(
+            "in_tool_axes",
+            "1",
+            1,
+            0.0,
+            0.0,
+            1.0,
+            1.0,
+            "1: its axes are those of the tool, 0: those of the session",
+            0.0,
+            fit="given",
+            trials=(0.0, 1.0),
+        ),
+    ),
+    wrench_reading=_acting,
+)

@@ -1,0 +1,62 @@
+"""Gravity compensator: a spring or cylinder between link 1 and link 2 that helps joint 2 to carry the arm.
+
+    tau_2 = -M sin(phi) (1 - l / sqrt(1 - e cos(phi)))        phi = q_2 - q_0
+
+the torque of a linear spring between two pins at the distances a and b from the axis of joint 2: M = k a b, l its free
+length over sqrt(a^2 + b^2), e = 2 a b / (a^2 + b^2), and q_0 the angle where both pins lie on one side. l = 0 is a spring
+whose force grows from zero with its length, and e is then of no account.
+"""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from stiffness.effects.effect import Effect, Parameter, Values
+
+JOINT = 1  # counted from 0
+
+
+def _torque(angle: ca.SX, p: Values) -> ca.SX:
+    phi = angle[JOINT] - p["angle_rad"]
+    length = ca.sqrt(1 - p["eccentricity"] * ca.cos(phi))
+    tau = -p["moment_nm"] * ca.sin(phi) * (1 - p["free_length"] / length)
+    return ca.vertcat(*(tau if k == JOINT else ca.SX(0) for k in range(angle.numel())))
+
+
+EFFECT = Effect(
+    name="gravity-compensator",
+    cause="a spring or cylinder between link 1 and link 2 loads joint 2, with and without process",
+    scope="robot",
+    unit="joint-2",
+    parameters=(
+        Parameter("moment_nm", "N*m", 1, 1000.0, 0.0, 1e6, 1000.0, "spring rate times both lever arms", neutral=0.0),
+        Parameter(
+            "angle_rad",
+            "rad",
+            1,
+            0.0,
+            -math.pi,
+            math.pi,
+            1.0,
+            "angle of joint 2 where both pins lie on one side",
+            trials=(-2.0944, 0.0, 2.0944),
+        ),
+        Parameter(
+            "free_length",
+            "1",
+            1,
+            0.0,
+            0.0,
+            3.0,
+            0.5,
+            "relaxed length over root of a^2 + b^2",
+            0.0,
+            extra=True,
+            trials=(0.8,),
+        ),
+        Parameter("eccentricity", "1", 1, 0.5, 0.0, 0.98, 0.3, "2 a b / (a^2 + b^2)", 0.5, extra=True),
+    ),
+    torque=_torque,
+)

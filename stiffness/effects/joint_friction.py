@@ -1,0 +1,78 @@
+"""Joint friction: a torque that the drive train holds without moving, so that wind-up stays.
+
+    dq = f / K        f' = min(max(f - d tau, -T), T)        (on top of joint-stiffness)
+
+f is the friction torque on the link: it opposes every change of load up to T (a stop operator; Visintin,
+Differential Models of Hysteresis, 1994). Loading and unloading differ by up to 2 T/K at the same command. A commanded move
+leaves the link behind the motor, f = -lag T in the direction of the move, within a travel of REVERSAL.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from stiffness.effects.effect import (
+    REVERSAL,
+    Clamp,
+    Effect,
+    Floats,
+    JointInput,
+    Memory,
+    Numbers,
+    Parameter,
+    Values,
+)
+
+
+def _law(given: JointInput, p: Values) -> ca.SX:
+    return given.state * given.compliance
+
+
+def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
+    most = np.broadcast_to(p["friction_nm"], move.shape)
+    change = np.diff(torque, axis=0, prepend=torque[:1])
+    share = np.minimum(np.abs(move) / (0.5 * REVERSAL), 1.0)  # of the way to the state that a long move leaves
+    left = -np.sign(move) * p["lag"] * most
+    # the interval that f may be in shrinks about what the move leaves behind
+    low, high = -most + share * (left + most), most + share * (left - most)
+    return Clamp(-change, low, high)
+
+
+EFFECT = Effect(
+    name="joint-friction",
+    cause="dry friction in the drive train holds part of the load: wind-up stays, loading and unloading differ",
+    scope="robot",
+    unit="joint",
+    parameters=(
+        Parameter(
+            "friction_nm",
+            "N*m",
+            "joint",
+            10.0,
+            0.0,
+            1e5,
+            20.0,
+            "torque that friction holds",
+            neutral=0.0,
+            trials=(0.02, 0.08, 0.25),
+            trials_of="torque",
+        ),
+        Parameter(
+            "lag",
+            "1",
+            "joint",
+            1.0,
+            -1.0,
+            1.0,
+            1.0,
+            "after a move the link lags behind: 1, is free of wind-up: 0",
+            1.0,
+            fit="given",
+            trials=(1.0, 0.0, -1.0),
+        ),
+    ),
+    joint=_law,
+    memory=Memory("N*m", _rule, lambda p: p["friction_nm"], lambda p: 0 * p["friction_nm"]),
+    needs_torque_sign=True,
+)

@@ -1,0 +1,59 @@
+"""Thermal drift: the links grow with temperature, and joint zeros may move with it.
+
+    d_k = a_k dT (outer - inner)        dq_j = z_j dT
+
+dT is the temperature above the model's reference; inner and outer are where link k begins and ends (its joint, and
+the next). Steel grows by 12e-6 per kelvin, aluminium by 23e-6 (textbook).
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from stiffness.effects.effect import Effect, JointInput, Parameter, TwistInput, Values
+
+
+def _twist(given: TwistInput, p: Values) -> ca.SX:
+    along = ca.SX(ca.DM(given.outer - given.inner))
+    return ca.vertcat(p["expansion_per_k"][given.place] * given.temperature * along, ca.SX.zeros(3))
+
+
+def _law(given: JointInput, p: Values) -> ca.SX:
+    return p["zero_rad_per_k"] * given.temperature
+
+
+EFFECT = Effect(
+    name="thermal-drift",
+    cause="the arm grows with temperature: what moves follows the temperature and not the load",
+    scope="robot",
+    unit="place",
+    parameters=(
+        Parameter(
+            "expansion_per_k",
+            "1/K",
+            "place",
+            0.0,
+            -1e-3,
+            1e-3,
+            1e-5,
+            "growth of each link along its length, 0 the base",
+            neutral=0.0,
+        ),
+        Parameter(
+            "zero_rad_per_k",
+            "rad/K",
+            "joint",
+            0.0,
+            -1e-2,
+            1e-2,
+            1e-5,
+            "drift of each joint's zero",
+            0.0,
+            neutral=0.0,
+            extra=True,
+        ),
+    ),
+    joint=_law,
+    twist=_twist,
+    places=lambda n: tuple(range(n + 1)),
+)

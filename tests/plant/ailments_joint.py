@@ -1,0 +1,123 @@
+"""What can be wrong with joints: laws of this file alone, one constructor each; k counts from 1."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from .ailment import Ailment, only, torque_scale
+from .arm import Arm
+from .geometry import Array
+from .joints import Friction
+from .wear import Law, Situation, Tie, Wear
+
+Done = tuple[Wear, Mapping[str, float]]
+
+
+def with_law(wear: Wear, law: Law) -> Wear:
+    """The cell with one more joint law."""
+    return replace(wear, laws=(*wear.laws, law))
+
+
+def hardening(k: int) -> Ailment:
+    """Soft at small torque, in three pieces; the last piece has the healthy tangent stiffness."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        stiff, scale = float(wear.stiffness[k - 1]), torque_scale(wear, k)
+        first, second = 0.25 * scale, 0.6 * scale
+
+        def law(at: Situation) -> Array:
+            t = float(at.torque[k - 1])
+            low, high = np.clip(t, -first, first), np.clip(t, -second, second)
+            return only(arm.n, k, s / stiff * (low + 0.5 * (high - low)))
+
+        values = {"K1": stiff / (1 + s), "K2": stiff / (1 + s / 2), "K3": stiff}
+        named = {f"{name} joint-{k} N*m/rad": v for name, v in values.items()}
+        return with_law(wear, law), named | {f"T1 joint-{k} N*m": first, f"T2 joint-{k} N*m": second}
+
+    law = "tangent compliance (1+s)/K below T1, (1+s/2)/K up to T2, 1/K above; odd"
+    return Ailment("joint-hardening", (f"joint-{k}",), law, apply, 0.3)
+
+
+def softening(k: int) -> Ailment:
+    """The flank against the last rotation is softer."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        ratio = wear.ratio.copy()
+        ratio[k - 1] = 1 / (1 + s)
+        return replace(wear, ratio=ratio), {f"ratio joint-{k}": float(ratio[k - 1])}
+
+    law = "torque against the last rotation: stiffness K/(1+s)"
+    return Ailment("preload-softening", (f"joint-{k}",), law, apply, 0.2)
+
+
+def backlash(k: int, breakaway: float = 0.1) -> Ailment:
+    """A gap; a torque beyond `breakaway` (of the typical torque) carries the link across."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        gap, slack = wear.gap.copy(), wear.breakaway.copy()
+        gap[k - 1], slack[k - 1] = 1e-4 * s, breakaway * torque_scale(wear, k)
+        values = {f"gap joint-{k} rad": float(gap[k - 1]), f"breakaway joint-{k} N*m": float(slack[k - 1])}
+        return replace(wear, gap=gap, breakaway=slack), values
+
+    law = "play of +-gap/2: side of the last rotation, or of the torque once it exceeds breakaway"
+    return Ailment("backlash", (f"joint-{k}",), law, apply)
+
+
+def friction(k: int, *, lag: bool = True, grip: float = 4.0) -> Ailment:
+    """A dry bearing beside the drive."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        slip = 0.1 * s * torque_scale(wear, k)
+        element = Friction(only(arm.n, k, slip), np.full(arm.n, grip), lag)
+        return replace(wear, friction=element), {f"slip joint-{k} N*m": slip, f"grip joint-{k} 1": grip}
+
+    law = "K d = torque - T, T = grip K (d - anchor) within +-slip; " + (
+        "dragged along by the approach move" if lag else "loose after each approach move"
+    )
+    return Ailment("joint-friction", (f"joint-{k}",), law, apply, 0.5)
+
+
+def coupling(i: int, k: int) -> Ailment:
+    """Compliance off the diagonal, made by a tendon over both joints; the diagonal stays what it was."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        a, b = 1 / wear.stiffness[i - 1], 1 / wear.stiffness[k - 1]
+        cross = 0.2 * s * np.sqrt(a * b)
+        K = np.linalg.inv([[a, cross], [cross, b]])
+        if s == 0:
+            return wear, {f"compliance joint-{i} joint-{k} rad/(N*m)": 0.0}
+        tie = Tie(only(arm.n, i, 1.0) + only(arm.n, k, float(np.sign(K[0, 1]))), abs(float(K[0, 1])))
+        own = wear.stiffness.copy()
+        own[i - 1], own[k - 1] = K[0, 0] - tie.stiffness, K[1, 1] - tie.stiffness
+        if not min(own[i - 1], own[k - 1]) > 0:
+            raise ValueError(f"coupling of joints {i} and {k} by {s}: a spring would be negative")
+        values = {f"compliance joint-{i} joint-{k} rad/(N*m)": float(cross)}
+        return replace(wear, ties=(*wear.ties, tie), stiffness=own), values
+
+    law = f"deflection of joint {i} gains c x torque of joint {k} and the other way round (tendon spring)"
+    return Ailment("joint-coupling", (f"joint-{i}", f"joint-{k}"), law, apply, 0.5)
+
+
+def posture(k: int, shape: str = "bump") -> Ailment:
+    """A compliance that depends on the joint's own angle; on healthy joints alone."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        low, high = max(arm.lower[k - 1], -np.pi), min(arm.upper[k - 1], np.pi)
+        centre, width, stiff = (low + high) / 2, (high - low) / 6, float(wear.stiffness[k - 1])
+
+        def more(q: float) -> float:
+            if shape == "bump":
+                return float(np.exp(-0.5 * ((q - centre) / width) ** 2))
+            return float(1 + np.cos(q - centre)) / 2
+
+        def law(at: Situation) -> Array:
+            return only(arm.n, k, s * more(float(at.angle[k - 1])) * float(at.torque[k - 1]) / stiff)
+
+        values = {f"amplitude joint-{k} 1": s, f"centre joint-{k} rad": centre, f"width joint-{k} rad": width}
+        return with_law(wear, law), values
+
+    formula = "exp(-((q-c)/w)^2/2)" if shape == "bump" else "(1+cos(q-c))/2"
+    return Ailment("posture-stiffness", (f"joint-{k}",), f"compliance (1 + s {formula})/K", apply, 0.3)

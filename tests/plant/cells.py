@@ -1,0 +1,177 @@
+"""Scenarios: cells that are ill in a known way, and the sessions that a lab brings home from them.
+
+    case = write(SCENARIOS["backlash joint-1"], folder, seed=1, arm="ur10", size=3.0)
+    case.paths["A_healthy"], case.paths["D"], case.paths["B"], case.paths["C"]   # session.toml files
+    case.truth, case.later, case.floor, case.plants["D"]                         # for the judge only
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from . import ailments_body as body
+from . import ailments_instrument as instrument
+from . import ailments_joint as joint
+from .ailment import Ailment, Truth
+from .ailments_unknown import UNKNOWN
+from .cell_design import CELLS, NOISE, Cell, design, form
+from .lab import measure
+from .sizing import Bench, factor
+from .wear import Wear
+from .worn_plant import WornPlant
+
+SESSIONS = ("A_healthy", "D", "B", "C")
+SETUPS = {"A_healthy": 36, "D": 34, "B": 30, "C": 34}
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What is wrong: nothing, one ailment or more. `effects`: (effect, places) of each, in words."""
+
+    name: str
+    ailments: tuple[Ailment, ...] = ()
+
+    @property
+    def effects(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The truth in words."""
+        return tuple((a.effect, a.where) for a in self.ailments)
+
+
+@dataclass(frozen=True)
+class Case:
+    """Files of a scenario on one arm, and what only the judge may know."""
+
+    paths: dict[str, Path]
+    truth: tuple[Truth, ...]
+    later: str  # what changed between B and C, in words: "joint-3 stiffness x 0.8", "base compliance x 1.8"
+    floor: float  # m, RMS per axis: tracker, and what force noise makes of a prediction
+    plants: dict[str, WornPlant]
+    cell: Cell
+
+
+def write(
+    scenario: Scenario,
+    folder: Path,
+    seed: int,
+    arm: str,
+    *,
+    size: float = 3.0,
+    sessions: Sequence[str] = SESSIONS,
+) -> Case:
+    """Writes sessions to folder/NAME/session.toml: A_healthy before, D and B ill, C ill and moved on.
+
+    size: what each ailment alone changes in the readings of D, RMS per axis over the noise floor.
+    """
+    cell = CELLS[arm]
+    bench = _bench(cell, "D", seed)
+    floor = bench.floor()
+    worn, truth = cell.healthy, list[Truth]()
+    for ailment in scenario.ailments:
+        s, change = factor(bench, ailment, size * floor)
+        worn, values = ailment.apply(worn, cell.arm, s)
+        truth.append(Truth(ailment.effect, ailment.where, ailment.law, s, values, change))
+    moved, later = _later(worn)
+    wears = {"A_healthy": cell.healthy, "D": worn, "B": worn, "C": moved}
+    plants = {name: WornPlant(cell.arm, wears[name]) for name in sessions}
+    paths = {name: _session(cell, plants[name], folder / name, name, seed) for name in sessions}
+    return Case(paths, tuple(truth), later, floor, plants, cell)
+
+
+def _number(name: str, seed: int) -> int:
+    return 10 * seed + SESSIONS.index(name)
+
+
+def _bench(cell: Cell, name: str, seed: int) -> Bench:
+    number = _number(name, seed)
+    setups = design(cell, SETUPS[name], number)
+    return Bench(cell, setups, form(cell, setups, number))
+
+
+def _session(cell: Cell, plant: WornPlant, folder: Path, name: str, seed: int) -> Path:
+    bench, wear = _bench(cell, name, seed), plant.wear
+    notes = measure(
+        plant,
+        bench.setups,
+        cell.targets,
+        noise=NOISE,
+        form=bench.form,
+        seed=1000 + _number(name, seed),
+        tracker=wear.tracker,
+        sensor=wear.sensor,
+    )
+    return notes.write(folder, cell.name)
+
+
+def _later(wear: Wear) -> tuple[Wear, str]:
+    """A bolt of the base has come loose, where the base yields at all; else joint 3 has worn."""
+    loose = tuple(replace(f, compliance=1.8 * f.compliance) if f.link == 0 else f for f in wear.flexures)
+    if any(f.link == 0 for f in wear.flexures):
+        return replace(wear, flexures=loose), "base compliance x 1.8"
+    stiffness = wear.stiffness.copy()
+    stiffness[2] *= 0.8
+    return replace(wear, stiffness=stiffness), "joint-3 stiffness x 0.8"
+
+
+SINGLE: dict[str, Ailment] = {
+    "joint-hardening joint-2": joint.hardening(2),
+    "joint-hardening joint-3": joint.hardening(3),
+    "preload-softening joint-1": joint.softening(1),
+    "preload-softening joint-3": joint.softening(3),
+    "backlash joint-1": joint.backlash(1),
+    "backlash joint-3": joint.backlash(3),
+    "joint-friction joint-2": joint.friction(2),
+    "joint-friction joint-1": joint.friction(1),
+    "joint-friction joint-3 loose": joint.friction(3, lag=False),
+    "joint-coupling joint-2 joint-3": joint.coupling(2, 3),
+    "joint-coupling joint-5 joint-6": joint.coupling(5, 6),
+    "posture-stiffness joint-2": joint.posture(2, "cosine"),
+    "posture-stiffness joint-3": joint.posture(3),
+    "kinematic-offset joint-3": body.zero(3),
+    "kinematic-offset joint-5": body.zero(5),
+    "kinematic-offset link-3": body.geometry(3),
+    "gravity-compensator": body.strut(),
+    "payload": body.payload(),
+    "base-compliance": body.base(),
+    "link-compliance link-2": body.link(2),
+    "link-compliance link-4": body.link(4),
+    "tool-compliance": body.tool(),
+    "thermal-drift all": body.thermal((1, 2, 3, 4, 5, 6)),
+    "thermal-drift link-2": body.thermal((2,)),
+    "thermal-drift link-2 joint-2": body.thermal((2,), 2),
+    "tracker-drift": instrument.tracker(),
+    "tracker-drift settling": instrument.tracker(3000.0),
+    "force-sensor-bias zero": instrument.sensor(),
+    "force-sensor-bias scale": instrument.sensor("scale"),
+} | {f"unknown {name}": make() for name, make in UNKNOWN.items()}
+
+PAIRS = (
+    ("backlash joint-1", "tool-compliance"),
+    ("backlash joint-3", "base-compliance"),
+    ("preload-softening joint-3", "payload"),
+    ("joint-hardening joint-2", "kinematic-offset joint-5"),
+    ("joint-friction joint-2", "thermal-drift all"),
+    ("joint-coupling joint-2 joint-3", "tracker-drift"),
+    ("posture-stiffness joint-3", "base-compliance"),
+    ("link-compliance link-2", "payload"),
+    ("gravity-compensator", "tool-compliance"),
+    ("force-sensor-bias scale", "kinematic-offset link-3"),
+    ("tool-compliance", "unknown ripple"),
+    ("base-compliance", "unknown brake"),
+)
+
+
+def pair(first: str, second: str) -> Scenario:
+    """Two ailments at once, each of the size asked for; any two of SINGLE go together."""
+    return Scenario(f"{first} + {second}", (SINGLE[first], SINGLE[second]))
+
+
+SCENARIOS: dict[str, Scenario] = {
+    s.name: s
+    for s in (
+        Scenario("clean"),
+        *(Scenario(name, (ailment,)) for name, ailment in SINGLE.items()),
+        *(pair(*names) for names in PAIRS),
+    )
+}
