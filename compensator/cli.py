@@ -280,6 +280,17 @@ def plan(
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
 @_refusals
+def effects(name: str | None, verbose: bool) -> None:
+    """List the effects of the catalogue, with those of installed packages; with NAME show one."""
+    from compensator.tasks_effects import effect_lines, effects_lines
+
+    click.echo("\n".join(effects_lines() if name is None else effect_lines(name)))
+
+
+@main.command()
+@click.argument("name", required=False)
+@click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
+@_refusals
 def robots(name: str | None, verbose: bool) -> None:
     """List the built-in robots; with NAME (built-in, .toml or .urdf) show one."""
     from compensator.report.text import show_robot, show_robots

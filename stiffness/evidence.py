@@ -35,12 +35,15 @@ LARGEST_BLOCK = 900  # readings of a set-up that are whitened together; more are
 
 @dataclass(frozen=True, repr=False)
 class Predicted:
-    """Predicted readings of a session: ``position`` (N, 3) m as read, and derivatives."""
+    """Predicted readings of a session: ``position`` (N, 3) m as read, derivatives, and the arm behind them."""
 
     position: Floats
     by_parameter: Floats  # (N, 3, P)
     by_station: Floats  # (N, 3, S)
     by_wrench: Floats  # (N, 3, 6)
+    back: Floats  # (N, 3, 3) base -> as read
+    x: Floats  # (N, n_x) elastic coordinates
+    torque: Floats  # (N, n) N*m
 
 
 class Evidence:
@@ -58,16 +61,16 @@ class Evidence:
         self._x = np.zeros((len(self.samples), self.reader.n_x))
         self._torque = np.zeros((len(self.samples), session.robot.n))  # of the last call: flanks start from it
         self._wrench = _shown(session)
-        self._histories = Histories(session)
-        self._link = np.array([r.link for r in session.reflectors])[self.samples.reflector]
-        self._pulls, self._pull_number = _pulls(session)
+        self.histories = Histories(session)
+        self.link = np.array([r.link for r in session.reflectors])[self.samples.reflector]
+        self.pulls, self._pull_number = _pulls(session)
         reference = session.reference_temperature
         warm = self.samples.temperature - (20.0 if reference is None else reference)
         self._warm = np.where(np.isfinite(warm), warm, 0.0)
         self._time = np.where(np.isfinite(self.samples.time), self.samples.time, 0.0)[:, None]
         self._show = self._show_kernel()
         self._placed = False
-        self._resting = self._without_load()
+        self.resting = self._without_load()
 
     def __repr__(self) -> str:
         return f"Evidence({self.session.source!r}, {int(self.used.sum())} readings used)"
@@ -77,16 +80,16 @@ class Evidence:
         values = self.unknowns.values(p, self.fixed)
         effects = self.unknowns.effects
         places = self.station.reflectors(station)
-        state = self._histories.state(effects, values, self._torque, self._resting)
+        state = self.histories.state(effects, values, self._torque, self.resting)
         for _ in range(STATE_ROUNDS if state.shape[1] else 1):
             rest = self._rest(p, places, state)
             self._torque = rest.torque
-            new = self._histories.state(effects, values, rest.torque, self._resting)
+            new = self.histories.state(effects, values, rest.torque, self.resting)
             if np.allclose(new, state, atol=1e-6):
                 break
             state = new
         base, by_p, by_w, by_state, link = self._read(rest, places)
-        moved = self._histories.slopes(effects, values, rest.torque, self._resting, state) if state.shape[1] else {}
+        moved = self.histories.slopes(effects, values, rest.torque, self.resting, state) if state.shape[1] else {}
         self._add_memory(by_p, by_state, moved)
         if not self._placed:
             self.station.place_trackers(base)
@@ -94,18 +97,18 @@ class Evidence:
         read, back, by_station = self.station.seen(station, base)
         by_reflector = self.station.reflector_derivative(station)[self.samples.reflector]
         by_station = by_station + back @ (link @ by_reflector)
-        return self._shown(p, Predicted(read, back @ by_p, by_station, back @ by_w))
+        return self._shown(p, Predicted(read, back @ by_p, by_station, back @ by_w, back, self._x, rest.torque))
 
     def _rest(self, p: Floats, places: Floats, state: Floats) -> Rest:
         """All readings' arms at rest; readings that share load and posture are worked out once."""
         s, count = self.samples, len(self.samples)
-        point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
-        given = (s.q, self._wrench, point, state, s.payload[:, None], self._warm[:, None])
+        q, wrench, point, payload, warm = self.inputs(places)
+        given = (q, wrench, point, state, payload, warm)
         m, n = self.reader.n_x, self.session.robot.n
-        first, of = self._cases(np.concatenate(given, axis=1))
+        first, of = self.cases(np.concatenate(given, axis=1))
         x, torque = np.empty((len(first), m)), np.empty((len(first), n))
         slopes = [np.empty((len(first), m, w)) for w in (len(p), 6, state.shape[1])]
-        for pull, rows in self._pulls.items():
+        for pull, rows in self.pulls.items():
             some = np.flatnonzero(rows[first])
             at = first[some]
             out = self.reader.rest(pull, p, *(a[at] for a in given), self._x[at])
@@ -117,7 +120,13 @@ class Evidence:
         rest = Rest(s.q[first], x, torque, *slopes)
         return Rest(rest.q, rest.x, torque[of], *slopes) if count == len(first) else replace(rest, torque=torque[of])
 
-    def _cases(self, given: Floats) -> tuple[Index, Index]:
+    def inputs(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """What loads every reading's arm: q (N, n), wrench (N, 6) and its point (N, 3), payload and warmth (N, 1)."""
+        s = self.samples
+        point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
+        return s.q, self._wrench, point, s.payload[:, None], self._warm[:, None]
+
+    def cases(self, given: Floats) -> tuple[Index, Index]:
         """Rows of readings that differ in load or posture, and which of them every reading is."""
         keys = np.column_stack([given, self._pull_number])
         _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -127,8 +136,8 @@ class Evidence:
         s, count, p = self.samples, len(self.samples), rest.by_parameter.shape[2]
         base, link = np.empty((count, 3)), np.empty((count, 3, 3))
         by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (p, 6, rest.by_state.shape[2]))
-        for k in np.unique(self._link):
-            rows = np.flatnonzero(self._link == k)
+        for k in np.unique(self.link):
+            rows = np.flatnonzero(self.link == k)
             out = self.reader.seen(rest.take(self._of[rows]), int(k), places[s.reflector[rows]])
             base[rows], link[rows] = out.position, out.rotation
             by_p[rows], by_w[rows], by_state[rows] = out.by_parameter, out.by_wrench, out.by_state
@@ -151,7 +160,15 @@ class Evidence:
         position, by_position, by_p = self._show.run(seen.position, self._time, p)
         turn = np.swapaxes(by_position.reshape(-1, 3, 3), 1, 2)
         own = np.swapaxes(by_p.reshape(len(position), len(p), 3), 1, 2)
-        return Predicted(position, turn @ seen.by_parameter + own, turn @ seen.by_station, turn @ seen.by_wrench)
+        slopes = turn @ seen.by_parameter + own, turn @ seen.by_station, turn @ seen.by_wrench
+        return Predicted(position, *slopes, turn @ seen.back, seen.x, seen.torque)
+
+    def shown_slopes(self, position: Floats, p: Floats) -> Floats:
+        """(N, 3, P): how instruments alone move what is shown of positions (N, 3)."""
+        if self._show is None:
+            return np.zeros((len(position), 3, len(p)))
+        _, _, by_p = self._show.run(position, self._time, p)
+        return np.swapaxes(by_p.reshape(len(position), len(p), 3), 1, 2)
 
     def _show_kernel(self) -> Kernel | None:
         """(position, time, parameters) -> position shown, its slopes by position and by parameters."""
@@ -171,22 +188,19 @@ class Evidence:
         count, n = len(self.samples), self.session.robot.n
         if not self.reader.statics.n_state:
             return np.zeros((count, n))
-        none = np.zeros((count, self.reader.statics.n_state))
         p = self.unknowns.start(self.fixed)
-        pull = next(iter(self._pulls))
-        rest = self.reader.rest(
-            pull, p, self.samples.q, np.zeros((count, 6)), np.zeros((count, 3)), none, self.samples.payload[:, None],
-            self._warm[:, None], self._x,
-        )  # fmt: skip
-        return rest.torque
+        return self.reader.resting(p, self.samples.q, self.samples.payload[:, None], self._warm[:, None])
 
-    def blocks(self, p: Floats, station: Floats, offset: float, columns: slice, width: int) -> list[Whitened]:
+    def blocks(
+        self, p: Floats, station: Floats, offset: float, columns: slice, width: int, more: Floats | None = None
+    ) -> list[Whitened]:
         """Whitened residuals set-up by set-up.
 
         Args:
             offset: m, how far a reflector of a set-up may be off as a whole: what a reading says of absolute
                 positions has this standard deviation on top, displacements keep their own.
             columns: where this session's station stands in the whole vector of ``width`` numbers.
+            more: (N, 3, C) slopes by further numbers, whose columns follow.
         """
         seen = self.predict(p, station)
         residual = self.samples.position - seen.position
@@ -195,6 +209,8 @@ class Evidence:
             jacobian = np.zeros((3 * len(rows), width))
             jacobian[:, : len(p)] = seen.by_parameter[rows].reshape(3 * len(rows), -1)
             jacobian[:, columns] = seen.by_station[rows].reshape(3 * len(rows), -1)
+            if more is not None:
+                jacobian = np.hstack([jacobian, more[rows].reshape(3 * len(rows), -1)])
             reduce = self._independent(rows)
             covariance = self.noise(rows, seen.by_wrench[rows], offset)
             r = residual[rows].reshape(-1)

@@ -110,7 +110,10 @@ def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
         raise ModelError(f"{name}: no [effects.*] table; a model needs at least [effects.joint-stiffness]")
     unknown = [e for e in effects if e not in BY_NAME]
     if unknown:
-        raise ModelError(f"{name}: unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}")
+        raise ModelError(
+            f"{name}: unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}; an effect of another package "
+            "needs that package installed beside this program (entry point compensator.effects)"
+        )
     if "joint-stiffness" not in effects:
         raise ModelError(f"{name}: [effects.joint-stiffness] is missing: it is the base model of every other effect")
     read = {e: _effect(name, BY_NAME[e], t, joints) for e, t in effects.items()}

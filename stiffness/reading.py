@@ -152,6 +152,16 @@ class Reader:
         )
         return Rest(q, new, torque, by_p, by_w, by_state)
 
+    def resting(self, p: Floats, q: Floats, payload: Floats, warm: Floats) -> Floats:
+        """(N, n) N*m that the joints carry without load, at the straight posture; arguments as of ``rest``."""
+        s = self.statics
+        given = [ca.SX.sym(name, m) for name, m in (("q", s.robot.n), ("payload", 1), ("warm", 1), ("p", len(p)))]
+        values = self.unknowns.values(given[3], self.fixed)
+        at = s.posture(given[0], ca.SX.zeros(s.n_x))
+        _, torque = s.law(at, given[0], self.weights(values, given[1]), (), None, values, given[2])
+        (out,) = Kernel(ca.Function("resting", given, [ca.densify(torque)])).run(q, payload, warm, p)
+        return out
+
     def seen(self, rest: Rest, link: int, reflector: Floats) -> Read:
         """Where reflectors (N, 3), m in their link, are in the base."""
         m = self.statics.n_x
@@ -179,15 +189,15 @@ class Reader:
         values = self.unknowns.values(p, self.fixed)
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
         own = state * ca.vertcat(*full) if full else state
-        weights = self._weights(values, payload)
+        weights = self.weights(values, payload)
         coordinates, torque = x[: s.n_x], ca.SX.zeros(n)
         for _ in range(SWEEPS):
             posture = s.posture(q, coordinates)
-            load = self._load(pull, posture, w, point, values)
+            load = self.load(pull, posture, w, point, values)
             coordinates, torque = s.law(posture, q, weights, load, own, values, warm)
         new_x = coordinates
         if self.calibrated_out:
-            sag, declared = x[s.n_x :], self._weights(values, None)
+            sag, declared = x[s.n_x :], self.weights(values, None)
             for _ in range(SWEEPS):
                 sag, _ = s.law(s.posture(q, sag), q, declared, (), None, values, warm)
             new_x = ca.vertcat(coordinates, sag)
@@ -195,7 +205,8 @@ class Reader:
         dense = [ca.densify(ca.vec(o)) for o in outputs]
         return Kernel(ca.Function("rest", [q, w, point, state, payload, warm, p, x], dense))
 
-    def _weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
+    def weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
+        """Weights (link, point, force): with ``payload`` kg all there are, for None what the controller knows."""
         extra = []
         com = ca.SX(ca.DM(self.tool.com)) if self.tool.com is not None else ca.SX.zeros(3)
         if self.tool.mass:
@@ -205,9 +216,10 @@ class Reader:
         extra.append((self.robot.n, payload, com))
         return self.statics.loads_of_weight(self._gravity, extra, values)
 
-    def _load(
+    def load(
         self, pull: Pull, posture: Posture, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
     ) -> list[Load]:
+        """The load that acts where the sensor shows ``w``."""
         turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
         for e in self.statics.effects:
             if e.wrench_reading:

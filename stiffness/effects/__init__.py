@@ -5,6 +5,8 @@ Other packages add their own through the entry point ``compensator.effects`` (do
 
 from __future__ import annotations
 
+from typing import Any
+
 from stiffness.effects import (
     backlash,
     base_compliance,
@@ -44,5 +46,15 @@ BUILT_IN: tuple[Effect, ...] = (
     tracker_drift.EFFECT,
     force_sensor_bias.EFFECT,
 )
-CATALOGUE: tuple[Effect, ...] = with_plugins(BUILT_IN)
-BY_NAME = {effect.name: effect for effect in CATALOGUE}
+CATALOGUE: tuple[Effect, ...]
+BY_NAME: dict[str, Effect]
+
+
+def __getattr__(name: str) -> Any:
+    """CATALOGUE and BY_NAME, made when first asked for: a plug-in imports ``effect.py``, and with it this package,
+    before its own effect is there."""
+    if name not in ("CATALOGUE", "BY_NAME"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    catalogue = with_plugins(BUILT_IN)
+    globals().update(CATALOGUE=catalogue, BY_NAME={effect.name: effect for effect in catalogue})
+    return globals()[name]

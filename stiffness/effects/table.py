@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffness.effects import CATALOGUE
+from stiffness.effects import BUILT_IN
 from stiffness.effects.effect import Parameter
 
 _SIZES = {"joint": "one per joint", "pair": "one per pair of joints", "place": "one per place", 1: "one"}
@@ -14,7 +14,7 @@ def markdown() -> str:
         "| effect | scope | key | unit | numbers | bounds | default | meaning |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
-    for effect in CATALOGUE:
+    for effect in BUILT_IN:
         for p in effect.parameters:
             names = (f"`{effect.name}`", effect.scope, f"`{p.name}`")
             lines.append("| " + " | ".join((*names, p.unit, _size(p), _bounds(p), _default(p), p.meaning)) + " |")

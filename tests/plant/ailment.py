@@ -11,14 +11,17 @@ from .arm import Arm
 from .geometry import Array
 from .wear import Wear
 
-# (the cell so far, the arm of the file, factor) -> (the worn cell, what was done in numbers: "what place unit" -> value)
+# (the cell so far, the arm of the file, factor) -> (the worn cell, "what place unit" -> value of what was done)
 Apply = Callable[[Wear, Arm, float], tuple[Wear, Mapping[str, float]]]
 TYPICAL = 1e-3  # rad: a joint torque of stiffness x this is what gravity and loads bring about
 
 
 @dataclass(frozen=True)
 class Ailment:
-    """`effect`: the catalogue's name, or "unknown". Places: joint-k, link-k, base, tool, tracker, force-sensor, column:x."""
+    """effect: the catalogue's name, or "unknown".
+
+    where: joint-k, link-k, base, tool, tracker, force-sensor, column:NAME, time.
+    """
 
     effect: str
     where: tuple[str, ...]
@@ -42,6 +45,7 @@ class Truth:
     factor: float
     values: Mapping[str, float]
     change: float  # m, RMS per axis, of what it does to the readings of session D
+    left: float  # m, the same after the best six joint stiffnesses have been taken out of it (linear least squares)
 
 
 def only(n: int, k: int, value: float) -> Array:

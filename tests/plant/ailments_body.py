@@ -46,6 +46,8 @@ def strut() -> Ailment:
         stiff, length = 0.05 * s * float(wear.stiffness[1]) / size**2, 0.3 * size
         inner = (arm.before[1] @ np.array([-0.35 * size, 0.25 * size, 0.0, 1.0]))[:3]
         outer = (rigid_inverse(arm.after[1]) @ np.array([0.15 * size, 0.1 * size, 0.0, 1.0]))[:3]
+        if wear.strut is not None:
+            raise ValueError("one cell has one strut")
         values = {"stiffness link-1 link-2 N/m": stiff, "free length link-1 link-2 m": length}
         return replace(wear, strut=Strut(inner, outer, stiff, length)), values
 

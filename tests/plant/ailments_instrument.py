@@ -20,6 +20,8 @@ def tracker(settling: float = np.inf) -> Ailment:
     """The measuring frame creeps and turns at constant rates, or settles."""
 
     def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        if wear.tracker is not None:
+            raise ValueError("one cell has one tracker")
         speed, rate = np.array([6.0, -4.0, 3.0]) * 1e-5 * s / DAY, np.array([0.5, 0.3, 1.5]) * 1e-5 * s / DAY
         about = np.array([3.0, -1.0, 0.2])
         values = {f"v{c} tracker m/s": v for c, v in zip("xyz", speed.tolist(), strict=True)}
@@ -27,13 +29,16 @@ def tracker(settling: float = np.inf) -> Ailment:
         return replace(wear, tracker=Wandering(speed, rate, about, settling)), values
 
     how = "in proportion to time" if np.isinf(settling) else f"settling with {settling:g} s"
-    return Ailment("tracker-drift", ("tracker",), f"shown points creep and turn about the tracker's stand, {how}", apply)
+    law = f"shown points creep and turn about the tracker's stand, {how}"
+    return Ailment("tracker-drift", ("tracker",), law, apply)
 
 
 def sensor(kind: str = "zero") -> Ailment:
     """A force sensor with a zero shift, or with scale errors and a turned mount."""
 
     def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        if wear.sensor is not None:
+            raise ValueError("one cell has one force sensor")
         unit = s * float(wear.stiffness[1]) * 1e-5  # N
         if kind == "zero":
             zero = unit * np.array([1.0, -0.6, 0.8, 0.1, 0.15, -0.1])

@@ -71,8 +71,13 @@ def friction(k: int, *, lag: bool = True, grip: float = 4.0) -> Ailment:
 
     def apply(wear: Wear, arm: Arm, s: float) -> Done:
         slip = 0.1 * s * torque_scale(wear, k)
-        element = Friction(only(arm.n, k, slip), np.full(arm.n, grip), lag)
-        return replace(wear, friction=element), {f"slip joint-{k} N*m": slip, f"grip joint-{k} 1": grip}
+        slips = only(arm.n, k, slip)
+        if wear.friction is not None:
+            if wear.friction.lag != lag or not np.all(wear.friction.grip == grip):
+                raise ValueError("one cell has one kind of friction")
+            slips = slips + wear.friction.slip
+        worn = replace(wear, friction=Friction(slips, np.full(arm.n, grip), lag))
+        return worn, {f"slip joint-{k} N*m": slip, f"grip joint-{k} 1": grip}
 
     law = "K d = torque - T, T = grip K (d - anchor) within +-slip; " + (
         "dragged along by the approach move" if lag else "loose after each approach move"
@@ -111,7 +116,7 @@ def posture(k: int, shape: str = "bump") -> Ailment:
         def more(q: float) -> float:
             if shape == "bump":
                 return float(np.exp(-0.5 * ((q - centre) / width) ** 2))
-            return float(1 + np.cos(q - centre)) / 2
+            return float(1 + np.cos(2 * (q - centre))) / 2
 
         def law(at: Situation) -> Array:
             return only(arm.n, k, s * more(float(at.angle[k - 1])) * float(at.torque[k - 1]) / stiff)
@@ -119,5 +124,5 @@ def posture(k: int, shape: str = "bump") -> Ailment:
         values = {f"amplitude joint-{k} 1": s, f"centre joint-{k} rad": centre, f"width joint-{k} rad": width}
         return with_law(wear, law), values
 
-    formula = "exp(-((q-c)/w)^2/2)" if shape == "bump" else "(1+cos(q-c))/2"
+    formula = "exp(-((q-c)/w)^2/2)" if shape == "bump" else "(1+cos(2(q-c)))/2"
     return Ailment("posture-stiffness", (f"joint-{k}",), f"compliance (1 + s {formula})/K", apply, 0.3)

@@ -30,9 +30,7 @@ def _turning(
 def crossed(k: int = 3, other: int = 2) -> Ailment:
     """A joint that is softer where another joint stands elsewhere."""
     law = f"joint {k} turns by s torque_{k} sin(q_{other}) / K"
-    return _turning(
-        k, (f"joint-{other}",), law, "1", lambda at, K: at.torque[k - 1] * np.sin(at.angle[other - 1]) / K
-    )
+    return _turning(k, (f"joint-{other}",), law, "1", lambda at, K: at.torque[k - 1] * np.sin(at.angle[other - 1]) / K)
 
 
 def brake(k: int = 2) -> Ailment:
@@ -85,4 +83,3 @@ UNKNOWN: Mapping[str, Callable[[], Ailment]] = {
     "hose": hose,
     "tiring": tiring,
 }
-

@@ -11,7 +11,6 @@ import numpy as np
 
 from .ailments_instrument import DAY
 from .arm import Arm, Tool
-from .geometry import Array
 from .lab_design import random_setups
 from .lab_request import Form, Noise, Setup, Step, Target
 from .wear import Wear
@@ -114,5 +113,3 @@ def form(cell: Cell, setups: Sequence[Setup], seed: int) -> Form:
         reference_temperature=20.0,
         extra=extra,
     )
-
-

@@ -1,8 +1,8 @@
 """Scenarios: cells that are ill in a known way, and the sessions that a lab brings home from them.
 
-    case = write(SCENARIOS["backlash joint-1"], folder, seed=1, arm="ur10", size=3.0)
-    case.paths["A_healthy"], case.paths["D"], case.paths["B"], case.paths["C"]   # session.toml files
-    case.truth, case.later, case.floor, case.plants["D"]                         # for the judge only
+case = write(SCENARIOS["backlash joint-1"], folder, seed=1, arm="ur10", size=3.0)
+case.paths["A_healthy"], case.paths["D"], case.paths["B"], case.paths["C"]   # session.toml files
+case.truth, case.later, case.floor, case.plants["D"]                         # for the judge only
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from . import ailments_body as body
 from . import ailments_instrument as instrument
@@ -58,20 +59,22 @@ def write(
     arm: str,
     *,
     size: float = 3.0,
+    of: Literal["change", "left"] = "change",
     sessions: Sequence[str] = SESSIONS,
 ) -> Case:
     """Writes sessions to folder/NAME/session.toml: A_healthy before, D and B ill, C ill and moved on.
 
     size: what each ailment alone changes in the readings of D, RMS per axis over the noise floor.
+    of: all of the change, or what is left of it when the best joint stiffnesses have been taken out.
     """
     cell = CELLS[arm]
     bench = _bench(cell, "D", seed)
     floor = bench.floor()
     worn, truth = cell.healthy, list[Truth]()
-    for ailment in scenario.ailments:
-        s, change = factor(bench, ailment, size * floor)
+    for ailment in sorted(scenario.ailments, key=lambda a: a.effect == "joint-coupling"):  # it retunes joint springs
+        s, change, left = factor(bench, ailment, size * floor, of)
         worn, values = ailment.apply(worn, cell.arm, s)
-        truth.append(Truth(ailment.effect, ailment.where, ailment.law, s, values, change))
+        truth.append(Truth(ailment.effect, ailment.where, ailment.law, s, values, change, left))
     moved, later = _later(worn)
     wears = {"A_healthy": cell.healthy, "D": worn, "B": worn, "C": moved}
     plants = {name: WornPlant(cell.arm, wears[name]) for name in sessions}
@@ -109,9 +112,10 @@ def _later(wear: Wear) -> tuple[Wear, str]:
     loose = tuple(replace(f, compliance=1.8 * f.compliance) if f.link == 0 else f for f in wear.flexures)
     if any(f.link == 0 for f in wear.flexures):
         return replace(wear, flexures=loose), "base compliance x 1.8"
-    stiffness = wear.stiffness.copy()
-    stiffness[2] *= 0.8
-    return replace(wear, stiffness=stiffness), "joint-3 stiffness x 0.8"
+    tied = any(tie.coef[2] for tie in wear.ties)  # such a joint has no stiffness of its own
+    stiffness, k = wear.stiffness.copy(), 1 if tied else 3
+    stiffness[k - 1] *= 0.8
+    return replace(wear, stiffness=stiffness), f"joint-{k} stiffness x 0.8"
 
 
 SINGLE: dict[str, Ailment] = {

@@ -90,13 +90,7 @@ class _Day:
     crooked: Crooked | None = None
 
     def __init__(
-        self,
-        plant: Plant,
-        setups: Sequence[Setup],
-        targets: Sequence[Target],
-        noise: Noise,
-        form: Form,
-        seed: int,
+        self, plant: Plant, setups: Sequence[Setup], targets: Sequence[Target], noise: Noise, form: Form, seed: int
     ) -> None:
         self.plant, self.arm, self.setups, self.targets = plant, plant.arm, setups, targets
         self.noise, self.form = noise, form
@@ -162,7 +156,9 @@ class _Day:
         shown = self._read(position, keys)
         wrong = self._spoil(shown, keys)
         rows, wrenches, pulled = [], [], []
-        sensor = Sensor(self.arm, self.setups, self.targets, self.noise, self.form, walk, self.rng["sensor"], self.crooked)
+        sensor = Sensor(
+            self.arm, self.setups, self.targets, self.noise, self.form, walk, self.rng["sensor"], self.crooked
+        )
         for number, key in enumerate(keys):
             wrench, point, columns = sensor.columns(key, int(at[number]))
             wrenches.append(wrench)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -47,6 +49,22 @@ class Bench:
         """m, RMS per axis, against the healthy cell."""
         return rms(self.shown(wear) - self.shown(self.cell.healthy))
 
+    @cached_property
+    def shares(self) -> Array:
+        """(3N,n): what one more per cent of each joint's compliance does to the healthy readings, orthonormal."""
+        still = self.shown(self.cell.healthy)
+        columns = []
+        for k in range(self.cell.arm.n):
+            stiffness = np.array(self.cell.stiffness)
+            stiffness[k] /= 1.01
+            columns.append((self.shown(Wear.healthy(stiffness)) - still).ravel())
+        return np.array(np.linalg.qr(np.array(columns).T)[0])
+
+    def left(self, change: Array) -> Array:
+        """(N,3) m: a change of the readings less what joint stiffnesses can take of it."""
+        flat = change.ravel()
+        return (flat - self.shares @ (self.shares.T @ flat)).reshape(change.shape)
+
     def floor(self) -> float:
         """m, RMS per axis: tracker noise, and what the noise of the force sensor makes of a prediction."""
         plant = WornPlant(self.cell.arm, self.cell.healthy)
@@ -87,29 +105,31 @@ def told(setups: Sequence[Setup], wear: Wear, truth: Truth) -> list[Setup]:
     return out
 
 
-def factor(bench: Bench, ailment: Ailment, wanted: float) -> tuple[float, float]:
-    """The factor that changes the readings by `wanted` m (RMS per axis), and the change that it makes.
+def factor(
+    bench: Bench, ailment: Ailment, wanted: float, of: Literal["change", "left"] = "change"
+) -> tuple[float, float, float]:
+    """The factor that changes the readings by `wanted` m (RMS per axis), the change that it makes, and what is left
+    of that beyond joint stiffnesses. of: which of the two is `wanted`.
 
     Guesses in proportion, kept inside what is known to be too little and too much; a factor that an ailment
     refuses is too much.
     """
     if wanted == 0:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     healthy = bench.shown(bench.cell.healthy)
-    low, high, s, made = 0.0, np.inf, ailment.start, 0.0
+    low, high, s, made, change = 0.0, np.inf, ailment.start, 0.0, np.zeros_like(healthy)
     for _ in range(30):
         try:
             wear, _ = ailment.apply(bench.cell.healthy, bench.cell.arm, s)
-            made = rms(bench.shown(wear) - healthy)
+            change = bench.shown(wear) - healthy
+            made = rms(change if of == "change" else bench.left(change))
         except ValueError:
             made = np.inf
         if abs(made / wanted - 1) < CLOSE:
-            return s, made
+            return s, rms(change), rms(bench.left(change))
         low, high = (s, high) if made < wanted else (low, s)
         guess = s * wanted / made if 0 < made < np.inf else np.nan
         middle = (low + high) / 2 if high < np.inf else 3 * s
         s = guess if low < guess < min(high, 30 * s) else middle
-    places = ", ".join(ailment.where)
-    raise ValueError(
-        f"{ailment.effect} at {places} on {bench.cell.name}: {wanted * 1e6:.0f} um not reached, {made * 1e6:.0f} um at {s:.3g}"
-    )
+    where = f"{ailment.effect} at {', '.join(ailment.where)} on {bench.cell.name}"
+    raise ValueError(f"{where}: {wanted * 1e6:.0f} um not reached, {made * 1e6:.0f} um at {s:.3g}")

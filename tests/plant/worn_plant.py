@@ -13,10 +13,9 @@ from .geometry import Array, rot_z
 from .joints import Memory
 from .moment import REFERENCE, Moment
 from .plant import Plant
-from .scene import Load
-from .walk import Walk
+from .scene import Load, Scene
 from .wear import Situation, Wear
-from .worn_scene import WornScene, flexibility, nominal_scene
+from .worn_scene import WornScene
 
 
 class WornPlant(Plant):
@@ -33,9 +32,9 @@ class WornPlant(Plant):
             gravity_on=gravity_on,
         )
         self.wear = wear
-        self.believed = nominal_scene(arm)
+        self.believed = Scene(arm, gravity=False)
         self.scene: WornScene = WornScene(_true(arm, wear), wear, gravity_on)
-        self._yield = [flexibility(f) for f in wear.flexures]
+        self._yield = [np.asarray(f.compliance, dtype=float) for f in wear.flexures]
         self.moment = Moment()
 
     # ---- what the controller believes
@@ -99,6 +98,3 @@ def _true(arm: Arm, wear: Wear) -> Arm:
             raise ValueError(f"{arm.name}: joint {k + 1} does not turn about z")
         before[k] = before[k] @ rot_z(sign * zero)
     return replace(arm, before=before)
-
-
-__all__ = ["Walk", "WornPlant"]

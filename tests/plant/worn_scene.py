@@ -8,7 +8,7 @@ import numpy as np
 from .arm import Arm
 from .geometry import Array, rigid_inverse
 from .scene import PLACE, Scene
-from .wear import Flexure, Wear
+from .wear import Wear
 
 
 class WornScene(Scene):
@@ -18,9 +18,7 @@ class WornScene(Scene):
         self.wear = wear
         self.pulled = bool(wear.ties or wear.strut)
         super().__init__(arm, (), gravity)
-        extra = [
-            self.model.joint(f"w{i}_{j}").dofadr[0] for i in range(len(wear.flexures)) for j in range(PLACE)
-        ]
+        extra = [self.model.joint(f"w{i}_{j}").dofadr[0] for i in range(len(wear.flexures)) for j in range(PLACE)]
         self._columns = np.concatenate([self._columns, np.array(extra, dtype=self._columns.dtype)])
         self._length = self.model.body_pos.copy()  # at the reference temperature
         self._grows = [
@@ -37,7 +35,9 @@ class WornScene(Scene):
         arm, wear, spec = self.arm, self.wear, mujoco.MjSpec()
         spec.compiler.degree = False
         spec.option.gravity = arm.gravity if gravity else np.zeros(3)
-        moved = {k: T for k, T in wear.moved}
+        moved: dict[int, Array] = {}
+        for k, T in wear.moved:
+            moved[k] = moved.get(k, np.eye(4)) @ T
         body = self._inside(spec.worldbody, 0, np.eye(4), moved)
         for k in range(arm.n):
             body = self._body(body, f"joint{k}", arm.before[k])
@@ -109,13 +109,3 @@ class WornScene(Scene):
         """As Scene.forces, with the springs inside the arm."""
         outer = super().forces(loads)  # type: ignore[arg-type]
         return outer + self.pull() if self.pulled else outer
-
-
-def nominal_scene(arm: Arm) -> Scene:
-    """The arm as the controller knows it."""
-    return Scene(arm, gravity=False)
-
-
-def flexibility(flexure: Flexure) -> Array:
-    """(6,6)."""
-    return np.asarray(flexure.compliance, dtype=float)

@@ -40,7 +40,8 @@ def tool_compliance() -> Floats:
 
 def hardened(torque: Floats, angle: Floats) -> Floats:
     p = arms.VALUES["joint-hardening"]
-    return np.asarray(torque / arms.STIFFNESS + p["windup_rad"] * np.tanh(torque / p["knee_nm"]))
+    further = p["further_rad"] * np.tanh(torque / p["knee_nm"] / 4)
+    return np.asarray(torque / arms.STIFFNESS + p["windup_rad"] * np.tanh(torque / p["knee_nm"]) + further)
 
 
 def states(predictor: Predictor, count: int, seed: int = 0) -> Floats:
@@ -145,6 +146,7 @@ def test_payload_is_not_calibrated_out() -> None:
         "test",
         "tool",
         (Parameter("mass_kg", "kg", 1, 0, 0, 1e3, 1, "test"),),
+        "tool",
         mass=lambda n, p: (PointMass(n, p["mass_kg"], ca.SX(ca.DM([0.1, 0, 0.2]))),),
     )
     values = {**arms.VALUES, "payload": {"mass_kg": np.array([60.0])}}
@@ -175,6 +177,7 @@ def offset(place: int) -> Effect:
         "test",
         "robot",
         (Parameter("o", "SI", 12, 0, -1, 1, 1, "test"),),
+        "arm",
         joint=lambda given, p: p["o"][:6],
         twist=lambda given, p: p["o"][6:],
         places=lambda n: (place,),
@@ -211,6 +214,7 @@ def test_a_warm_arm() -> None:
         "test",
         "robot",
         (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
+        "tool",
         twist=lambda given, p: ca.vertcat(0, 0, p["a"] * given.temperature, ca.SX.zeros(3)),
         places=lambda n: (n,),
     )
@@ -333,6 +337,7 @@ def test_command_then_forward_where_the_law_depends_on_the_commanded_angle() -> 
         "test",
         "robot",
         (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
+        "joint",
         joint=lambda given, p: given.elastic * p["a"] * ca.sin(3 * given.angle),
     )
     values = {**arms.VALUES, "varying": {"a": np.full(6, 0.4)}}
@@ -420,6 +425,7 @@ def test_commands_that_never_settle_are_not_called_converged() -> None:
         "test",
         "robot",
         (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
+        "joint",
         joint=lambda given, p: p["a"] * ca.sin(1e5 * given.angle),
     )
     values = {**arms.VALUES, "wild": {"a": np.full(6, 1e-3)}}
@@ -439,6 +445,7 @@ def test_joint_deflection_is_the_sum_of_the_laws() -> None:
     ratio = np.where(tau * s[:, :6] < 0, arms.VALUES["preload-softening"]["ratio"], 1.0)
     hardening = arms.VALUES["joint-hardening"]
     expected = tau / (ratio * arms.STIFFNESS) + s[:, 6:] + hardening["windup_rad"] * np.tanh(tau / hardening["knee_nm"])
+    expected += hardening["further_rad"] * np.tanh(tau / hardening["knee_nm"] / 4)
     np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-17)
 
 

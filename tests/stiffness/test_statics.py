@@ -42,6 +42,7 @@ def six_dof(places: tuple[int, ...], spring: Effect | None = None) -> Effect:
         "test",
         "robot",
         (Parameter("c", "SI", 36, 0, -1, 1, 1, "test"),),
+        "place",
         twist=lambda given, p: ca.mtimes(ca.reshape(p["c"], 6, 6), given.wrench),
         places=lambda n: places,
     )
@@ -338,6 +339,7 @@ def test_internal_springs_and_undeclared_masses() -> None:
         "test",
         "robot",
         (Parameter("k", "N*m/rad", 1, 0, 0, 1e6, 1, "test"),),
+        "joint-2",
         torque=lambda angle, p: ca.vertcat(0, -p["k"] * ca.sin(angle[1]), ca.SX.zeros(4)),
         needs_torque_sign=True,
     )
@@ -346,6 +348,7 @@ def test_internal_springs_and_undeclared_masses() -> None:
         "test",
         "tool",
         (Parameter("m", "kg", 1, 0, 0, 1e3, 1, "test"),),
+        "tool",
         mass=lambda n, p: (PointMass(n, p["m"], dm([0.1, 0, 0.2])), PointMass(3, 2 * p["m"], dm([0, 0.3, 0]))),
     )
     values = {
@@ -388,6 +391,7 @@ def test_temperature_reaches_every_law() -> None:
         "test",
         "robot",
         (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
+        "arm",
         joint=lambda given, p: 2 * p["a"] * given.temperature * ca.SX.ones(6),
         twist=lambda given, p: ca.vertcat(p["a"] * given.temperature * given.place, ca.SX.zeros(5)),
         places=lambda n: (1, n),

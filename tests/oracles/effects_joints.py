@@ -1,0 +1,128 @@
+"""Effects inside the joints, in plain numpy: springs, flanks, friction, linkages, the spring beside the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from tests.oracles.oracle import Joints, Numbers, Oracle, Step
+
+Floats = npt.NDArray[np.float64]
+
+
+def _softer(given: Joints, p: Numbers) -> Floats:
+    """Stiffness r K where the torque is against the last rotation; a rotation not known counts half."""
+    out = np.zeros(len(given.torque))
+    for j, (tau, k, d) in enumerate(zip(given.torque, given.stiffness, given.state, strict=True)):
+        more = tau / (p["ratio"][j] * k) - tau / k
+        share_against = (1 - np.sign(tau) * d) / 2
+        out[j] = share_against * more
+    return out
+
+
+def _turned(state: float, now: Step, p: Mapping[str, float]) -> float:
+    return min(1.0, max(-1.0, state + now.move / 0.5e-6))
+
+
+def _crossed(link: float, now: Step, p: Mapping[str, float]) -> float:
+    half = p["gap_rad"] / 2
+    if abs(now.torque) > max(p["breakaway_nm"], 0.01):
+        return half if now.torque > 0 else -half
+    return min(half, max(-half, link + p["side"] * now.move))
+
+
+def _hardening(given: Joints, p: Numbers) -> Floats:
+    """a tanh(t/T) = a (1 - 2 / (1 + exp(2 t/T))), and the same with four times T."""
+
+    def used_up(windup: Floats, knee: Floats) -> Floats:
+        return np.asarray(windup * (1 - 2 / (1 + np.exp(np.minimum(2 * given.torque / knee, 700)))))
+
+    return used_up(p["windup_rad"], p["knee_nm"]) + used_up(p["further_rad"], 4 * p["knee_nm"])
+
+
+def _posture(given: Joints, p: Numbers) -> Floats:
+    """sin^2 of half the angle from where the joint is stiffest; cos 2q and sin 2q by products of sin q and cos q."""
+    s, c = np.sin(given.angle), np.cos(given.angle)
+    share = p["softer"] * np.sin((given.angle - p["stiffest_rad"]) / 2) ** 2
+    share = share + p["cos2"] * (c + s) * (c - s) + p["sin2"] * 2 * s * c
+    return np.asarray(given.torque / given.stiffness * share)
+
+
+def slid(held: float, now: Step, friction: float) -> float:
+    """Friction torque of a block on a spring of rate 1 that sticks until spring and load differ by ``friction``."""
+    block = now.before + held  # where the spring of rate 1 stood: it carries load and friction
+    if block - now.torque > friction:
+        block = now.torque + friction  # slides until friction just holds
+    elif now.torque - block > friction:
+        block = now.torque - friction
+    return block - now.torque
+
+
+def _stuck(held: float, now: Step, p: Mapping[str, float]) -> float:
+    most = p["friction_nm"]
+    after = slid(held, now, most)
+    travelled = min(abs(now.move) / 0.5e-6, 1.0)
+    centre = -travelled * p["lag"] * most * (1 if now.move > 0 else -1 if now.move < 0 else 0)
+    width = (1 - travelled) * most
+    return min(max(after, centre - width), centre + width)
+
+
+def coupled_stiffness(stiffness: Floats, coupling: Floats) -> Floats:
+    """(n, n) N*m/rad: the inverse of a compliance with the diagonal 1/K and correlations as given, row by row."""
+    n = len(stiffness)
+    correlation = np.eye(n)
+    for at, value in zip([(i, j) for i in range(n) for j in range(i)], coupling, strict=True):
+        correlation[at] = correlation[at[::-1]] = value
+    root = np.diag(np.sqrt(stiffness))
+    return np.asarray(root @ np.linalg.inv(correlation) @ root)
+
+
+def _coupled(given: Joints, p: Numbers) -> Floats:
+    both = np.linalg.solve(coupled_stiffness(given.stiffness, p["coupling"]), given.torque)
+    return np.asarray(both - given.torque / given.stiffness)
+
+
+def _correlated(rng: np.random.Generator) -> dict[str, Floats]:
+    a = rng.normal(size=(6, 9))
+    c = a @ a.T
+    return {"coupling": np.array([c[i, j] / np.sqrt(c[i, i] * c[j, j]) for i in range(6) for j in range(i)])}
+
+
+def two_pins(phi: float, a: float, b: float, rate: float, relaxed: float) -> float:
+    """Torque of a spring between a pin at (a, 0) and one at b (cos phi, sin phi), on the second, about the origin."""
+    fixed, moving = np.array([a, 0.0]), b * np.array([np.cos(phi), np.sin(phi)])
+    towards = fixed - moving
+    length = np.linalg.norm(towards)
+    force = rate * (length - relaxed) * towards / length
+    return float(moving[0] * force[1] - moving[1] * force[0])
+
+
+def _compensated(angle: Floats, p: Numbers) -> Floats:
+    """The pins that belong to the parameters, the fixed one at 1 m."""
+    e = p["eccentricity"][0]
+    b = (1 - np.sqrt(1 - e**2)) / e
+    rate, relaxed = p["moment_nm"][0] / b, p["free_length"][0] * np.hypot(1, b)
+    out = np.zeros(len(angle))
+    out[1] = two_pins(angle[1] - p["angle_rad"][0], 1.0, b, rate, relaxed)
+    return out
+
+
+def _pinned(rng: np.random.Generator) -> dict[str, Floats]:
+    drawn = {"moment_nm": (500.0, 8e4), "angle_rad": (-3.1, 3.1), "free_length": (0.0, 1.5), "eccentricity": (0.1, 0.95)}
+    return {name: rng.uniform(*ends, 1) for name, ends in drawn.items()}
+
+
+JOINTS: dict[str, Oracle] = {
+    "joint-stiffness": Oracle(joint=lambda given, p: given.torque / p["k_nm_per_rad"]),
+    "preload-softening": Oracle(joint=_softer, step=_turned, nothing={"ratio": 1.0}),
+    "backlash": Oracle(joint=lambda given, p: given.state, step=_crossed, nothing={"gap_rad": 0.0}),
+    "joint-hardening": Oracle(joint=_hardening, nothing={"windup_rad": 0.0, "further_rad": 0.0}),
+    "joint-friction": Oracle(
+        joint=lambda given, p: given.state / given.stiffness, step=_stuck, nothing={"friction_nm": 0.0}, on_base=True
+    ),
+    "joint-coupling": Oracle(joint=_coupled, nothing={"coupling": 0.0}, on_base=True, sample=_correlated),
+    "posture-stiffness": Oracle(joint=_posture, nothing={"softer": 0.0, "cos2": 0.0, "sin2": 0.0}, on_base=True),
+    "gravity-compensator": Oracle(torque=_compensated, nothing={"moment_nm": 0.0}, sample=_pinned),
+}
