@@ -69,7 +69,7 @@ class Evidence:
         self._warm = np.where(np.isfinite(warm), warm, 0.0)
         self._time = np.where(np.isfinite(self.samples.time), self.samples.time, 0.0)[:, None]
         self._show = self._show_kernel()
-        self._placed = False
+        self.placed = False
         self.resting = self._without_load()
 
     def __repr__(self) -> str:
@@ -91,9 +91,9 @@ class Evidence:
         base, by_p, by_w, by_state, link = self._read(rest, places)
         moved = self.histories.slopes(effects, values, rest.torque, self.resting, state) if state.shape[1] else {}
         self._add_memory(by_p, by_state, moved)
-        if not self._placed:
+        if not self.placed:
             self.station.place_trackers(base)
-            self._placed = True
+            self.placed = True
         read, back, by_station = self.station.seen(station, base)
         by_reflector = self.station.reflector_derivative(station)[self.samples.reflector]
         by_station = by_station + back @ (link @ by_reflector)

@@ -47,7 +47,7 @@ def identify(
     Raises:
         StiffnessError: the sessions are not of one robot, or nothing in them can be fitted.
     """
-    _one_robot(sessions)
+    one_robot(sessions)
     if effects is not None:
         return _robust(sessions, _named(effects), prior, ())
     base = ["joint-stiffness"] if any(s.has_displacement for s in sessions) or _sag(sessions) else []
@@ -76,7 +76,8 @@ def _named(names: Sequence[str]) -> tuple[Effect, ...]:
     return tuple(e for e in CATALOGUE if e.name in wanted)
 
 
-def _one_robot(sessions: Sequence[Session]) -> None:
+def one_robot(sessions: Sequence[Session]) -> None:
+    """Refuse sessions of different robots."""
     first = sessions[0]
     for s in sessions[1:]:
         same = all(
@@ -106,7 +107,7 @@ def _with_memory(sessions: Sequence[Session], names: list[str], fit: Fit, prior:
         if stats.chi2.sf(max(drop, 0.0), free) < CHANCE / 2 and drop > gain:
             note = f"{name}: chi-square falls by {drop:.0f} for {free} numbers"
             best, gain = replace(trial, notes=(*trial.notes, note)), drop
-    return best if best is fit else _reconsidered(best, prior)
+    return best if best is fit else reconsidered(best, prior)
 
 
 def _load_levels(session: Session) -> int:
@@ -130,18 +131,18 @@ def _robust(
         for name, numbers in prior.values.items():
             if name in fixed:
                 fixed[name].update({k: np.array(v) for k, v in numbers.items()})
-    layout = unknowns(effects, joints)
+    layout = unknowns(effects, joints, extras=True)
     evidence = tuple(Evidence(s, layout, fixed) for s in sessions)
     for e, mask in zip(evidence, used or (), strict=False):
         e.used = mask.copy()
     absolute = any(e.name == "kinematic-offset" for e in effects)
     offset = 0.0 if absolute else OFFSET
-    fit = _fitted(layout, fixed, evidence, offset, prior, notes)
-    fit = _cleaned(fit, prior)
+    fit = fitted(layout, fixed, evidence, offset, prior, notes)
+    fit = cleaned(fit, prior)
     return replace(fit, notes=(*notes, *doubts(fit)))
 
 
-def _cleaned(fit: Fit, prior: ComplianceModel | None) -> Fit:
+def cleaned(fit: Fit, prior: ComplianceModel | None) -> Fit:
     """Without the rows that the others contradict."""
     for _ in range(OUTLIER_ROUNDS):
         if not _leave_out(fit):
@@ -170,19 +171,19 @@ def _take_back(fit: Fit) -> bool:
 
 
 def _again(fit: Fit, prior: ComplianceModel | None) -> Fit:
-    return _fitted(fit.unknowns, fit.fixed, fit.evidence, fit.offset, prior, fit.notes, fit.solution.vector)
+    return fitted(fit.unknowns, fit.fixed, fit.evidence, fit.offset, prior, fit.notes, fit.solution.vector)
 
 
-def _reconsidered(fit: Fit, prior: ComplianceModel | None) -> Fit:
+def reconsidered(fit: Fit, prior: ComplianceModel | None) -> Fit:
     """All rows again: what a poorer model took for wrong may be right."""
     if all(e.used.all() for e in fit.evidence):
         return fit
     for e in fit.evidence:
         e.used[:] = True
-    return _cleaned(_again(fit, prior), prior)
+    return cleaned(_again(fit, prior), prior)
 
 
-def _fitted(
+def fitted(
     layout: Unknowns,
     fixed: Mapping[str, Numbers],
     evidence: tuple[Evidence, ...],
@@ -191,6 +192,7 @@ def _fitted(
     notes: tuple[str, ...],
     start: Floats | None = None,
 ) -> Fit:
+    """Least squares of one layout on evidence that is ready."""
     shared, columns = len(layout), columns_of(evidence, len(layout))
     width = columns[-1].stop
     first = layout.start(fixed)

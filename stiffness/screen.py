@@ -21,6 +21,8 @@ from stiffness.unknowns import Unknown, Unknowns
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
+PIECE = 512  # readings at a time
+
 
 class Screen:
     """All effects of one session at once.
@@ -65,13 +67,25 @@ class Screen:
             (nonzero,) = kernel.run(*(a[first[some]] for a in given), p, x[first[some]])
             slope[some[:, None], row[None], column[None]] = nonzero
         out = np.zeros((len(evidence.samples), 3, len(self.numbers)))
-        for k in np.unique(evidence.link):
-            rows = np.flatnonzero(evidence.link == k)
-            at = places[evidence.samples.reflector[rows]]
-            frames = reader.sight.frames(evidence.samples.q[rows], x[rows])
-            point = frames.origin[:, k] + np.einsum("nij,nj->ni", frames.rotation[:, k], at)
-            out[rows] = reader.sight.slopes(frames, int(k), point) @ slope[of[rows]]
+        for rows in _pieces(evidence.link):
+            by_x = self._by_coordinate(evidence, x, rows, places)
+            out[rows] = by_x @ slope[of[rows]]
         return seen.back @ out + self._all.shown_slopes(seen.position, p)[:, :, self._columns]
+
+    def geometry(self, evidence: Evidence, seen: Predicted, station: Floats) -> Floats:
+        """(N, 3, n + 6 (n + 1)) slopes of what is read by every joint angle and by twists of every place 0 ... n."""
+        x, places = self._coordinates(evidence, seen), evidence.station.reflectors(station)
+        out = np.zeros((len(evidence.samples), 3, x.shape[1]))
+        for rows in _pieces(evidence.link):
+            out[rows] = self._by_coordinate(evidence, x, rows, places)
+        return np.asarray(seen.back @ out)
+
+    def _by_coordinate(self, evidence: Evidence, x: Floats, rows: Index, places: Floats) -> Floats:
+        k, sight = int(evidence.link[rows[0]]), self._all.reader.sight
+        frames = sight.frames(evidence.samples.q[rows], x[rows])
+        at = places[evidence.samples.reflector[rows]]
+        point = frames.origin[:, k] + np.einsum("nij,nj->ni", frames.rotation[:, k], at)
+        return sight.slopes(frames, k, point)
 
     def _coordinates(self, mine: Evidence, seen: Predicted) -> Floats:
         """(N, n_x) elastic coordinates of the fit, in the order of all effects."""
@@ -105,3 +119,9 @@ class Screen:
         nonzero = ca.vertcat(*jacobian.nonzeros())
         given = [q, w, point, payload, warm, state, p, x]
         return Kernel(ca.Function("screen", given, [ca.densify(nonzero)])), row, column
+
+
+def _pieces(link: Index) -> list[Index]:
+    """Readings of one link each, few enough at a time to keep memory small."""
+    each = [np.flatnonzero(link == k) for k in np.unique(link)]
+    return [part for rows in each for part in np.array_split(rows, -(-len(rows) // PIECE))]

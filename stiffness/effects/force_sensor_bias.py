@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, Parameter, Shown, Values
+from stiffness.effects.effect import Effect, Numbers, Parameter, Shown, Values
 
 
 def _acting(given: Shown, p: Values) -> ca.SX:
@@ -21,6 +21,11 @@ def _acting(given: Shown, p: Values) -> ca.SX:
     shown = ca.vertcat(f + ca.cross(e, f), m + ca.cross(e, m))
     acting = (1 + p["scale"]) * shown - ca.vertcat(p["force_n"], p["moment_nm"])
     return ca.vertcat(ca.mtimes(to_sensor.T, acting[:3]), ca.mtimes(to_sensor.T, acting[3:]))
+
+
+def _check(p: Numbers) -> str:
+    value = float(p["in_tool_axes"][0])
+    return "" if value in (0.0, 1.0) else f"in_tool_axes = {value:g}; expected 0 or 1: axes between the two are no axes"
 
 
 EFFECT = Effect(
@@ -72,4 +77,5 @@ EFFECT = Effect(
         ),
     ),
     wrench_reading=_acting,
+    check=_check,
 )

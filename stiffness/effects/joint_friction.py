@@ -35,8 +35,8 @@ def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
     share = np.minimum(np.abs(move) / (0.5 * REVERSAL), 1.0)  # of the way to the state that a long move leaves
     left = -np.sign(move) * p["lag"] * most
     # the interval that f may be in shrinks about what the move leaves behind
-    low, high = -most + share * (left + most), most + share * (left - most)
-    return Clamp(-change, low, high)
+    centre, half = share * left, (1 - share) * most
+    return Clamp(-change, centre - half, centre + half)
 
 
 EFFECT = Effect(

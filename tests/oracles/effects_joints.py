@@ -64,9 +64,9 @@ def _stuck(held: float, now: Step, p: Mapping[str, float]) -> float:
     most = p["friction_nm"]
     after = slid(held, now, most)
     travelled = min(abs(now.move) / 0.5e-6, 1.0)
-    centre = -travelled * p["lag"] * most * (1 if now.move > 0 else -1 if now.move < 0 else 0)
-    width = (1 - travelled) * most
-    return min(max(after, centre - width), centre + width)
+    left = -p["lag"] * most * (1 if now.move > 0 else -1 if now.move < 0 else 0)
+    lowest, highest = (np.interp(travelled, [0.0, 1.0], [end, left]) for end in (-most, most))
+    return float(min(max(after, lowest), highest))
 
 
 def coupled_stiffness(stiffness: Floats, coupling: Floats) -> Floats:
@@ -110,8 +110,8 @@ def _compensated(angle: Floats, p: Numbers) -> Floats:
 
 
 def _pinned(rng: np.random.Generator) -> dict[str, Floats]:
-    drawn = {"moment_nm": (500.0, 8e4), "angle_rad": (-3.1, 3.1), "free_length": (0.0, 1.5), "eccentricity": (0.1, 0.95)}
-    return {name: rng.uniform(*ends, 1) for name, ends in drawn.items()}
+    ends = {"moment_nm": (500, 8e4), "angle_rad": (-3.1, 3.1), "free_length": (0, 1.5), "eccentricity": (0.1, 0.95)}
+    return {name: rng.uniform(*between, 1) for name, between in ends.items()}
 
 
 JOINTS: dict[str, Oracle] = {

@@ -25,7 +25,7 @@ class Joints:
 
 @dataclass(frozen=True)
 class Place:
-    """What a place is in: ``wrench`` (6,), ``temperature`` K above the reference, ends of its link (3,) from its origin."""
+    """What a place is in: ``wrench`` (6,), ``temperature`` K above the reference, ends of its link (3,) m."""
 
     place: int
     wrench: Floats
@@ -51,7 +51,8 @@ class Oracle:
         joint: deflection (n,) that the effect adds.
         twist: place, values -> (6,).
         torque: angles (n,) -> (n,); mass: joints -> [(link, kg, com)].
-        wrench_reading: shown (6,), axes -> tool (3, 3), values -> (6,); position_reading: place (3,), s, values -> (3,).
+        wrench_reading: shown (6,), turn to the tool (3, 3), values -> (6,).
+        position_reading: position (3,), time s, values -> (3,).
         step: state, step of one joint and its values -> the next state.
         nothing: values for which there is no effect; None where there are none.
         without_load: there is an effect without load.

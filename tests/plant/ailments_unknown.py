@@ -29,8 +29,10 @@ def _turning(
 
 def crossed(k: int = 3, other: int = 2) -> Ailment:
     """A joint that is softer where another joint stands elsewhere."""
-    law = f"joint {k} turns by s torque_{k} sin(q_{other}) / K"
-    return _turning(k, (f"joint-{other}",), law, "1", lambda at, K: at.torque[k - 1] * np.sin(at.angle[other - 1]) / K)
+    law = f"joint {k} turns by s torque_{k} sin(2 q_{other}) / K"
+    return _turning(
+        k, (f"joint-{other}",), law, "1", lambda at, K: at.torque[k - 1] * np.sin(2 * at.angle[other - 1]) / K
+    )
 
 
 def brake(k: int = 2) -> Ailment:

@@ -75,6 +75,7 @@ def write(
         s, change, left = factor(bench, ailment, size * floor, of)
         worn, values = ailment.apply(worn, cell.arm, s)
         truth.append(Truth(ailment.effect, ailment.where, ailment.law, s, values, change, left))
+    truth.sort(key=lambda t: scenario.effects.index((t.effect, t.where)))
     moved, later = _later(worn)
     wears = {"A_healthy": cell.healthy, "D": worn, "B": worn, "C": moved}
     plants = {name: WornPlant(cell.arm, wears[name]) for name in sessions}

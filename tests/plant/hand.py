@@ -1,4 +1,4 @@
-"""Textbook rigid-body motion along a day in the lab: what small turns and shifts do to a reading, worked out by hand."""
+"""Textbook rigid-body motion along a day in the lab: what small turns and shifts do to a reading, by hand."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ import pytest
 from . import ailments_body as body
 from . import ailments_instrument as instrument
 from . import ailments_joint as joint
-from . import ailments_unknown as unknown
+from . import small_arms
 from .ailment import Ailment
 from .cell_design import CELLS, climate
-from .geometry import Array, rotation_vector
+from .geometry import Array, shift
 from .hand import Day
+from .wear import Wear
+from .worn_plant import WornPlant
 
 ARMS = tuple(CELLS)
 DAY = Day()
@@ -101,7 +104,9 @@ def test_posture_bump_and_cosine(arm: str) -> None:
     for k, shape in ((3, "bump"), (2, "cosine")):
 
         def expected(values: Any, k: int = k, shape: str = shape) -> Array:
-            s, c, w = (values[f"{n} joint-{k} {u}"] for n, u in (("amplitude", "1"), ("centre", "rad"), ("width", "rad")))
+            s, c, w = (
+                values[f"{n} joint-{k} {u}"] for n, u in (("amplitude", "1"), ("centre", "rad"), ("width", "rad"))
+            )
             x = day.q[:, k - 1] - c
             more = np.exp(-((x / w) ** 2) / 2) if shape == "bump" else np.cos(x) ** 2  # (1 + cos 2x) / 2
             assert np.ptp(more) > 0.2
@@ -119,7 +124,9 @@ def test_kinematic_offsets_are_there_without_load(arm: str) -> None:
 
     def askew(v: Any) -> Array:
         R, origin = day.frames[:, 3, :3, :3], day.frames[:, 3, :3, 3]
-        xyz, rpy = ([v[f"{c} link-3 {u}"] for c in names] for names, u in (("xyz", "m"), (("roll", "pitch", "yaw"), "rad")))
+        xyz, rpy = (
+            [v[f"{c} link-3 {u}"] for c in names] for names, u in (("xyz", "m"), (("roll", "pitch", "yaw"), "rad"))
+        )
         moved = R @ np.array(xyz) + np.cross(R @ np.array(rpy), day.point - origin)
         return np.where((day.on >= 3)[:, None], moved, 0)
 
@@ -251,3 +258,10 @@ def test_tracker_wanders_with_the_clock_and_takes_the_pedestal_along(settling: f
     change = check(DAY, instrument.tracker(settling), 2.0, expected, close=1e-3)
     late = (DAY.on == 0) & (time[:, 0] > 0.8 * time.max())
     assert np.linalg.norm(change[late], axis=1).min() > 2e-5
+
+
+def test_zero_of_a_joint_that_turns_the_other_way() -> None:
+    arm = small_arms.chain([np.eye(4)], [[0, 0, -1]], [shift((1, 0, 0))])
+    wear = replace(Wear.healthy(np.array([1e6])), zeros=np.array([1e-3]))
+    tip = WornPlant(arm, wear, gravity_on=False).walk([[0.2]]).tcp[0, :2, 3]
+    np.testing.assert_allclose(tip, [np.cos(0.201), -np.sin(0.201)], atol=1e-12)

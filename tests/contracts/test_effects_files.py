@@ -1,0 +1,133 @@
+"""The catalogue in model files and on the pages of docs/."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+
+from stiffness import model as model_module
+from stiffness.effects import BY_NAME, CATALOGUE
+from stiffness.effects.effect import Effect
+from stiffness.effects.table import markdown
+from stiffness.errors import ModelError
+from stiffness.model import ComplianceModel, load_model, model_text
+from tests.contracts.effect_laws import STIFFNESS, N, Numbers, every_effect, sample
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = DOCS / "effects.md"
+PAGES = (PAGE, *(DOCS / f"effects-{part}.md" for part in ("joints", "places", "instruments")))
+
+
+def model_of(effect: Effect, values: Numbers) -> ComplianceModel:
+    base = {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}}
+    tools = {effect.name: "spindle"} if effect.scope == "tool" else {}
+    return ComplianceModel(
+        "memory",
+        "ur10",
+        "uncompensated",
+        20.0,
+        None,
+        None,
+        {**base, effect.name: values},
+        {effect.name: {k: np.abs(v) / 7 for k, v in values.items()}},
+        {},
+        tools,
+    )
+
+
+@every_effect
+@pytest.mark.parametrize("seed", range(3))
+def test_survives_the_model_file_unchanged(effect: Effect, seed: int, tmp_path: Path) -> None:
+    values = sample(effect, seed)
+    path = tmp_path / "model.toml"
+    path.write_text(model_text(model_of(effect, values)), encoding="utf-8")
+    back = load_model(path)
+    assert effect in back.effects
+    for k, v in values.items():
+        assert back.values[effect.name][k].tobytes() == np.asarray(v).tobytes()
+        assert back.sd[effect.name][k].tobytes() == (np.abs(v) / 7).tobytes()
+    assert model_text(replace(back, source="memory")) == path.read_text(encoding="utf-8")
+
+
+def refused(effect: Effect, change: dict[str, object], folder: Path) -> str:
+    numbers: dict[str, object] = {k: v.tolist() for k, v in sample(effect, 0).items()}
+    effects = {"joint-stiffness": {"k_nm_per_rad": STIFFNESS.tolist()}, effect.name: {**numbers, **change}}
+    path = folder / "model.toml"
+    path.write_text(tomli_w.dumps({"schema": "model/1", "robot": "ur10", "effects": effects}), encoding="utf-8")
+    with pytest.raises(ModelError) as caught:
+        load_model(path)
+    return str(caught.value)
+
+
+@every_effect
+def test_refuses_what_it_does_not_know_and_what_is_out_of_range(effect: Effect, tmp_path: Path) -> None:
+    assert f"unknown key effects.{effect.name}.stifness" in refused(effect, {"stifness": 1.0}, tmp_path)
+    good = sample(effect, 0)
+    for p in effect.parameters:
+        for wrong in (p.low - max(abs(p.low), p.scale) * 1e-6, p.high * (1 + 1e-6) + 1e-12):
+            numbers = good[p.name].tolist()
+            numbers[-1] = wrong
+            place = f"effects.{effect.name}.{p.name}[{len(numbers)}]"
+            text = refused(effect, {p.name: numbers}, tmp_path)
+            assert place in text and p.unit in text and f"{p.low:g} ... {p.high:g}" in text
+        many = [*good[p.name].tolist(), p.start]
+        assert f"expected {p.count(N)} number" in refused(effect, {p.name: many}, tmp_path)
+        assert "must be finite" in refused(effect, {p.name: [float("nan")] * p.count(N)}, tmp_path)
+
+
+@every_effect
+def test_instruments_never_take_part_in_a_path(effect: Effect) -> None:
+    model = model_of(effect, sample(effect, 0))
+    applied, left_out = model.applied("spindle")
+    assert (effect in applied) == (effect.scope != "instruments")
+    assert (effect.name in left_out) == (effect.scope == "instruments")
+    if effect.scope == "tool":
+        assert effect not in model.applied("another tool")[0]
+
+
+def test_an_effect_of_instruments_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    bias = replace(BY_NAME["tool-compliance"], name="bias", scope="instruments")
+    monkeypatch.setattr(model_module, "CATALOGUE", (*CATALOGUE, bias))
+    model = model_of(bias, sample(BY_NAME["tool-compliance"], 0))
+    assert model.applied("spindle") == ((BY_NAME["joint-stiffness"],), ("bias",))
+
+
+# -------------------------------------------------------------------------------------------- docs
+
+
+def test_the_table_of_the_page_is_the_catalogue() -> None:
+    printed = re.search(r"<!-- python -m stiffness.effects -->\n(.*?)<!-- end -->", PAGE.read_text("utf-8"), re.DOTALL)
+    assert printed is not None and printed[1].strip() == markdown().strip()
+
+
+def test_the_module_prints_the_table() -> None:
+    done = subprocess.run([sys.executable, "-m", "stiffness.effects"], capture_output=True, text=True, check=True)
+    assert done.stdout == markdown() and done.stderr == ""
+    assert all(f"| `{e.name}` | {e.scope} | `{p.name}` |" in done.stdout for e in CATALOGUE for p in e.parameters)
+
+
+@every_effect
+def test_the_page_tells_of_every_effect(effect: Effect) -> None:
+    sections = [s for page in PAGES for s in page.read_text("utf-8").split("\n## ")]
+    own = [s for s in sections if s.startswith(f"`{effect.name}`")]
+    assert len(own) == 1
+    for word in ("**Equation**", "**Parameters**", "**Typical size**", "**How it shows**", "**Confused with**"):
+        assert word in own[0], f"{effect.name}: {word}"
+    assert all(f"`{p.name}`" in own[0] for p in effect.parameters)
+
+
+def test_the_first_page_links_the_others() -> None:
+    text = PAGE.read_text("utf-8")
+    assert all(f"({page.name})" in text for page in PAGES[1:])
+    assert all(f"](effects-{part}.md#{e.name})" in text for e in CATALOGUE for part in [_page_of(e)])
+
+
+def _page_of(effect: Effect) -> str:
+    return next(p.stem.removeprefix("effects-") for p in PAGES if f"\n## `{effect.name}`" in p.read_text("utf-8"))
