@@ -8,6 +8,7 @@ itself changes is left out: a hundredth of an effect, and the fit that follows h
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+
 import casadi as ca
 import numpy as np
 import numpy.typing as npt

@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 
 from stiffness import model as model_module
-from stiffness.effects import BY_NAME, CATALOGUE
+from stiffness.effects import BUILT_IN, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.effects.table import markdown
 from stiffness.errors import ModelError
@@ -110,7 +110,7 @@ def test_the_table_of_the_page_is_the_catalogue() -> None:
 def test_the_module_prints_the_table() -> None:
     done = subprocess.run([sys.executable, "-m", "stiffness.effects"], capture_output=True, text=True, check=True)
     assert done.stdout == markdown() and done.stderr == ""
-    assert all(f"| `{e.name}` | {e.scope} | `{p.name}` |" in done.stdout for e in CATALOGUE for p in e.parameters)
+    assert all(f"| `{e.name}` | {e.scope} | `{p.name}` |" in done.stdout for e in BUILT_IN for p in e.parameters)
 
 
 @every_effect
@@ -126,7 +126,7 @@ def test_the_page_tells_of_every_effect(effect: Effect) -> None:
 def test_the_first_page_links_the_others() -> None:
     text = PAGE.read_text("utf-8")
     assert all(f"({page.name})" in text for page in PAGES[1:])
-    assert all(f"](effects-{part}.md#{e.name})" in text for e in CATALOGUE for part in [_page_of(e)])
+    assert all(f"](effects-{part}.md#{e.name})" in text for e in BUILT_IN for part in [_page_of(e)])
 
 
 def _page_of(effect: Effect) -> str:

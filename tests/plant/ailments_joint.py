@@ -41,6 +41,21 @@ def hardening(k: int) -> Ailment:
     return Ailment("joint-hardening", (f"joint-{k}",), law, apply, 0.3)
 
 
+def hardening_smooth(k: int) -> Ailment:
+    """Soft at small torque, and less and less so."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        stiff, knee = float(wear.stiffness[k - 1]), 0.35 * torque_scale(wear, k)
+
+        def law(at: Situation) -> Array:
+            t = float(at.torque[k - 1])
+            return only(arm.n, k, np.sign(t) * s * knee / stiff * -np.expm1(-abs(t) / knee))
+
+        return with_law(wear, law), {f"softness joint-{k} 1": s, f"knee joint-{k} N*m": knee}
+
+    return Ailment("joint-hardening", (f"joint-{k}",), "tangent compliance (1 + s exp(-|torque|/knee))/K", apply, 0.3)
+
+
 def softening(k: int) -> Ailment:
     """The flank against the last rotation is softer."""
 

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from . import ailments_body as body
 from . import ailments_instrument as instrument
 from . import ailments_joint as joint
@@ -122,10 +124,13 @@ def _later(wear: Wear) -> tuple[Wear, str]:
 SINGLE: dict[str, Ailment] = {
     "joint-hardening joint-2": joint.hardening(2),
     "joint-hardening joint-3": joint.hardening(3),
+    "joint-hardening joint-3 smooth": joint.hardening_smooth(3),
     "preload-softening joint-1": joint.softening(1),
     "preload-softening joint-3": joint.softening(3),
     "backlash joint-1": joint.backlash(1),
     "backlash joint-3": joint.backlash(3),
+    "backlash joint-1 any torque carries": joint.backlash(1, breakaway=0.0),
+    "backlash joint-5 no torque carries": joint.backlash(5, breakaway=np.inf),
     "joint-friction joint-2": joint.friction(2),
     "joint-friction joint-1": joint.friction(1),
     "joint-friction joint-3 loose": joint.friction(3, lag=False),

@@ -55,6 +55,17 @@ def test_hardening_follows_its_three_slopes(k: int) -> None:
     check(DAY, joint.hardening(k), 0.2, expected)
 
 
+def test_smooth_hardening_is_the_integral_of_its_slope() -> None:
+    def expected(values: Any) -> Array:
+        s, knee = values["softness joint-3 1"], values["knee joint-3 N*m"]
+        t = DAY.torque(3)
+        steps = np.linspace(0, 1, 2001)
+        slope = s * np.exp(-np.abs(t)[:, None] * steps / knee) / DAY.cell.stiffness[2]
+        return DAY.turned(3, t * np.mean((slope[:, 1:] + slope[:, :-1]) / 2, axis=1))
+
+    check(DAY, joint.hardening_smooth(3), 0.3, expected)
+
+
 @pytest.mark.parametrize("k", [1, 3])
 def test_softening_where_torque_is_against_the_last_rotation(k: int) -> None:
     def expected(values: Any) -> Array:
@@ -82,6 +93,16 @@ def test_backlash_is_on_one_side_or_the_other() -> None:
         return DAY.turned(1, values["gap joint-1 rad"] / 2 * side)
 
     check(DAY, joint.backlash(1, breakaway=0.2), 1.0, expected)
+
+
+def test_backlash_held_by_torque_alone_or_by_motion_alone() -> None:
+    gap = 1.5e-4
+    by_torque, by_motion = DAY.turned(1, gap / 2 * np.sign(DAY.torque(1))), DAY.turned(5, gap / 2 * DAY.direction[:, 4])
+    loaded = DAY.column("state")[:, 0] > 0  # axis 1 stands upright: without load no torque but rounding
+    wear, _ = joint.backlash(1, breakaway=0.0).apply(DAY.cell.healthy, DAY.cell.arm, 1.5)
+    loaded &= np.abs(DAY.torque(1)) > 1
+    np.testing.assert_allclose(DAY.change(wear)[loaded], by_torque[loaded], atol=0.01 * np.abs(by_torque).max())
+    check(DAY, joint.backlash(5, breakaway=np.inf), 1.5, lambda v: by_motion)
 
 
 def test_coupling_turns_each_joint_by_the_torque_of_the_other() -> None:

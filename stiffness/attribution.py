@@ -1,0 +1,217 @@
+"""Attribution: where a residual sits and what it follows, without the catalogue.
+
+Every joint may turn, and every place may move, by any blend of simple features of a reading: constant, its load, its
+angles, the way it was approached, the order of loads, time, temperature, further columns. How much of the residual of
+set-ups left out a place explains that way is its share; how much one column explains, wherever it acts, is the column's.
+Noise explains nothing that it has not seen, so a column of noise has no share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import place_name
+from stiffness.evidence import Evidence, Predicted
+from stiffness.fit import Fit
+from stiffness.fit import columns_of as station_columns
+from stiffness.ledger import Held, Ledger
+from stiffness.screen import Screen
+from stiffness.search import fold_of
+from stiffness.selection import steady
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+RIDGES = (1e-3, 1e-2, 1e-1)  # prior size of a feature's weight over the residual's own
+HARMONICS = 4
+LEAST = 0.02  # a share below is not reported
+SILENT = 0.02  # of the largest torque: below, a torque has no sign
+
+
+@dataclass(frozen=True)
+class Share:
+    """``what``: a place or ``column:NAME``; ``share`` of the structure; ``follows``: features that carry it."""
+
+    what: str
+    share: float
+    follows: str = ""
+
+
+@dataclass(frozen=True, repr=False)
+class Features:
+    """Regressors of N readings: ``values`` (N, F), the ``family`` of each for the report, the ``column`` it is of.
+
+    ``joint``: the joint that a feature is for, -1 for all.
+    """
+
+    values: Floats
+    family: tuple[str, ...]
+    column: tuple[str, ...]
+    joint: tuple[int, ...]
+
+
+def features(evidence: Evidence, seen: Predicted) -> Features:
+    """All regressors of a session, each scaled to a root mean square of one."""
+    s, n = evidence.samples, evidence.session.robot.n
+    out: list[tuple[Floats, str, str, int]] = [(np.ones(len(s)), "always the same", "", -1)]
+    most = np.maximum(np.abs(seen.torque).max(axis=0), 1e-9)
+    tau = seen.torque / most
+    sign = np.where(np.abs(tau) > SILENT, np.sign(tau), 0.0)
+    for j in range(n):
+        name = f"torque of joint {j + 1}"
+        out.append((tau[:, j], name, "", -1))
+        out.append((sign[:, j], f"sign of its torque, joint {j + 1}", "", j))
+        out.append((tau[:, j] * np.abs(tau[:, j]), f"size of its torque, joint {j + 1}", "", j))
+        out.append((tau[:, j] ** 3, f"size of its torque, joint {j + 1}", "", j))
+        for h in range(1, HARMONICS + 1):
+            only = -1 if h == 1 else j
+            for wave in (np.cos, np.sin):
+                out.append((wave(h * s.q[:, j]), f"angle of joint {j + 1}", f"q{j + 1}", only))
+        for i in range(n):
+            for wave in (np.cos, np.sin):
+                out.append((tau[:, j] * wave(s.q[:, i]), f"torque of joint {j + 1} times angle of joint {i + 1}", f"q{i + 1}", j))
+        approach = s.approach[:, j].astype(float)
+        out.append((approach, f"approach of joint {j + 1}", f"approach{j + 1}", j))
+        out.append((approach * np.abs(tau[:, j]), f"approach of joint {j + 1} times its load", f"approach{j + 1}", j))
+        out.append((_change(evidence, tau[:, j]), f"last change of load of joint {j + 1}", "state", j))
+    for name, column in columns(evidence).items():
+        out.append((column, name, name, -1))
+        out += [(column * tau[:, j], f"{name} times torque of joint {j + 1}", name, j) for j in range(n)]
+        if len(np.unique(column)) > 3:
+            out.append((column**2, name, name, -1))
+    keep = [(v / np.sqrt(np.mean(v**2)), *rest) for v, *rest in out if np.sqrt(np.mean(v**2)) > 1e-9]
+    return Features(
+        np.stack([v for v, *_ in keep], axis=1),
+        tuple(str(f) for _, f, _, _ in keep), tuple(str(c) for *_, c, _ in keep), tuple(int(j) for *_, j in keep),  # type: ignore[call-overload]
+    )  # fmt: skip
+
+
+def columns(evidence: Evidence) -> dict[str, Floats]:
+    """Columns of the session that vary, centred and scaled: time, temperature, payload, and whatever else it has."""
+    s = evidence.samples
+    every = {"time": s.time, "temperature": s.temperature, "payload": s.payload, **s.extra}
+    out = {}
+    for name, raw in every.items():
+        finite = np.isfinite(raw)
+        if finite.any() and np.ptp(raw[finite]) > 0:
+            filled = np.where(finite, raw, raw[finite].mean())
+            out[name] = (filled - filled.mean()) / filled.std()
+    return out
+
+
+def _change(evidence: Evidence, tau: Floats) -> Floats:
+    """(N,) sign of the last change of a torque, from the state before in the same set-up; 0 in the first."""
+    states = evidence.session.states
+    now = tau[states.first]
+    before = np.where(states.before >= 0, now[states.before], now)
+    change = now - before
+    return np.asarray(np.where(np.abs(change) > SILENT, np.sign(change), 0.0)[states.of])
+
+
+def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) -> list[Share]:
+    """Shares of places and of columns, largest first."""
+    layouts = [features(e, p) for e, p in zip(fit.evidence, seen, strict=True)]
+    common = [f for f in range(len(layouts[0].family)) if all(layouts[0].family == o.family for o in layouts)]
+    if not common:  # sessions with different columns: what they share is what can be looked at
+        layouts = [_without_columns(f) for f in layouts]
+    first, n = layouts[0], fit.unknowns.joints
+    index, ledger = _ledger(fit, screens, seen, layouts)
+    base = np.array([h.chi2 for h in ledger.held])
+    noise = np.array([h.count for h in ledger.held], dtype=float)
+    structure = max(float((base - noise).sum()), 1e-9)
+    places = [f"joint-{j + 1}" for j in range(n)] + [place_name(k, n) for k in range(n + 1)]
+    out = []
+    for k, place in enumerate(places):
+        mine = index[k][index[k] >= 0]
+        share = _share(ledger, mine, base, structure)
+        if share > LEAST:
+            out.append(Share(place, share, _follows(ledger, index[k], first, base, structure, share)))
+    for name in sorted({c for c in first.column if c}):
+        mine = np.concatenate([_of_column(index[k], first, name) for k in range(n)])
+        share = _share(ledger, mine, base, structure)
+        if share > LEAST:
+            out.append(Share(f"column:{name}", share))
+    return sorted(out, key=lambda s: -s.share)
+
+
+def _without_columns(f: Features) -> Features:
+    keep = [i for i, c in enumerate(f.column) if not c or c[0] in "qas"]
+    return Features(f.values[:, keep], *(tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint)))  # type: ignore[arg-type]
+
+
+def _ledger(
+    fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted], layouts: Sequence[Features]
+) -> tuple[list[Index], Ledger]:
+    """Columns of every place times every feature, and per place the column of each feature (-1: none)."""
+    n, width = fit.unknowns.joints, len(fit.solution.vector)
+    joint = layouts[0].joint
+    index: list[Index] = []
+    wanted: list[tuple[int, int]] = []  # coordinate, feature
+    for j in range(n):
+        at = np.full(len(joint), -1)
+        for f, only in enumerate(joint):
+            if only in (-1, j):
+                at[f] = len(wanted)
+                wanted.append((j, f))
+        index.append(at)
+    plain = [f for f, only in enumerate(joint) if only == -1]
+    for k in range(n + 1):
+        at = np.full(6 * len(joint), -1)
+        for c in range(6):
+            for f in plain:
+                at[c * len(joint) + f] = len(wanted)
+                wanted.append((n + 6 * k + c, f))
+        index.append(at)
+    coordinate, feature = np.array(wanted).T
+    blocks, folds = [], []
+    for k, (e, screen, shown, layout) in enumerate(zip(fit.evidence, screens, seen, layouts, strict=True)):
+        geometry = screen.geometry(e, shown, fit.station(k))
+        more = geometry[:, :, coordinate] * layout.values[:, None, feature]
+        at = station_columns(fit.evidence, len(fit.unknowns))[k]
+        mine = e.blocks(fit.parameters, fit.station(k), 0.0, at, width, more)
+        blocks += mine
+        folds += [fold_of(e.session, int(b.rows[0])) for b in mine]
+    weak = 1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300)
+    return index, Ledger(blocks, folds, width, np.asarray(weak))
+
+
+def _of_column(index: Index, first: Features, name: str) -> Index:
+    at = np.array([i for i, c in zip(index, first.column * (len(index) // len(first.column)), strict=True) if c == name])
+    return at[at >= 0].astype(np.intp) if len(at) else np.empty(0, dtype=np.intp)
+
+
+def _share(ledger: Ledger, columns: Index, base: Floats, structure: float) -> float:
+    """How much of the structure of folds left out some columns explain; 0 where it is not steady."""
+    if not len(columns):
+        return 0.0
+    best = 0.0
+    for ridge in RIDGES:
+        gain = base - np.array([_ridge(h, columns, ridge) for h in ledger.held])
+        if steady(gain):
+            best = max(best, float(gain.sum()) / structure)
+    return min(best, 1.0)
+
+
+def _ridge(held: Held, columns: Index, ridge: float) -> float:
+    """Chi-square of a fold for weights that a prior keeps small: sizes as if all columns explained alike."""
+    curvature = held.trained.curvature[np.ix_(columns, columns)]
+    scale = 1 / np.sqrt(np.maximum(np.diag(curvature), 1e-300))
+    scaled = curvature * np.outer(scale, scale) + ridge * np.eye(len(columns))
+    weight = scale * np.linalg.solve(scaled, scale * held.trained.slope[columns])
+    return held.score(columns, weight)
+
+
+def _follows(ledger: Ledger, index: Index, first: Features, base: Floats, structure: float, share: float) -> str:
+    """The family of features that carries most of a place's share, if it carries half."""
+    repeat = len(index) // len(first.family)
+    best, name = 0.0, ""
+    for family in dict.fromkeys(first.family):
+        at = np.array([i for i, f in zip(index, first.family * repeat, strict=True) if f == family and i >= 0], dtype=np.intp)
+        own = _share(ledger, at, base, structure)
+        if own > best:
+            best, name = own, family
+    return name if best > 0.5 * share else "more than one thing"
