@@ -133,6 +133,27 @@ def identify(
 
 
 @main.command()
+@click.argument("sessions", type=_FILE, nargs=-1, required=True)
+@click.option("--model", required=True, type=_FILE, help="Model to judge.")
+@click.option("-o", "--output", type=_FILE, help="Refined model to write; the model itself where nothing was found.")
+@click.option("--report", "html", type=_FILE, help="HTML report.")
+@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+@_refusals
+def diagnose(
+    sessions: tuple[Path, ...], model: Path, output: Path | None, html: Path | None, json: Path | None, verbose: bool
+) -> None:
+    """Say what MODEL lacks in the readings of SESSIONS, add it, and say how much better that is."""
+    from compensator.report.diagnosis_text import diagnosis_lines
+    from compensator.report.text import progress, show_lines
+    from compensator.tasks_diagnose import diagnose_files
+
+    with progress(verbose) as say:
+        done = diagnose_files(sessions, model, output, json=json, html=html, say=say)
+    show_lines([*diagnosis_lines(done.diagnosis, done.report), *(f"wrote {file}" for file in done.files)])
+
+
+@main.command()
 @click.argument("session", type=_FILE)
 @click.option("--model", required=True, type=_FILE, help="Model to judge.")
 @click.option("--register", type=int, help="States per block that place the tracker; default 25 where not registered.")

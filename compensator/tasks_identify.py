@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from compensator.outputs import Outputs
+from compensator.robot_path import robot_beside
 from compensator.summary import as_json
 from compensator.tasks import Say, quiet
 from compensator.version import version
@@ -65,7 +66,7 @@ def identify_files(
     say("fitting")
     fit = identify(loaded, effects, known)
     report = identify_report(fit)
-    robot = _robot_beside(loaded[0], output)
+    robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     page = None if html is None else (html, _page(fit, report))
     return Identified(fit, report, _written(model, output, report, json, page))
@@ -96,7 +97,8 @@ def _written(
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
     fit = identify_local(*loaded)
-    model = fit.model(_robot_beside(loaded[0], output), {"software": f"toolpath-compensator {version()}"})
+    robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
+    model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
     known = fit.identified
     report: dict[str, Any] = {
         "effects": list(model.values),
@@ -195,20 +197,6 @@ def _as_dict(score: Score | None) -> dict[str, Any] | None:
         "noise_floor_mm": score.noise_floor * MM,
         "by_reflector": {name: value * MM for name, value in score.by_reflector.items()},
     }
-
-
-def _robot_beside(session: Session, output: Path) -> str:
-    """The robot as the model file has to name it: a path in a session is relative to the session."""
-    beside = Path(session.source).parent / session.robot_name
-    if not beside.exists():
-        return session.robot_name
-    return Path(_relative(beside.resolve(), output.resolve().parent)).as_posix()
-
-
-def _relative(path: Path, folder: Path) -> str:
-    import os
-
-    return os.path.relpath(path, folder)
 
 
 def _approached(sessions: Sequence[Session]) -> bool:

@@ -82,6 +82,43 @@ def test_refuses_what_it_does_not_know_and_what_is_out_of_range(effect: Effect, 
         assert "must be finite" in refused(effect, {p.name: [float("nan")] * p.count(N)}, tmp_path)
 
 
+def test_refuses_values_that_are_wrong_only_together(tmp_path: Path) -> None:
+    coupling = [0.0] * 15
+    coupling[0], coupling[1], coupling[2] = 0.9, 0.9, -0.9
+    text = refused(BY_NAME["joint-coupling"], {"coupling": coupling}, tmp_path)
+    assert "effects.joint-coupling.coupling: 1 + coupling is not positive semi-definite" in text
+    assert "(smallest eigenvalue -0.8)" in text
+    text = refused(BY_NAME["force-sensor-bias"], {"in_tool_axes": 0.5}, tmp_path)
+    assert "effects.force-sensor-bias.in_tool_axes = 0.5; expected 0 or 1" in text
+    stiff = {"linear_m_per_n": [1e-8] * 3, "angular_rad_per_nm": [1e-8] * 3, "coupling": [2e-8, *[0.0] * 14]}
+    text = refused(BY_NAME["base-compliance"], stiff, tmp_path)
+    assert "effects.base-compliance.coupling: C is not positive semi-definite (smallest eigenvalue -1 " in text
+
+
+@pytest.mark.parametrize("name", ["gravity-compensator", "payload", "tracker-drift", "force-sensor-bias"])
+def test_a_single_number_is_written_without_brackets(name: str) -> None:
+    effect = BY_NAME[name]
+    text = model_text(model_of(effect, sample(effect, 4)))
+    single = [p.name for p in effect.parameters if p.count(N) == 1]
+    assert single and all(re.search(rf"^{key} = [-0-9.e+]+$", text, re.MULTILINE) for key in single)
+
+
+def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
+    """Keys that later versions added: an older file means what it meant."""
+    hard = {"windup_rad": [1e-4] * 6, "knee_nm": [200.0] * 6}
+    effects = {
+        "joint-stiffness": {"k_nm_per_rad": STIFFNESS.tolist()},
+        "joint-hardening": hard,
+        "posture-stiffness": {"softer": [0.1] * 6, "stiffest_rad": [0.0] * 6},
+    }
+    path = tmp_path / "model.toml"
+    path.write_text(tomli_w.dumps({"schema": "model/1", "robot": "ur10", "effects": effects}), encoding="utf-8")
+    values = load_model(path).values
+    np.testing.assert_array_equal(values["joint-hardening"]["further_rad"], np.zeros(6))
+    for key in ("cos2", "sin2"):
+        np.testing.assert_array_equal(values["posture-stiffness"][key], np.zeros(6))
+
+
 @every_effect
 def test_instruments_never_take_part_in_a_path(effect: Effect) -> None:
     model = model_of(effect, sample(effect, 0))

@@ -155,6 +155,28 @@ def test_derivatives_of_the_other_slots(effect: Effect, seed: int) -> None:
         same_slope(law.jacobian(x), law, x)
 
 
+@every_effect
+def test_a_search_can_leave_the_neutral_values(effect: Effect) -> None:
+    """There, where diagnosis begins: slopes are finite, and some number that has a neutral value is felt."""
+    values = effect.neutral(N)
+    felt, sizes = set(), [(p.name, p.count(N)) for p in effect.parameters]
+    slopes: list[Floats] = []
+    if effect.joint:
+        share = np.random.default_rng(6).choice([-0.8, 0.6], N)
+        slopes.append(JointLaw(effect, values).jacobian(joints(effect, values, 6, state=share), values))
+    for k in effect.places(N):
+        slopes.append(TwistLaw(effect, place(k, 6), values).jacobian(wrench(6), 8.0, values))
+    slopes += [law.jacobian(x) for law, x in other_laws(effect, values, TURN).values()]
+    for slope in slopes:
+        assert np.isfinite(slope).all()
+        numbers = slope[:, slope.shape[1] - sum(count for _, count in sizes) :]
+        ends = np.cumsum([count for _, count in sizes])
+        parts = np.split(numbers, ends[:-1], axis=1)
+        felt |= {name for (name, _), part in zip(sizes, parts, strict=True) if np.any(part != 0)}
+    leads = {p.name for p in effect.parameters if p.neutral is not None and p.fit != "given"}
+    assert leads <= felt
+
+
 def readings(effect: Effect) -> tuple[object, object]:
     return effect.wrench_reading, effect.position_reading
 

@@ -133,7 +133,7 @@ SINGLE: dict[str, Ailment] = {
     "backlash joint-5 no torque carries": joint.backlash(5, breakaway=np.inf),
     "joint-friction joint-2": joint.friction(2),
     "joint-friction joint-1": joint.friction(1),
-    "joint-friction joint-3 loose": joint.friction(3, lag=False),
+    "joint-friction joint-2 loose": joint.friction(2, lag=False, grip=8.0),
     "joint-coupling joint-2 joint-3": joint.coupling(2, 3),
     "joint-coupling joint-5 joint-6": joint.coupling(5, 6),
     "posture-stiffness joint-2": joint.posture(2, "cosine"),

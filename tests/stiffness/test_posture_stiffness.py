@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffness.fit import Fit
 from stiffness.identify import identify
 from tests.plant import Plant
 from tests.stiffness.bench_lab import Lab
@@ -36,8 +37,22 @@ def test_several_postures_tell(tmp_path: Path) -> None:
     fit = identify([session], ["joint-stiffness", "posture-stiffness"])
     assert plain.solution.chi2 > 1.8 * fit.solution.chi2  # although it left out what it could not explain
     assert fit.outlier_rows() == []
+    q = session.samples.q  # what the readings can say: the compliance at the angles that were measured
+    truth = (1 + SOFTER * np.sin((q - STIFFEST) / 2) ** 2) / lab.stiffness
+    assert np.abs(compliance(fit, q) / truth - 1)[:, 1:3].max() < 0.02
+    assert np.abs(1 / plain.values()["joint-stiffness"]["k_nm_per_rad"] / truth - 1)[:, 1:3].max(axis=0).min() > 0.1
     found = fit.values()["posture-stiffness"]
-    assert np.abs(found["softer"] - SOFTER)[1:3].max() < 0.05
-    assert np.abs(found["stiffest_rad"] - STIFFEST)[1:3].max() < 0.1
+    sd = dict(zip(map(str, fit.unknowns.free), np.ravel(fit.sd), strict=False))
+    expectations = {"softer": SOFTER, "stiffest_rad": STIFFEST, "cos2": np.zeros(6), "sin2": np.zeros(6)}
+    for name, expected in expectations.items():
+        for joint in (1, 2):
+            assert abs(found[name][joint] - expected[joint]) < 3 * sd[f"posture-stiffness.{name}[{joint + 1}]"]
     k = fit.values()["joint-stiffness"]["k_nm_per_rad"]
     assert np.abs(k / lab.stiffness - 1)[:3].max() < 0.02
+
+
+def compliance(fit: Fit, q: np.ndarray) -> np.ndarray:
+    """(N, n) rad/(N*m) at joint angles, written out from the page."""
+    p, k = fit.values()["posture-stiffness"], fit.values()["joint-stiffness"]["k_nm_per_rad"]
+    first = p["softer"] * (1 - np.cos(q - p["stiffest_rad"])) / 2
+    return np.asarray((1 + first + p["cos2"] * np.cos(2 * q) + p["sin2"] * np.sin(2 * q)) / k)

@@ -1,0 +1,240 @@
+"""The evidence of an addition: the pattern that it explains, beside what it follows.
+
+The refined fit is predicted once more without the addition: what that leaves is ``before``, what the refined fit leaves
+is ``after``, and the difference is what the addition itself says. All three are brought to one number per load state: the
+rotation of a joint, the motion of a place, or, for what is neither, the way the addition moves a reflector.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.report.diagnosis_view import Floats, Looked, in_base
+from compensator.report.place_wrench import place_wrench
+from stiffness.diagnosis import Added, Diagnosis
+from stiffness.effects import BY_NAME
+from stiffness.effects.effect import Effect
+from stiffness.evidence import Evidence
+from stiffness.unknowns import Unknowns
+
+Index = npt.NDArray[np.intp]
+OWN = 0.5  # of what an addition says: so much has to be rotation of a joint before it is drawn as one
+FAINT = 0.2  # of the largest torque: below, a compliance cannot be read off
+STEADY = 0.3  # of the largest lever: below, a state says little of a rotation
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Pattern:
+    """One number per load state (or per reading): ``x`` with its words, and ``before``, ``says``, ``after``."""
+
+    effect: str
+    x_name: str
+    y_name: str
+    x: Floats
+    before: Floats
+    says: Floats
+    after: Floats
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class _Part:
+    """One session: sound readings only; residuals and what the addition says of them, (M, 3) m in the base."""
+
+    seen: Looked
+    rows: Index
+    says: Floats
+    after: Floats
+
+
+def pattern(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> Pattern:
+    """What is drawn of one addition."""
+    effect = BY_NAME[added.effect]
+    parts = [_part(d, seen, effect) for seen in looked]
+    if effect.joint or effect.torque:
+        turned = _joint(effect, added, parts)
+        if turned is not None:
+            return turned
+    if effect.twist and effect.scope != "instruments" and not _of_temperature(effect):
+        return _place(added, parts)
+    return _own_way(effect, added, parts)
+
+
+def _part(d: Diagnosis, seen: Looked, effect: Effect) -> _Part:
+    fit, k = d.fit, seen.number
+    keep = [i for i, u in enumerate(fit.unknowns.free) if u.effect != effect.name]
+    layout = Unknowns(
+        tuple(e for e in fit.unknowns.effects if e is not effect), fit.unknowns.joints,
+        tuple(fit.unknowns.free[i] for i in keep),
+    )  # fmt: skip
+    bare = Evidence(seen.session, layout, {e.name: fit.fixed[e.name] for e in layout.effects})
+    bare.station, bare.placed = seen.evidence.station, True
+    without = bare.predict(fit.parameters[keep], fit.station(k))
+    rows = np.flatnonzero(seen.sound)
+    says = in_base(seen.seen.position - without.position, seen.seen)[rows]
+    return _Part(seen, rows, says, seen.after[rows])
+
+
+def _of_temperature(effect: Effect) -> bool:
+    return any(p.unit.endswith("/K") for p in effect.parameters)
+
+
+# ---- rotation of a joint
+
+
+def _joint(effect: Effect, added: Added, parts: list[_Part]) -> Pattern | None:
+    """The joint that the addition turns most; None where what it says is no rotation of one joint."""
+    named = [int(w.removeprefix("joint-")) - 1 for w in added.where if w.startswith("joint-")]
+    every = range(parts[0].seen.session.robot.n) if not named else named
+    turns = {j: [_turn(p, j, p.says) for p in parts] for j in every}
+    if not turns or _of_temperature(effect):
+        return None
+    sizes = {j: sum(float((a[at] ** 2).sum()) for a, at in turn) for j, turn in turns.items()}
+    j = max(sizes, key=lambda k: (sizes[k], -k))
+    if _share(parts, j, turns[j]) < OWN / len(turns):
+        return None
+    x_name, x = _follows(effect, added, j, parts)
+    columns = []
+    for p, (says, at), values in zip(parts, turns[j], x, strict=True):
+        after, _ = _turn(p, j, p.after)
+        columns.append(np.stack([values[at], after[at], says[at]]))
+    across, after, says = np.concatenate(columns, axis=1)
+    name = f"rotation of joint {j + 1}, µrad"
+    scale = np.full(len(across), 1e6)
+    if effect.joint and not effect.needs_torque_sign and effect.memory is None and effect.unit == "joint":
+        torque = np.concatenate([_state_torque(p, j)[at] for p, (_, at) in zip(parts, turns[j], strict=True)])
+        if _by_torque(says, torque):
+            loaded = np.abs(torque) > FAINT * np.abs(torque).max()
+            across, after, says, scale = across[loaded], after[loaded], says[loaded], 1e6 / torque[loaded]
+            name = f"rotation of joint {j + 1} over its torque, µrad/(N·m)"
+    return Pattern(effect.name, x_name, name, across, (after + says) * scale, says * scale, after * scale)
+
+
+def _by_torque(says: Floats, torque: Floats) -> bool:
+    """Whether what an effect says has a torque for a factor: it vanishes with it."""
+    if not len(torque) or np.abs(torque).max() == 0:
+        return False
+    faint = np.abs(torque) < 0.5 * FAINT * np.abs(torque).max()
+    whole = float(np.sqrt(np.mean(says**2)))
+    return bool(not faint.any() or np.sqrt(np.mean(says[faint] ** 2)) < 0.3 * whole)
+
+
+def _follows(effect: Effect, added: Added, j: int, parts: list[_Part]) -> tuple[str, list[Floats]]:
+    """What the rotation of a joint is drawn over: a torque or an angle, per state."""
+    if effect.unit == "pair":
+        other = next((int(w[6:]) - 1 for w in added.where if w.startswith("joint-") and w != f"joint-{j + 1}"), j)
+        return f"torque of joint {other + 1}, N·m", [_state_torque(p, other) for p in parts]
+    if effect.memory is not None or effect.needs_torque_sign:
+        return f"torque of joint {j + 1}, N·m", [_state_torque(p, j) for p in parts]
+    angles = [np.degrees(p.seen.session.samples.q[p.seen.session.states.first, j]) for p in parts]
+    return f"angle of joint {j + 1}, deg", angles
+
+
+def _state_torque(p: _Part, j: int) -> Floats:
+    return p.seen.seen.torque[p.seen.session.states.first, j]
+
+
+def _turn(p: _Part, j: int, vectors: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Rotation (S,) rad of a joint in every state, least squares over its readings, and which states tell."""
+    lever = _lever(p, j)
+    of, count = p.seen.session.states.of[p.rows], len(p.seen.session.states)
+    square = np.bincount(of, (lever**2).sum(axis=1), count)
+    along = np.bincount(of, (lever * vectors).sum(axis=1), count)
+    readings = np.maximum(np.bincount(of, minlength=count), 1)
+    told = square / readings > STEADY**2 * np.max(square / readings, initial=0.0)
+    return np.where(told, along / np.where(told, square, 1.0), 0.0), told & (square > 0)
+
+
+def _lever(p: _Part, j: int) -> Floats:
+    """(M, 3) m/rad: how readings move when a joint turns."""
+    g, s = p.seen.geometry, p.seen.session
+    link = np.array([r.link for r in s.reflectors])[s.samples.reflector[p.rows]]
+    moved = np.cross(g.axis[p.rows, j], g.point[p.rows] - g.pivot[p.rows, j])
+    return np.where((link > j)[:, None], moved, 0.0)
+
+
+def _share(parts: list[_Part], j: int, turns: list[tuple[Floats, npt.NDArray[np.bool_]]]) -> float:
+    """How much of what an addition says is rotation of one joint."""
+    whole = rest = 0.0
+    for p, (angle, at) in zip(parts, turns, strict=True):
+        of = p.seen.session.states.of[p.rows]
+        keep = at[of]
+        left = p.says[keep] - _lever(p, j)[keep] * angle[of[keep], None]
+        whole, rest = whole + float((p.says[keep] ** 2).sum()), rest + float((left**2).sum())
+    return 1 - rest / whole if whole > 0 else 0.0
+
+
+# ---- motion of a place
+
+
+def _place(added: Added, parts: list[_Part]) -> Pattern:
+    """The motion that the addition makes most of, over the load along it."""
+    n = parts[0].seen.session.robot.n
+    names = {"base": 0, "tool": n} | {f"link-{k}": k for k in range(1, n)}
+    number = names.get(added.where[0], 0)
+    columns = []
+    for p in parts:
+        says, lever, at = _twist(p, number, p.says)
+        after, _, _ = _twist(p, number, p.after)
+        load = place_wrench(p.seen.evidence, p.seen.geometry, number)[p.seen.session.states.first]
+        columns.append((says[at], after[at], load[at], lever))
+    says, after, load = (np.concatenate([c[i] for c in columns]) for i in range(3))
+    size = np.sqrt(np.mean(says**2, axis=0)) * np.repeat([1.0, columns[0][3]], 3)
+    c = int(np.argmax(size))
+    axis, turning = "xyz"[c % 3], c >= 3
+    words = "base" if number == 0 else "tool" if number == n else f"link {number}"
+    x_name = f"{'moment' if turning else 'force'} on the {words} about its {axis} axis, N·m"
+    if not turning:
+        x_name = f"force on the {words} along its {axis} axis, N"
+    y_name = f"{'rotation' if turning else 'motion'} of the {words}, {'µrad' if turning else 'µm'}"
+    return Pattern(
+        added.effect, x_name, y_name, load[:, c], 1e6 * (after + says)[:, c], 1e6 * says[:, c], 1e6 * after[:, c]
+    )
+
+
+def _twist(p: _Part, number: int, vectors: Floats) -> tuple[Floats, float, npt.NDArray[np.bool_]]:
+    """Motion (S, 6) m and rad of a place in every state, in its axes; its typical lever, m; which states tell."""
+    g, s = p.seen.geometry, p.seen.session
+    link = np.array([r.link for r in s.reflectors])[s.samples.reflector[p.rows]]
+    turn, origin = g.rotation[p.rows, number], g.origin[p.rows, number]
+    arm = np.einsum("nji,nj->ni", turn, g.point[p.rows] - origin)
+    mine = link >= number
+    lever = float(np.sqrt(np.mean((arm[mine] ** 2).sum(axis=1)))) if mine.any() else 1.0
+    local = np.einsum("nji,nj->ni", turn, vectors)
+    rotated = np.stack([np.cross(np.eye(3)[c], arm) for c in range(3)], axis=2) / lever
+    design = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), rotated], axis=2)
+    of, count = s.states.of[p.rows], len(s.states)
+    out, told = np.zeros((count, 6)), np.zeros(count, dtype=bool)
+    for k in range(count):
+        rows = np.flatnonzero((of == k) & mine)
+        if len(rows) > 1:
+            solved = np.linalg.lstsq(design[rows].reshape(-1, 6), local[rows].reshape(-1), rcond=0.05)[0]
+            out[k], told[k] = solved / np.repeat([1.0, lever], 3), True
+    return out, lever, told
+
+
+# ---- neither
+
+
+def _own_way(effect: Effect, added: Added, parts: list[_Part]) -> Pattern:
+    """Along the way that the addition moves each reading, over how far, or over time or temperature."""
+    columns = []
+    x_name = "what was added says, mm"
+    for p in parts:
+        length = np.linalg.norm(p.says, axis=1)
+        told = length > 0.02 * np.max(length, initial=0.0)
+        way = p.says[told] / length[told, None]
+        x, sign = length[told] * 1e3, np.ones(int(told.sum()))
+        samples = p.seen.session.samples
+        if effect.position_reading and np.isfinite(samples.time).all():
+            x_name, x = "time, s", samples.time[p.rows][told]
+        elif _of_temperature(effect) and np.isfinite(samples.temperature).all():
+            x_name, x = "temperature, deg C", samples.temperature[p.rows][told]
+            reference = p.seen.session.reference_temperature
+            sign = np.where(x < (20.0 if reference is None else reference), -1.0, 1.0)
+        after = sign * (p.after[told] * way).sum(axis=1)
+        columns.append(np.stack([x, 1e3 * after, 1e3 * sign * length[told]]))
+    across, after, says = np.concatenate(columns, axis=1)
+    return Pattern(added.effect, x_name, "along the way that it moves a reflector, mm", across, after + says, says, after)
