@@ -50,7 +50,7 @@ def with_sites(addition: Addition, joints: int) -> Addition:
     neutral = addition.effect.neutral(joints)
     kept = {k: v.copy() for k, v in neutral.items()}
     for p in addition.effect.parameters:
-        for s in addition.sites:
+        for s in (s for s in addition.sites if s.kind == p.site):
             if s.index is None or isinstance(p.size, int):
                 kept[p.name] = np.array(addition.values[p.name])
             elif s.index < p.count(joints):
@@ -66,7 +66,7 @@ def merged(old: Sequence[Addition], unit: Unit, columns: Sequence[Column], weigh
     if before is None:
         return [*old, with_sites(Addition(unit.effect, (unit.site,), extras, begun), joints)]
     values = {k: np.array(v) for k, v in before.values.items()}
-    for p in unit.effect.parameters:
+    for p in (p for p in unit.effect.parameters if p.site == unit.site.kind):
         one = unit.site.index is None or isinstance(p.size, int)
         if unit.site in before.sites:  # its extras only: the rest is there already
             if p.extra:

@@ -70,10 +70,10 @@ def features(evidence: Evidence, seen: Predicted) -> Features:
         for h in range(1, HARMONICS + 1):
             only = -1 if h == 1 else j
             for wave in (np.cos, np.sin):
-                out.append((wave(h * s.q[:, j]), f"angle of joint {j + 1}", f"q{j + 1}", only))
+                out.append((wave(h * s.q[:, j]), f"angle of joint {j + 1}", "", only))
         for i in range(n):
             for wave in (np.cos, np.sin):
-                out.append((tau[:, j] * wave(s.q[:, i]), f"torque of joint {j + 1} times angle of joint {i + 1}", f"q{i + 1}", j))
+                out.append((tau[:, j] * wave(s.q[:, i]), f"torque of joint {j + 1} times angle of joint {i + 1}", "", j))
         approach = s.approach[:, j].astype(float)
         out.append((approach, f"approach of joint {j + 1}", f"approach{j + 1}", j))
         out.append((approach * np.abs(tau[:, j]), f"approach of joint {j + 1} times its load", f"approach{j + 1}", j))
@@ -126,10 +126,9 @@ def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) 
     places = [f"joint-{j + 1}" for j in range(n)] + [place_name(k, n) for k in range(n + 1)]
     out = []
     for k, place in enumerate(places):
-        mine = index[k][index[k] >= 0]
-        share = _share(ledger, mine, base, structure)
+        share, follows = _carried(ledger, index[k], first, base, structure)
         if share > LEAST:
-            out.append(Share(place, share, _follows(ledger, index[k], first, base, structure, share)))
+            out.append(Share(place, share, follows))
     for name in sorted({c for c in first.column if c}):
         mine = np.concatenate([_of_column(index[k], first, name) for k in range(n)])
         share = _share(ledger, mine, base, structure)
@@ -139,7 +138,7 @@ def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) 
 
 
 def _without_columns(f: Features) -> Features:
-    keep = [i for i, c in enumerate(f.column) if not c or c[0] in "qas"]
+    keep = [i for i, c in enumerate(f.column) if not c or c[0] == "a" or c == "state"]
     return Features(f.values[:, keep], *(tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint)))  # type: ignore[arg-type]
 
 
@@ -205,13 +204,20 @@ def _ridge(held: Held, columns: Index, ridge: float) -> float:
     return held.score(columns, weight)
 
 
-def _follows(ledger: Ledger, index: Index, first: Features, base: Floats, structure: float, share: float) -> str:
-    """The family of features that carries most of a place's share, if it carries half."""
+def _carried(ledger: Ledger, index: Index, first: Features, base: Floats, structure: float) -> tuple[float, str]:
+    """The share of a place, and what carries it: all features at once, one family, or the best two."""
     repeat = len(index) // len(first.family)
-    best, name = 0.0, ""
+    families = {}
     for family in dict.fromkeys(first.family):
-        at = np.array([i for i, f in zip(index, first.family * repeat, strict=True) if f == family and i >= 0], dtype=np.intp)
-        own = _share(ledger, at, base, structure)
-        if own > best:
-            best, name = own, family
-    return name if best > 0.5 * share else "more than one thing"
+        mine = [i for i, f in zip(index, first.family * repeat, strict=True) if f == family and i >= 0]
+        families[family] = np.array(mine, dtype=np.intp)
+    alone = {f: _share(ledger, at, base, structure) for f, at in families.items()}
+    best = max(alone, key=lambda f: alone[f])
+    if alone[best] <= LEAST:
+        return 0.0, ""
+    pairs = {f: _share(ledger, np.concatenate([families[best], at]), base, structure) for f, at in families.items() if f != best}
+    second = max(pairs, key=lambda f: pairs[f])
+    whole = _share(ledger, index[index >= 0], base, structure)
+    if pairs[second] > alone[best] + 0.1 * (1 - alone[best]):
+        return max(pairs[second], whole), f"{best}; {second}"
+    return max(alone[best], whole), best

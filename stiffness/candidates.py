@@ -81,7 +81,7 @@ def excludes(p: Parameter) -> bool:
 
 def trials(effect: Effect, joints: int, torque: Floats) -> list[Trial]:
     """All assignments; ``torque`` (n,) N*m, the largest of every joint."""
-    start = {p.name: np.full(p.count(joints), p.start if p.default is None else p.default) for p in effect.parameters}
+    start = {p.name: np.full(p.count(joints), p.start) for p in effect.parameters}
     alternatives = [[(p, t) for t in _with_start(p)] for p in effect.parameters if excludes(p)]
     side_by_side = [s for p in effect.parameters if blends(p) for s in _steps(p, joints)]
     out = []
@@ -94,13 +94,13 @@ def trials(effect: Effect, joints: int, torque: Floats) -> list[Trial]:
 
 
 def _with_start(p: Parameter) -> tuple[float, ...]:
-    """The trials, and the default of what stays as it is unless the data ask."""
-    return (p.default, *p.trials) if p.extra and p.default is not None else p.trials
+    """The trials, and the start of what stays as it is unless the data ask."""
+    return (p.start, *p.trials) if p.extra else p.trials
 
 
 def _steps(p: Parameter, joints: int) -> list[tuple[str, Floats]]:
     """Values of a blending shape other than its start: one element at a time where they are coordinates."""
-    base, out = np.full(p.count(joints), p.start if p.default is None else p.default), []
+    base, out = np.full(p.count(joints), p.start), []
     for t in p.trials:
         if isinstance(p.size, int) and p.size > 1:
             for k in range(p.size):

@@ -34,11 +34,15 @@ def changed_numbers(
         return []
     first, last = _distance(base, model), _distance(fit, model)
     least = float(stats.norm.isf(CHANCE / 2 / max(len(first), 1)))
+    redefined = {w for a in additions for w in a.where}  # an effect added there shares out what its spring was
     out = []
     for key, z in first.items():
-        if abs(z) < least or (additions and (abs(last[key]) < least or last[key] * z < 0)):
+        still = last.get(key, 0.0)  # no longer determined: not moved either
+        if abs(z) < least or (additions and (abs(still) < least or still * z < 0)):
             continue
-        out.append(_changed(key, fit, model, bench.joints))
+        found = _changed(key, fit, model, bench.joints)
+        if not redefined & set(found.where):
+            out.append(found)
     return out
 
 

@@ -62,7 +62,7 @@ class Fit:
 
     def determined(self) -> npt.NDArray[np.bool_]:
         """(P,) what the data determine: for a stiffness to half its value, else to half of what was assumed."""
-        ratio = self.sd / np.abs(self.parameters)
+        ratio = self.sd / np.maximum(np.abs(self.parameters), 1e-300)
         told = self.sd < DETERMINED * loose_sd(self.unknowns)
         return np.where(self.unknowns.inverse, ratio < DETERMINED, told)
 

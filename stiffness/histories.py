@@ -83,9 +83,9 @@ class Histories:
         n, out = self._n, {}
         for k, effect in enumerate(e for e in effects if e.memory):
             for p in effect.parameters:
-                if p.neutral == 0 and p.fit == "direct":
+                if p.fit == "direct":
                     own = _open(effect, values[effect.name])
-                    step = RELATIVE * own[p.name]
+                    step = -RELATIVE * np.maximum(np.abs(own[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
                     more = {**values, effect.name: {**own, p.name: own[p.name] + step}}
                     columns = slice(k * n, (k + 1) * n)
                     moved = self.state(effects, more, torque, resting)[:, columns] - state[:, columns]

@@ -135,7 +135,7 @@ def _robust(
     evidence = tuple(Evidence(s, layout, fixed) for s in sessions)
     for e, mask in zip(evidence, used or (), strict=False):
         e.used = mask.copy()
-    absolute = any(e.name == "kinematic-offset" for e in effects)
+    absolute = any(e.unloaded for e in effects)
     offset = 0.0 if absolute else OFFSET
     fit = fitted(layout, fixed, evidence, offset, prior, notes)
     fit = cleaned(fit, prior)

@@ -18,8 +18,8 @@ Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
 STEPS = 40
-NOTHING = 1e-6  # a gain in cost that no data can tell, relative
-SETTLED = 1e-6  # of a standard deviation: a smaller step ends the iteration
+NOTHING = 1e-4  # a gain in cost that no data can tell, relative
+SETTLED = 1e-4  # of a standard deviation: a smaller step ends the iteration
 
 
 @dataclass(frozen=True, repr=False)

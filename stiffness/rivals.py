@@ -16,7 +16,8 @@ from stiffness.search import Screened, Search
 from stiffness.selection import Choice, Selector, steady
 
 ODDS = 10.0  # twice the logarithm of the odds from which one explanation is preferred to another
-LINEAR = 0.05  # of a gain: how far the linear picture may be off
+LINEAR = 0.08  # of a gain: how far the linear picture may be off
+CLOSEST = 3  # rivals that are fitted
 BETTER = 6.0  # chi-square, numbers paid for, by which a rival has to win to take the place
 MOST_SITES = 8
 
@@ -65,63 +66,54 @@ def _floor(evidence: Sequence[Evidence]) -> float:
     return float(np.sqrt(np.mean(np.concatenate([e.samples.sd[e.used] for e in evidence]) ** 2)))
 
 
-def rivals(
-    search: Search, fit: Fit, additions: list[Addition], base: Fit
-) -> tuple[Fit, list[Addition], list[Rival]]:
+def rivals(search: Search, fit: Fit, additions: list[Addition], base: Fit) -> tuple[Fit, list[Addition], list[Rival]]:
     """Every addition against the others of the catalogue in its place; a better one takes it."""
-    for k in range(len(additions)):
-        a = additions[k]
-        rest = additions[:k] + additions[k + 1 :]
-        bare = search.bench.fit(rest, fit) if rest else base
-        swapped = _better_one(search, bare, rest, a, fit)
-        if swapped is not None:
-            fit, additions = swapped
-    out = []
+    out: dict[str, Rival] = {}
     for a in additions:
         rest = [b for b in additions if b is not a]
+        if len(rest) == len(additions):  # another has taken its place
+            continue
         bare = search.bench.fit(rest, fit) if rest else base
-        screened = search.screened(bare, rest)
+        trials = _trials(search, bare, rest, a, fit)
+        better = [t for t in trials if t.price < _price(fit, fit.solution.misfit) - BETTER]
+        if better:
+            best = min(better, key=lambda t: t.price)
+            trials = [t for t in trials if t is not best] + [_Trial(a.effect.name, fit, additions, _price(fit, 1.0))]
+            fit, additions = best.fit, best.additions
+            a = next((b for b in additions if b.effect.name == best.name), a)
         above = max(base.solution.chi2 - base.solution.freedom, 1e-9)
-        explains = (bare.solution.chi2 - fit.solution.chi2) / above
-        out.append(Rival(a, float(np.clip(explains, 0, 1)), _as_good(search, screened, rest, a, fit)))
-    return fit, additions, out
+        explains = float(np.clip((bare.solution.chi2 - fit.solution.chi2) / above, 0, 1))
+        least = _price(fit, fit.solution.misfit)
+        alike = {t.name: t.fit for t in trials if _price(t.fit, fit.solution.misfit) < least + ODDS}
+        out[a.effect.name] = Rival(a, explains, alike)
+    return fit, additions, [out[a.effect.name] for a in additions if a.effect.name in out]
 
 
-def _close(screened: Screened, a: Addition, search: Search) -> list[Choice]:
-    """Choices of other effects that the linear picture does not put clearly behind an addition."""
+@dataclass(frozen=True, repr=False)
+class _Trial:
+    """Another effect in an addition's place, fitted."""
+
+    name: str
+    fit: Fit
+    additions: list[Addition]
+    price: float
+
+
+def _trials(search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: Fit) -> list[_Trial]:
+    """Effects that the linear picture does not put clearly behind an addition, each fitted in its place."""
+    screened = search.screened(bare, rest)
     selector = screened.selector
     own = within(selector, a.effect)
     found = [within(selector, e) for e in search.effects if e is not a.effect]
     found = [c for c in found if c.units and c.worth > own.worth - ODDS - LINEAR * own.fit.gain]
-    return sorted(found, key=lambda c: -c.worth)[:3]
+    out = []
+    for choice in sorted(found, key=lambda c: -c.worth)[:CLOSEST]:
+        more, trial = search.adopted(screened, choice, rest)
+        name = choice.units[0].effect.name
+        out.append(_Trial(name, trial, more, _price(trial, fit.solution.misfit)))
+    return out
 
 
 def _price(fit: Fit, misfit: float) -> float:
+    """Chi-square in units of what is left, and what the numbers cost."""
     return fit.solution.chi2 / misfit**2 + len(fit.unknowns) * float(np.log(fit.solution.count))
-
-
-def _better_one(
-    search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: Fit
-) -> tuple[Fit, list[Addition]] | None:
-    """A rival that explains more, numbers paid for."""
-    screened = search.screened(bare, rest)
-    best = None
-    for choice in _close(screened, a, search):
-        more, trial = search.adopted(screened, choice, rest)
-        more, trial = search.pruned(more, trial)
-        misfit = min(trial.solution.misfit, fit.solution.misfit)
-        if _price(trial, misfit) < _price(fit if best is None else best[0], misfit) - BETTER:
-            best = (trial, more)
-    return best
-
-
-def _as_good(search: Search, screened: Screened, rest: list[Addition], a: Addition, fit: Fit) -> dict[str, Fit]:
-    """Effects whose fit these readings do not tell from an addition's."""
-    out = {}
-    for choice in _close(screened, a, search):
-        name = choice.units[0].effect.name
-        more, trial = search.adopted(screened, choice, rest)
-        misfit = min(trial.solution.misfit, fit.solution.misfit)
-        if _price(trial, misfit) < _price(fit, misfit) + ODDS and any(b.effect.name == name for b in more):
-            out[name] = trial
-    return out

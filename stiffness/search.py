@@ -157,7 +157,7 @@ def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats]
     """Values on trial, but those of a fit at the sites that an addition has."""
     out = {k: np.array(v) for k, v in trial.items()}
     for p in a.effect.parameters:
-        for s in a.sites:
+        for s in (s for s in a.sites if s.kind == p.site):
             if s.index is None or isinstance(p.size, int):
                 out[p.name] = np.array(fitted[p.name])
             elif s.index < p.count(joints):

@@ -116,7 +116,7 @@ def numbers_of(effect: Effect, site: Site, joints: int, extras: bool = False) ->
     """The numbers of an effect at one of its sites that a derivative leads to."""
     out: list[Unknown] = []
     for p in effect.parameters:
-        if p.fit == "given" or (p.extra and not extras):
+        if p.fit == "given" or (p.extra and not extras) or p.site != site.kind:
             continue
         mine = range(p.count(joints)) if site.index is None or isinstance(p.size, int) else (site.index,)
         out += [Unknown(effect.name, p, k) for k in mine if k < p.count(joints)]

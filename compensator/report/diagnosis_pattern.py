@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from compensator.report.diagnosis_view import Floats, Looked, in_base
 from compensator.report.place_wrench import place_wrench
+from compensator.report.state_motion import lever_of, place_number, turn, twist
 from stiffness.diagnosis import Added, Diagnosis
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect
@@ -23,12 +24,12 @@ from stiffness.unknowns import Unknowns
 Index = npt.NDArray[np.intp]
 OWN = 0.5  # of what an addition says: so much has to be rotation of a joint before it is drawn as one
 FAINT = 0.2  # of the largest torque: below, a compliance cannot be read off
-STEADY = 0.3  # of the largest lever: below, a state says little of a rotation
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Pattern:
-    """One number per load state (or per reading): ``x`` with its words, and ``before``, ``says``, ``after``."""
+    """One number per load state (or per reading): ``x`` with its words, and ``before``, ``says``, ``after``; nothing in
+    ``says`` where there is no addition to say it."""
 
     effect: str
     x_name: str
@@ -37,6 +38,7 @@ class Pattern:
     before: Floats
     says: Floats
     after: Floats
+    titles: tuple[str, str] = ("without it", "with it")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -88,17 +90,17 @@ def _joint(effect: Effect, added: Added, parts: list[_Part]) -> Pattern | None:
     """The joint that the addition turns most; None where what it says is no rotation of one joint."""
     named = [int(w.removeprefix("joint-")) - 1 for w in added.where if w.startswith("joint-")]
     every = range(parts[0].seen.session.robot.n) if not named else named
-    turns = {j: [_turn(p, j, p.says) for p in parts] for j in every}
+    turns = {j: [turn(p.seen, p.rows, j, p.says) for p in parts] for j in every}
     if not turns or _of_temperature(effect):
         return None
-    sizes = {j: sum(float((a[at] ** 2).sum()) for a, at in turn) for j, turn in turns.items()}
+    sizes = {j: sum(float((a[at] ** 2).sum()) for a, at in turned) for j, turned in turns.items()}
     j = max(sizes, key=lambda k: (sizes[k], -k))
     if _share(parts, j, turns[j]) < OWN / len(turns):
         return None
     x_name, x = _follows(effect, added, j, parts)
     columns = []
     for p, (says, at), values in zip(parts, turns[j], x, strict=True):
-        after, _ = _turn(p, j, p.after)
+        after, _ = turn(p.seen, p.rows, j, p.after)
         columns.append(np.stack([values[at], after[at], says[at]]))
     across, after, says = np.concatenate(columns, axis=1)
     name = f"rotation of joint {j + 1}, µrad"
@@ -136,32 +138,13 @@ def _state_torque(p: _Part, j: int) -> Floats:
     return p.seen.seen.torque[p.seen.session.states.first, j]
 
 
-def _turn(p: _Part, j: int, vectors: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Rotation (S,) rad of a joint in every state, least squares over its readings, and which states tell."""
-    lever = _lever(p, j)
-    of, count = p.seen.session.states.of[p.rows], len(p.seen.session.states)
-    square = np.bincount(of, (lever**2).sum(axis=1), count)
-    along = np.bincount(of, (lever * vectors).sum(axis=1), count)
-    readings = np.maximum(np.bincount(of, minlength=count), 1)
-    told = square / readings > STEADY**2 * np.max(square / readings, initial=0.0)
-    return np.where(told, along / np.where(told, square, 1.0), 0.0), told & (square > 0)
-
-
-def _lever(p: _Part, j: int) -> Floats:
-    """(M, 3) m/rad: how readings move when a joint turns."""
-    g, s = p.seen.geometry, p.seen.session
-    link = np.array([r.link for r in s.reflectors])[s.samples.reflector[p.rows]]
-    moved = np.cross(g.axis[p.rows, j], g.point[p.rows] - g.pivot[p.rows, j])
-    return np.where((link > j)[:, None], moved, 0.0)
-
-
 def _share(parts: list[_Part], j: int, turns: list[tuple[Floats, npt.NDArray[np.bool_]]]) -> float:
     """How much of what an addition says is rotation of one joint."""
     whole = rest = 0.0
     for p, (angle, at) in zip(parts, turns, strict=True):
         of = p.seen.session.states.of[p.rows]
         keep = at[of]
-        left = p.says[keep] - _lever(p, j)[keep] * angle[of[keep], None]
+        left = p.says[keep] - lever_of(p.seen, p.rows, j)[keep] * angle[of[keep], None]
         whole, rest = whole + float((p.says[keep] ** 2).sum()), rest + float((left**2).sum())
     return 1 - rest / whole if whole > 0 else 0.0
 
@@ -172,12 +155,11 @@ def _share(parts: list[_Part], j: int, turns: list[tuple[Floats, npt.NDArray[np.
 def _place(added: Added, parts: list[_Part]) -> Pattern:
     """The motion that the addition makes most of, over the load along it."""
     n = parts[0].seen.session.robot.n
-    names = {"base": 0, "tool": n} | {f"link-{k}": k for k in range(1, n)}
-    number = names.get(added.where[0], 0)
+    number = max(place_number(added.where[0], n), 0)
     columns = []
     for p in parts:
-        says, lever, at = _twist(p, number, p.says)
-        after, _, _ = _twist(p, number, p.after)
+        says, lever, at = twist(p.seen, p.rows, number, p.says)
+        after, _, _ = twist(p.seen, p.rows, number, p.after)
         load = place_wrench(p.seen.evidence, p.seen.geometry, number)[p.seen.session.states.first]
         columns.append((says[at], after[at], load[at], lever))
     says, after, load = (np.concatenate([c[i] for c in columns]) for i in range(3))
@@ -192,27 +174,6 @@ def _place(added: Added, parts: list[_Part]) -> Pattern:
     return Pattern(
         added.effect, x_name, y_name, load[:, c], 1e6 * (after + says)[:, c], 1e6 * says[:, c], 1e6 * after[:, c]
     )
-
-
-def _twist(p: _Part, number: int, vectors: Floats) -> tuple[Floats, float, npt.NDArray[np.bool_]]:
-    """Motion (S, 6) m and rad of a place in every state, in its axes; its typical lever, m; which states tell."""
-    g, s = p.seen.geometry, p.seen.session
-    link = np.array([r.link for r in s.reflectors])[s.samples.reflector[p.rows]]
-    turn, origin = g.rotation[p.rows, number], g.origin[p.rows, number]
-    arm = np.einsum("nji,nj->ni", turn, g.point[p.rows] - origin)
-    mine = link >= number
-    lever = float(np.sqrt(np.mean((arm[mine] ** 2).sum(axis=1)))) if mine.any() else 1.0
-    local = np.einsum("nji,nj->ni", turn, vectors)
-    rotated = np.stack([np.cross(np.eye(3)[c], arm) for c in range(3)], axis=2) / lever
-    design = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), rotated], axis=2)
-    of, count = s.states.of[p.rows], len(s.states)
-    out, told = np.zeros((count, 6)), np.zeros(count, dtype=bool)
-    for k in range(count):
-        rows = np.flatnonzero((of == k) & mine)
-        if len(rows) > 1:
-            solved = np.linalg.lstsq(design[rows].reshape(-1, 6), local[rows].reshape(-1), rcond=0.05)[0]
-            out[k], told[k] = solved / np.repeat([1.0, lever], 3), True
-    return out, lever, told
 
 
 # ---- neither

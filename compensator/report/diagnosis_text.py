@@ -53,9 +53,18 @@ def verdict_sentence(d: Diagnosis) -> str:
     if d.verdict == "insufficient-data":
         return "Insufficient data: these readings cannot tell whether the model lacks anything."
     also = f" beside {names}, which was added" if names else ""
-    top = d.points_at[0].what if d.points_at else ""
-    place = f"; it sits at, or follows, {in_words(top)}" if top else ""
-    return f"Unexplained: there is structure that no known effect explains{also}{place}."
+    return f"Unexplained: there is structure that no known effect explains{also}{_sits(d.points_at)}."
+
+
+def _sits(points: Sequence[Share]) -> str:
+    """The first place, and what it follows: a column that says more, or what it is known to follow."""
+    place = next((s for s in points if not s.what.startswith("column:")), None)
+    column = next((s for s in points if s.what.startswith("column:")), None)
+    if place is None:
+        return f"; it follows {in_words(column.what)}" if column else ""
+    leads = column is not None and column.share > place.share
+    follows = in_words(column.what) if column is not None and leads else place.follows
+    return f"; it sits at {place.what}" + (f" and follows {follows}" if follows else "")
 
 
 def _moved(changed: Sequence[Changed]) -> str:
@@ -97,6 +106,8 @@ def sizes(a: Added) -> str:
     """The numbers of an addition, as many as a line has room for."""
     told, left = [], 0
     for name, (values, sd, unit) in a.parameters.items():
+        if unit == "1" and not np.any(sd):  # chosen, not fitted: the table has it
+            continue
         if len(values) > WRITTEN or not np.any(values):
             left += len(values) * bool(np.any(values))
             continue

@@ -67,6 +67,7 @@ class Parameter:
         trials: values that a search begins with, where a derivative at one value does not tell of the others.
         trials_of: ``"torque"``: the trials are shares of the largest torque of the joint.
         extra: freed only where the data ask for it.
+        site: the kind of site it belongs to, where the effect has several kinds.
     """
 
     name: str
@@ -83,6 +84,7 @@ class Parameter:
     trials: tuple[float, ...] = ()
     trials_of: Literal["", "torque"] = ""
     extra: bool = False
+    site: str = ""
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""
@@ -93,10 +95,11 @@ class Parameter:
 @dataclass(frozen=True)
 class Site:
     """Where an effect can sit: ``where`` in the words of reports, ``index`` of its numbers in parameters of one
-    number per site; None where all numbers belong to the one site."""
+    number per site; None where all numbers belong to the one site. ``kind``: as in ``Effect.unit``."""
 
     where: tuple[str, ...]
     index: int | None = None
+    kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -181,11 +184,12 @@ class Effect:
         scope: ``robot`` goes where the robot goes, ``tool`` with the tool it was measured with,
             ``instruments`` concerns readings only and never a path.
         parameters: in the order of the model file.
-        unit: what its numbers belong to: ``joint``, ``link`` (1 ... n - 1), ``pair`` (of joints), ``place`` (0 ... n),
-            or the name of its one place.
+        unit: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
+            ``place`` (0 ... n), two of them with ``|`` between, or the name of its one place.
         joint, torque, mass, twist, wrench_reading, position_reading: the slots, None where not filled.
         places: joints -> the places that ``twist`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
+        unloaded: there is an effect without load, so that absolute positions tell of it.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
             controller takes the sag off.
         check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
@@ -204,6 +208,7 @@ class Effect:
     wrench_reading: Callable[[Shown, Values], ca.SX] | None = None
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
     memory: Memory | None = None
+    unloaded: bool = False
     needs_torque_sign: bool = False
     check: Callable[[Numbers], str] = _nothing_wrong
 
@@ -212,14 +217,8 @@ class Effect:
 
     def sites(self, joints: int) -> tuple[Site, ...]:
         """Where it can sit on a robot with so many joints."""
-        if self.unit in ("joint", "link"):  # the last link is the tool's place
-            return tuple(Site((f"{self.unit}-{k + 1}",), k) for k in range(joints - (self.unit == "link")))
-        if self.unit == "pair":
-            pairs = [(a, b) for a in range(joints) for b in range(a)]
-            return tuple(Site((f"joint-{b + 1}", f"joint-{a + 1}"), k) for k, (a, b) in enumerate(pairs))
-        if self.unit == "place":
-            return tuple(Site((place_name(k, joints),), k) for k in range(joints + 1))
-        return (Site((self.unit,)),)
+        kinds = self.unit.split("|")
+        return tuple(site for kind in kinds for site in _sites(kind, joints, kind if len(kinds) > 1 else ""))
 
     def neutral(self, joints: int) -> dict[str, Floats]:
         """Values without effect, the rest at their start; for effects that have such values."""
@@ -229,3 +228,16 @@ class Effect:
 def place_name(place: int, joints: int) -> str:
     """0 base ... n flange, in the words of reports."""
     return "base" if place == 0 else "tool" if place == joints else f"link-{place}"
+
+
+def _sites(kind: str, joints: int, named: str) -> list[Site]:
+    if kind == "joint":
+        return [Site((f"joint-{k + 1}",), k, named) for k in range(joints)]
+    if kind in ("link", "inner-link"):  # the last link is the tool's place
+        return [Site((f"link-{k + 1}",), k, named) for k in range(joints - (kind == "inner-link"))]
+    if kind == "pair":
+        pairs = [(a, b) for a in range(joints) for b in range(a)]
+        return [Site((f"joint-{b + 1}", f"joint-{a + 1}"), k, named) for k, (a, b) in enumerate(pairs)]
+    if kind == "place":
+        return [Site((place_name(k, joints),), k, named) for k in range(joints + 1)]
+    return [Site((kind,), None, named)]

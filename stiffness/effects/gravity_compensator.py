@@ -44,19 +44,10 @@ EFFECT = Effect(
             trials=(-2.0944, 0.0, 2.0944),
         ),
         Parameter(
-            "free_length",
-            "1",
-            1,
-            0.0,
-            0.0,
-            3.0,
-            0.5,
-            "relaxed length over root of a^2 + b^2",
-            0.0,
-            extra=True,
-            trials=(0.8,),
+            "free_length", "1", 1, 0.8, 0.0, 3.0, 0.5, "relaxed length over root of a^2 + b^2", 0.0, trials=(0.0,)
         ),
-        Parameter("eccentricity", "1", 1, 0.5, 0.0, 0.98, 0.3, "2 a b / (a^2 + b^2)", 0.5, extra=True),
+        Parameter("eccentricity", "1", 1, 0.5, 0.0, 0.98, 0.3, "2 a b / (a^2 + b^2)", 0.5, trials=(0.2, 0.9)),
     ),
     torque=_torque,
+    unloaded=True,
 )

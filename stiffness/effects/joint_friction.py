@@ -1,10 +1,11 @@
 """Joint friction: a torque that the drive train holds without moving, so that wind-up stays.
 
-    dq = f / K        f' = min(max(f - d tau, -T), T)        (on top of joint-stiffness)
+    dq = f / K        f' = min(max(f - b d tau, -T), T)        (on top of joint-stiffness)
 
-f is the friction torque on the link: it opposes every change of load up to T (a stop operator; Visintin,
-Differential Models of Hysteresis, 1994). Loading and unloading differ by up to 2 T/K at the same command. A commanded move
-leaves the link behind the motor, f = -lag T in the direction of the move, within a travel of REVERSAL.
+f is the friction torque on the link: it takes up the share b of every change of load until it slips at T (a stop
+operator: Visintin, Differential Models of Hysteresis, 1994; b = 1 sticks without yielding, less is a spring with a
+slider beside that of the joint). Loading and unloading differ by up to 2 T/K at the same command. A commanded move leaves
+the link behind the motor, f = -lag T in the direction of the move, within a travel of REVERSAL.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ def _law(given: JointInput, p: Values) -> ca.SX:
 
 def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
     most = np.broadcast_to(p["friction_nm"], move.shape)
-    change = np.diff(torque, axis=0, prepend=torque[:1])
+    change = p["held"] * np.diff(torque, axis=0, prepend=torque[:1])
     share = np.minimum(np.abs(move) / (0.5 * REVERSAL), 1.0)  # of the way to the state that a long move leaves
     left = -np.sign(move) * p["lag"] * most
     # the interval that f may be in shrinks about what the move leaves behind
@@ -58,6 +59,7 @@ EFFECT = Effect(
             trials=(0.02, 0.08, 0.25),
             trials_of="torque",
         ),
+        Parameter("held", "1", "joint", 0.8, 0.05, 1.0, 0.3, "share of a change of load that sticking holds", 1.0),
         Parameter(
             "lag",
             "1",

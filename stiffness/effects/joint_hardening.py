@@ -35,7 +35,7 @@ EFFECT = Effect(
             1e7,
             200.0,
             "torque at which the soft part is used up",
-            trials=(0.1, 0.3, 0.8),
+            trials=(0.03, 0.1, 0.3, 0.8),
             trials_of="torque",
         ),
         Parameter(

@@ -22,14 +22,26 @@ def _twist(given: TwistInput, p: Values) -> ca.SX:
 
 def _parameter(name: str, unit: str, meaning: str) -> Parameter:
     most = 0.1 if unit == "m" else 0.2
-    return Parameter(name, unit, "joint", 0.0, -most, most, 1e-3, meaning, 0.0, neutral=0.0)
+    return Parameter(
+        name,
+        unit,
+        "joint",
+        0.0,
+        -most,
+        most,
+        1e-3,
+        meaning,
+        0.0,
+        neutral=0.0,
+        site="joint" if name == "zero_rad" else "link",
+    )
 
 
 EFFECT = Effect(
     name="kinematic-offset",
     cause="joint zeros, link lengths and axis directions differ from the nominal ones",
     scope="robot",
-    unit="joint",
+    unit="joint|link",
     parameters=(
         _parameter("zero_rad", "rad", "joint zero"),
         *(_parameter(a, a.rsplit("_")[-1], f"{a.split('_')[0]} of each link's end, in its own axes") for a in _AXES),
@@ -37,4 +49,5 @@ EFFECT = Effect(
     joint=lambda given, p: p["zero_rad"],
     twist=_twist,
     places=lambda n: tuple(range(1, n + 1)),
+    unloaded=True,
 )

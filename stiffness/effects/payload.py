@@ -21,7 +21,10 @@ EFFECT = Effect(
     unit="tool",
     parameters=(
         Parameter("mass_kg", "kg", 1, 1.0, 0.0, 2000.0, 5.0, "mass", neutral=0.0),
-        Parameter("com_m", "m", 3, 0.0, -3.0, 3.0, 0.2, "its centre in the frame of the flange", 0.0, trials=(0.3, -0.3)),
+        Parameter(
+            "com_m", "m", 3, 0.0, -3.0, 3.0, 0.2, "its centre in the frame of the flange", 0.0, trials=(0.3, -0.3)
+        ),
     ),
     mass=_mass,
+    unloaded=True,
 )

@@ -26,7 +26,7 @@ EFFECT = Effect(
     name="thermal-drift",
     cause="the arm grows with temperature: what moves follows the temperature and not the load",
     scope="robot",
-    unit="place",
+    unit="place|joint",
     parameters=(
         Parameter(
             "expansion_per_k",
@@ -37,6 +37,7 @@ EFFECT = Effect(
             1e-3,
             1e-5,
             "growth of each link along its length, 0 the base",
+            site="place",
             neutral=0.0,
         ),
         Parameter(
@@ -50,10 +51,11 @@ EFFECT = Effect(
             "drift of each joint's zero",
             0.0,
             neutral=0.0,
-            extra=True,
+            site="joint",
         ),
     ),
     joint=_law,
     twist=_twist,
     places=lambda n: tuple(range(n + 1)),
+    unloaded=True,
 )

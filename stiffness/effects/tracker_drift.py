@@ -49,4 +49,5 @@ EFFECT = Effect(
         ),
     ),
     position_reading=_shown,
+    unloaded=True,
 )

@@ -72,7 +72,7 @@ def _others() -> dict[str, Any]:
     return {
         "preload-softening": {"ratio": [0.8] * 6},
         "joint-hardening": {"windup_rad": [5e-5] * 6, "knee_nm": [200.0] * 6, "further_rad": [3e-5] * 6},
-        "joint-friction": {"friction_nm": [60.0, 60.0, 50.0, 12.0, 8.0, 5.0], "lag": [1.0, 0.5, 1.0, 0.0, 1.0, 1.0]},
+        "joint-friction": {"friction_nm": [60.0, 60.0, 50.0, 12.0, 8.0, 5.0], "held": [0.8] * 6, "lag": [1.0] * 6},
         "joint-coupling": {"coupling": [0.0, 0.0, -0.4, *[0.0] * 11, 0.3]},
         "posture-stiffness": {"softer": [0.2] * 6, "stiffest_rad": [0.5] * 6, "cos2": [0.1] * 6, "sin2": [-0.1] * 6},
         "kinematic-offset": offsets,

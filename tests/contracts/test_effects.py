@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import stiffness.effects
 from stiffness.effects import BUILT_IN, BY_NAME, CATALOGUE
-from stiffness.effects.effect import Effect, Shown, place_name
+from stiffness.effects.effect import Effect, Shown
 from tests.contracts.effect_laws import (
     JointLaw,
     N,
@@ -68,6 +68,21 @@ SLOTS = {  # physics.md, "Effects"
     "tracker-drift": {"position_reading"},
     "force-sensor-bias": {"wrench_reading"},
 }
+ACTS_AT = {
+    "kinematic-offset": (1, 2, 3, 4, 5, 6),
+    "base-compliance": (0,),
+    "link-compliance": (1, 2, 3, 4, 5),
+    "tool-compliance": (6,),
+    "thermal-drift": (0, 1, 2, 3, 4, 5, 6),
+}
+SITES = {  # kind: name of the k-th site, how many there are
+    "joint": (lambda k, n: (f"joint-{k + 1}",), lambda n: n),
+    "link": (lambda k, n: (f"link-{k + 1}",), lambda n: n),
+    "inner-link": (lambda k, n: (f"link-{k + 1}",), lambda n: n - 1),
+    "pair": (lambda k, n: PAIRS[k], lambda n: n * (n - 1) // 2),
+    "place": (lambda k, n: ("base" if k == 0 else "tool" if k == n else f"link-{k}",), lambda n: n + 1),
+}
+PAIRS = [(f"joint-{c + 1}", f"joint-{r + 1}") for r, c in zip(*np.tril_indices(8, -1), strict=True)]
 ALL_SLOTS = ("joint", "torque", "mass", "twist", "wrench_reading", "position_reading")
 READINGS = {"wrench_reading", "position_reading"}
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
@@ -102,6 +117,7 @@ def test_an_effect_is_closed_and_says_what_it_is(effect: Effect) -> None:
     assert slots == SLOTS.get(effect.name, slots) != set()
     assert slots <= READINGS if effect.scope == "instruments" else not slots & READINGS
     assert bool(effect.twist) == bool(effect.places(N))
+    assert effect not in BUILT_IN or effect.places(N) == ACTS_AT.get(effect.name, ())
     assert all(0 <= k <= N for k in effect.places(N)) and len(set(effect.places(N))) == len(effect.places(N))
     assert effect.memory is None or effect.joint is not None
     assert effect.scope in ("robot", "tool", "instruments")
@@ -137,24 +153,23 @@ def test_parameters_can_begin_an_identification(effect: Effect) -> None:
 @every_effect
 @pytest.mark.parametrize("n", [4, 6, 7])
 def test_numbers_belong_to_sites(effect: Effect, n: int) -> None:
-    """Sites are distinct, their numbers exist, and every number that no site has is one that no slot reads."""
-    sites = effect.sites(n)
-    assert len({s.where for s in sites}) == len(sites) >= 1
-    assert all(isinstance(w, str) and w for s in sites for w in s.where)
-    if len(sites) == 1:
-        assert sites[0].index is None and sites[0].where == (effect.unit,)
-        assert all(isinstance(p.size, int) for p in effect.parameters)
-        return
-    assert [s.index for s in sites] == list(range(len(sites)))
-    largest = max(p.count(n) for p in effect.parameters)
-    assert len(sites) <= largest
-    assert largest - len(sites) == (1 if effect.unit == "link" else 0)  # the last link is the tool's place
-    for k, site in enumerate(sites):
-        if effect.unit in ("joint", "link"):
-            assert site.where == (f"{effect.unit}-{k + 1}",)
-        if effect.unit == "place":
-            assert site.where == ("base" if k == 0 else "tool" if k == n else f"link-{k}",)
-            assert site.where == (place_name(k, n),)
+    """Sites are distinct, the numbers of each exist, and every number that some slot reads has a site."""
+    sites, kinds = effect.sites(n), effect.unit.split("|")
+    assert len({(s.kind, s.where) for s in sites}) == len(sites) >= 1
+    assert {s.kind for s in sites} == (set(kinds) if len(kinds) > 1 else {""})
+    assert {p.site for p in effect.parameters} == {s.kind for s in sites}
+    for kind in kinds:
+        own = [s for s in sites if s.kind == (kind if len(kinds) > 1 else "")]
+        parameters = [p for p in effect.parameters if p.site == own[0].kind]
+        if kind not in SITES:
+            assert [(s.where, s.index) for s in own] == [((kind,), None)]
+            assert all(isinstance(p.size, int) for p in parameters)
+            continue
+        named, count = SITES[kind]
+        assert [s.where for s in own] == [named(k, n) for k in range(count(n))]
+        assert [s.index for s in own] == list(range(len(own)))
+        for p in parameters:
+            assert p.count(n) - len(own) == (1 if kind == "inner-link" else 0)  # the last link is the tool's place
 
 
 @pytest.mark.parametrize("n", [2, 3, 6])

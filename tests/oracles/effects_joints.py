@@ -50,19 +50,24 @@ def _posture(given: Joints, p: Numbers) -> Floats:
     return np.asarray(given.torque / given.stiffness * share)
 
 
-def slid(held: float, now: Step, friction: float) -> float:
-    """Friction torque of a block on a spring of rate 1 that sticks until spring and load differ by ``friction``."""
-    block = now.before + held  # where the spring of rate 1 stood: it carries load and friction
-    if block - now.torque > friction:
-        block = now.torque + friction  # slides until friction just holds
-    elif now.torque - block > friction:
-        block = now.torque - friction
-    return block - now.torque
+def slid(held: float, now: Step, friction: float, share: float = 1.0) -> float:
+    """Friction torque of a slider beside a spring of rate 1, itself on a spring that takes ``share`` while it sticks.
+
+    The link is where spring and slider carry the load together; beyond ``friction`` the slider gives way.
+    """
+    link = now.before + held  # the spring of rate 1 carries load and friction
+    slider = -held
+    stuck = link
+    if share < 1:
+        beside = share / (1 - share)  # rate of the slider's spring
+        stuck = (now.torque - slider + beside * link) / (1 + beside)
+    carried = now.torque - stuck
+    return -min(max(carried, -friction), friction)
 
 
 def _stuck(held: float, now: Step, p: Mapping[str, float]) -> float:
     most = p["friction_nm"]
-    after = slid(held, now, most)
+    after = slid(held, now, most, p["held"])
     travelled = min(abs(now.move) / 0.5e-6, 1.0)
     left = -p["lag"] * most * (1 if now.move > 0 else -1 if now.move < 0 else 0)
     lowest, highest = (np.interp(travelled, [0.0, 1.0], [end, left]) for end in (-most, most))

@@ -287,7 +287,7 @@ def test_a_warm_arm_is_a_longer_arm(name: str) -> None:
 
 CHAIN: Values = {
     **SOFT,
-    "joint-friction": {"friction_nm": np.array([60.0, 60, 50, 12, 8, 5]), "lag": np.ones(6)},
+    "joint-friction": {"friction_nm": np.array([60.0, 60, 50, 12, 8, 5]), "lag": np.ones(6), "held": np.full(6, 0.8)},
     "joint-coupling": {"coupling": np.r_[0, 0, -0.4, np.zeros(11), 0.3]},
     "posture-stiffness": {
         "softer": np.full(6, 0.3),

@@ -18,26 +18,33 @@ FRICTION = (BY_NAME["joint-friction"],)
 T = 40.0
 
 
-def values(joints: int = 1, lag: float = 1.0) -> Mapping[str, Numbers]:
-    return {"joint-friction": {"friction_nm": np.full(joints, T), "lag": np.full(joints, lag)}}
+def values(joints: int = 1, lag: float = 1.0, share: float = 1.0) -> Mapping[str, Numbers]:
+    numbers = {"friction_nm": T, "held": share, "lag": lag}
+    return {"joint-friction": {name: np.full(joints, number) for name, number in numbers.items()}}
 
 
-def held(torque: Floats, start: float = 0.0, move: Floats | None = None, lag: float = 1.0) -> Floats:
+def held(
+    torque: Floats, start: float = 0.0, move: Floats | None = None, lag: float = 1.0, share: float = 1.0
+) -> Floats:
     """Friction torque along a history of torques on one joint."""
     state = PreloadState(np.array([start]), np.array([start]))
     moves = np.zeros((len(torque), 1)) if move is None else move[:, None]
-    return walk(FRICTION, values(lag=lag), moves, torque[:, None], state).middle[:, 0]
+    return walk(FRICTION, values(lag=lag, share=share), moves, torque[:, None], state).middle[:, 0]
 
 
-def dragged(torque: Floats, start: float, parts: int = 200) -> Floats:
-    """The same by brute force: a block behind a spring of rate 1, moved in small parts, that sticks or slides."""
-    block, friction = torque[0] + start, []
+def dragged(torque: Floats, start: float, share: float, parts: int = 200) -> Floats:
+    """The same by brute force: a spring of rate 1, a slider on a spring beside it, the load changed in small parts."""
+    link, slider, friction = torque[0] + start, -start, []
+    beside = share / (1 - share)
     for before, after in zip(np.r_[torque[0], torque[:-1]], torque, strict=True):
-        for now in np.linspace(before, after, parts + 1):
-            pulled = now - block
-            if abs(pulled) > T:  # slides as far as it must
-                block += pulled - np.copysign(T, pulled)
-        friction.append(block - after)
+        for load in np.linspace(before, after, parts + 1):
+            moved = (load - link - slider) / (1 + beside)  # both springs share what is out of balance
+            if abs(slider + beside * moved) > T:
+                slider = np.copysign(T, slider + beside * moved)
+                link = load - slider
+            else:
+                link, slider = link + moved, slider + beside * moved
+        friction.append(-slider)
     return np.array(friction)
 
 
@@ -74,13 +81,21 @@ def test_a_small_loop_comes_back_to_where_it_left_the_large_one() -> None:
     assert small[2] == small[4] == pytest.approx(30.0) and small[3] == pytest.approx(-10.0) and small[5] == -T
 
 
+def test_a_share_that_is_held_makes_the_beginning_stiffer_and_not_rigid() -> None:
+    """Slope (1 - b)/K until it slips at T/b, 1/K from there on."""
+    load = np.linspace(0, 300, 61)
+    total = load + held(load, share=0.8)
+    np.testing.assert_allclose(total, np.where(load < T / 0.8, 0.2 * load, load - T), atol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.9999999, 0.8, 0.3])
 @pytest.mark.parametrize("seed", range(4))
-def test_any_history_is_that_of_a_block_that_is_dragged(seed: int) -> None:
+def test_any_history_is_that_of_a_slider_that_is_dragged(seed: int, share: float) -> None:
     rng = np.random.default_rng(seed)
-    torque, start = np.cumsum(rng.normal(size=60) * 25), rng.uniform(-T, T)
-    f = held(torque, start)
-    np.testing.assert_allclose(f, dragged(torque, start), atol=1e-9)
-    assert np.ptp(f) == pytest.approx(2 * T) and np.sum(np.abs(f) < 0.9 * T) > 5
+    torque, start = np.cumsum(rng.normal(size=60) * 25 / share), rng.uniform(-T, T)
+    f = held(torque, start, share=share)
+    np.testing.assert_allclose(f, dragged(torque, start, share), atol=1e-4)
+    assert np.ptp(f) > 1.5 * T and np.sum(np.abs(f) < 0.9 * T) > 5
 
 
 @pytest.mark.parametrize(("lag", "left"), [(1.0, -T), (0.0, 0.0), (0.5, -T / 2)])
@@ -113,10 +128,10 @@ def test_the_walk_is_the_oracle_step_by_step(rows: int) -> None:
     move = rng.choice([0.0, 1e-7, 3e-7, 1e-4], (rows, n), p=[0.6, 0.2, 0.1, 0.1]) * rng.choice([-1, 1], (rows, n))
     torque = np.cumsum(rng.normal(size=(rows, n)) * 20, axis=0)
     start = np.array([-20.0, 0.0, 35.0])
-    got = walk(FRICTION, values(n, 0.7), move, torque, PreloadState(start, start)).middle
+    got = walk(FRICTION, values(n, 0.7, 0.6), move, torque, PreloadState(start, start)).middle
     if step is None:
         raise TypeError("no step")
-    p, states = {"friction_nm": T, "lag": 0.7}, []
+    p, states = {"friction_nm": T, "held": 0.6, "lag": 0.7}, []
     for j in range(n):
         state = start[j]
         for k in range(rows):
