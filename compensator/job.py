@@ -217,7 +217,8 @@ def _notes(
     weightless = [t.name for t in ([cell.tool] if cell.tool else cell.tools.values()) if t and not t.mass]
     if weightless:
         notes.append(f"tool {', '.join(weightless)}: no mass given, its weight is not modelled")
-    if cell.temperature is not None and cell.temperature != model.reference_temperature:
+    warm = cell.temperature is not None and cell.temperature != model.reference_temperature
+    if warm and not any(e.name == "thermal-drift" for e in effects):
         notes.append("temperature differs from the model's reference; the model has no thermal effect")
     if gravity == "calibrated-out":
         notes.append("gravity: the controller is taken to know the sag of arm and tool")

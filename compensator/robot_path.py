@@ -33,14 +33,14 @@ def refuse_other_robot(session: Session, model: ComplianceModel) -> None:
         other = load_robot(model.robot, folder=folder, base=model.base, tip=model.tip)
     except RobotError as e:
         raise StiffnessError(
-            f"{session.source}: the model {model.source} is for robot {model.robot!r}, which cannot be loaded to compare "
-            f"it with {session.robot_name!r}: {e}"
+            f"{session.source}: the model {model.source} is for robot {model.robot!r}, which cannot be loaded to "
+            f"compare it with {session.robot_name!r}: {e}"
         ) from e
     own = session.robot
     if other.name != own.name and session.robot_name != model.robot:
         raise StiffnessError(
-            f"{session.source}: robot {session.robot_name!r} is not the robot {model.robot!r} of the model {model.source}: "
-            "a stiffness model holds for the robot it was identified on"
+            f"{session.source}: robot {session.robot_name!r} is not the robot {model.robot!r} of the model "
+            f"{model.source}: a stiffness model holds for the robot it was identified on"
         )
     pairs = ((own.before, other.before), (own.axis, other.axis), (own.after, other.after))
     if not all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs):

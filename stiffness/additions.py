@@ -131,7 +131,7 @@ class Bench:
         for e, mask in zip(evidence, self.used, strict=True):
             e.used = mask.copy()
         vector = None if start is None else self._begun(layout, fixed, start, evidence)
-        return fitted(layout, fixed, evidence, 0.0, None, (), vector)
+        return fitted(layout, fixed, evidence, 0.0, None, (), vector, once=True)
 
     def _begun(
         self, layout: Unknowns, fixed: Mapping[str, Numbers], start: Fit, evidence: tuple[Evidence, ...]

@@ -119,7 +119,7 @@ def _hardening(reducers: list[Reducer]) -> tuple[dict[str, Floats], dict[str, Fl
     typical = {p.name: p.start for p in BY_NAME["joint-hardening"].parameters}
     single = knee == 0
     knee = np.where(single, typical["knee_nm"], knee)
-    values = {"windup_rad": windup, "knee_nm": knee}
+    values = {"windup_rad": windup, "knee_nm": knee, "further_rad": np.zeros(len(knee))}
     return values, {"windup_rad": np.where(single, typical["windup_rad"], windup / 2), "knee_nm": knee / 2}
 
 

@@ -14,9 +14,8 @@ from stiffness.attribution import Share, attribution
 from stiffness.changes import changed_numbers
 from stiffness.coherence import coherent
 from stiffness.diagnosis import Added, Candidate, Changed, Diagnosis, Line, Verdict
-from stiffness.effects.effect import Effect
 from stiffness.errors import StiffnessError
-from stiffness.evaluate import evidence_of, place
+from stiffness.evaluate import evidence_of, place, shown_effects
 from stiffness.fit import Fit
 from stiffness.identify import cleaned, one_robot
 from stiffness.model import ComplianceModel
@@ -239,13 +238,6 @@ class _Case:
         if verdict == "insufficient-data":
             return spread(self.sessions[0], None, "more postures, each loaded across the arm")
         return []
-
-
-def shown_effects(model: ComplianceModel, session: Session) -> tuple[Effect, ...]:
-    """Effects of a model that the readings of a session show: the robot's, its tool's, and the instruments'."""
-    applied, _ = model.applied(session.tool.name)
-    own = {e.name for e in applied} | {e.name for e in model.effects if e.scope == "instruments"}
-    return tuple(e for e in model.effects if e.name in own)
 
 
 def _held(session: Session) -> Bools:

@@ -9,8 +9,10 @@ import numpy.typing as npt
 
 from stiffness import scores
 from stiffness.effects import BY_NAME
+from stiffness.effects.effect import Effect
 from stiffness.errors import StiffnessError
 from stiffness.evidence import Evidence
+from stiffness.fit import loose_sd
 from stiffness.least_squares import solve
 from stiffness.model import ComplianceModel
 from stiffness.session import Session
@@ -35,7 +37,7 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
 
     Args:
         register: states per block, evenly by position in the file, that estimate what belongs to the set-up (tracker
-            pose, roughly known reflectors); all others are scored. Default 25 where the session is not
+            pose, roughly known reflectors, tracker drift where the model has one); all others are scored. Default 25 where the session is not
             registered, else 0.
 
     Raises:
@@ -47,11 +49,13 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             f"{session.source}: --register {count}: the session is not registered, so some states have to place "
             f"the tracker; give a number above 0 (default {REGISTER})"
         )
-    evidence = evidence_of(session, model)
     chosen = _evenly(session, count)
+    drift = _drift(session, model) if count else None
+    evidence = evidence_of(session, model, drift)
     evidence.used = chosen
-    station = place(evidence) if count else np.zeros(evidence.station.size)
-    seen = evidence.predict(np.zeros(0), station)
+    size = len(evidence.unknowns)
+    own = place(evidence) if count else np.zeros(size + evidence.station.size)
+    seen = evidence.predict(own[:size], own[size:])
     evidence.used = np.ones(len(session.samples), dtype=bool)
     rest = ~chosen
     return Evaluation(
@@ -59,11 +63,28 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
     )
 
 
-def evidence_of(session: Session, model: ComplianceModel) -> Evidence:
-    """The session against a model without free numbers; tool effects only with the tool they were measured with."""
-    effects, _ = model.applied(session.tool.name)
-    nothing_free = unknowns(effects, session.robot.n, [e.name for e in effects])
-    return Evidence(session, nothing_free, {e.name: model.values[e.name] for e in effects})
+def _drift(session: Session, model: ComplianceModel) -> Effect | None:
+    """The tracker's drift, where the model knows of one and this session can tell of its own."""
+    timed = bool(np.isfinite(session.samples.time).any()) and float(np.nanstd(session.samples.time)) > 0
+    drifts = [e for e in model.effects if e.position_reading]
+    return drifts[0] if timed and drifts else None
+
+
+def evidence_of(session: Session, model: ComplianceModel, free: Effect | None = None) -> Evidence:
+    """The session against a model without free numbers; tool effects only with the tool they were measured with.
+
+    Args:
+        free: an effect of instruments that belongs to this session and is estimated with its station.
+    """
+    effects = shown_effects(model, session)
+    layout = unknowns(effects, session.robot.n, [e.name for e in effects if e is not free])
+    return Evidence(session, layout, {e.name: model.values[e.name] for e in effects})
+
+
+def shown_effects(model: ComplianceModel, session: Session) -> tuple[Effect, ...]:
+    """Effects of a model that the readings of a session show: the robot's, its tool's, and the instruments'."""
+    applied, _ = model.applied(session.tool.name)
+    return tuple(e for e in model.effects if e in applied or e.scope == "instruments")
 
 
 def rigid_evidence(session: Session) -> Evidence:
@@ -74,15 +95,16 @@ def rigid_evidence(session: Session) -> Evidence:
 
 
 def place(evidence: Evidence) -> Floats:
-    """The session's own numbers (S,) from the readings in use."""
-    size = evidence.station.size
+    """The session's own numbers (P + S,) from the readings in use: free effects of instruments, then the station."""
+    shared, size = len(evidence.unknowns), len(evidence.unknowns) + evidence.station.size
     if not size:
         return np.zeros(0)
-    prior = evidence.station.prior_sd()
-    none, infinite = np.zeros(size), np.full(size, np.inf)
-    at = slice(0, size)
+    begin = np.concatenate([evidence.unknowns.start(evidence.fixed), np.zeros(size - shared)])
+    prior = np.concatenate([loose_sd(evidence.unknowns), evidence.station.prior_sd()])
+    infinite = np.full(size, np.inf)
+    at = slice(shared, size)
     solution = solve(
-        lambda v: evidence.blocks(np.zeros(0), v, 0.0, at, size), none, none, prior, -infinite, infinite
+        lambda v: evidence.blocks(v[:shared], v[shared:], 0.0, at, size), begin, begin, prior, -infinite, infinite
     )
     return solution.vector
 

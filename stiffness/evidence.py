@@ -67,7 +67,8 @@ class Evidence:
         reference = session.reference_temperature
         warm = self.samples.temperature - (20.0 if reference is None else reference)
         self._warm = np.where(np.isfinite(warm), warm, 0.0)
-        self._time = np.where(np.isfinite(self.samples.time), self.samples.time, 0.0)[:, None]
+        began = np.nanmin(self.samples.time) if np.isfinite(self.samples.time).any() else 0.0
+        self._time = np.where(np.isfinite(self.samples.time), self.samples.time - began, 0.0)[:, None]
         self._show = self._show_kernel()
         self.placed = False
         self.resting = self._without_load()

@@ -191,8 +191,10 @@ def fitted(
     prior: ComplianceModel | None,
     notes: tuple[str, ...],
     start: Floats | None = None,
+    *,
+    once: bool = False,
 ) -> Fit:
-    """Least squares of one layout on evidence that is ready."""
+    """Least squares of one layout on evidence that is ready; ``once``: priors are too loose to be weighed anew."""
     shared, columns = len(layout), columns_of(evidence, len(layout))
     width = columns[-1].stop
     first = layout.start(fixed)
@@ -216,7 +218,7 @@ def fitted(
         pairs = (np.column_stack([e.samples.setup, e.samples.reflector])[e.used] for e in evidence)
         spent = 3 * sum(len(np.unique(p, axis=0)) for p in pairs)
     solution = solve(blocks, begin, mean, sd, *bounds, spent)
-    if solution.misfit > 1:
+    if solution.misfit > 1 and not once:
         # what the model does not explain is noise to its parameters: the prior weighs more against it
         solution = solve(blocks, solution.vector, mean, sd / solution.misfit, *bounds, spent)
     return Fit(layout, fixed, solution, evidence, offset, notes)

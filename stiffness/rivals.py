@@ -12,7 +12,7 @@ from stiffness.diagnosis import Candidate
 from stiffness.effects.effect import Effect
 from stiffness.evidence import Evidence
 from stiffness.fit import Fit
-from stiffness.search import Screened, Search
+from stiffness.search import Search
 from stiffness.selection import Choice, Selector, steady
 
 ODDS = 10.0  # twice the logarithm of the odds from which one explanation is preferred to another

@@ -50,6 +50,7 @@ class Search:
         own = {e.name for e in bench.base}
         self.effects = tuple(e for e in CATALOGUE if e.name not in own and _can_show(e, bench.sessions))
         self._screens: list[Screen] | None = None
+        self._last: tuple[Fit, Screened] | None = None
 
     def run(self, start: Fit) -> tuple[Fit, list[Addition]]:
         """From a fit of the model at hand to one that lacks nothing the data can show."""
@@ -104,6 +105,11 @@ class Search:
 
     def screened(self, fit: Fit, additions: Sequence[Addition]) -> Screened:
         """What every unit would add to a fit."""
+        if self._last is None or self._last[0] is not fit:
+            self._last = fit, self._screened(fit, additions)
+        return self._last[1]
+
+    def _screened(self, fit: Fit, additions: Sequence[Addition]) -> Screened:
         torque = np.zeros(self.bench.joints)
         seen = [e.predict(fit.parameters, fit.station(k)) for k, e in enumerate(fit.evidence)]
         for s in seen:

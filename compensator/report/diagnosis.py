@@ -98,9 +98,10 @@ def _map(d: Diagnosis, shown: list[Posture], moved: bool) -> list[str]:
     sessions = [e.session for e in d.fit.evidence]
     return [
         "<h2>Where the readings miss the prediction</h2>",
-        f"<p>An arrow is one reading: measured minus predicted, <b>{enlargement(shown):,.0f} times</b> as long as it is."
-        f"{after} Grey: the undeflected arm, base to flange, and stalks to the reflectors. The menu has the {len(shown)} "
-        "set-ups with the largest residuals (RMS per axis), largest first. Drag to turn, scroll to zoom.</p>",
+        f"<p>An arrow is one reading: measured minus predicted, <b>{enlargement(shown):,.0f} times</b> as long as it "
+        f"is.{after} Grey: the undeflected arm, base to flange, and stalks to the reflectors. The menu has the "
+        f"{len(shown)} set-ups with the largest residuals (RMS per axis), largest first. Drag to turn, scroll to "
+        "zoom.</p>",
         '<div id="map" style="height:560px"></div>',
         tables.reflectors(sessions),
     ]
@@ -109,9 +110,9 @@ def _map(d: Diagnosis, shown: list[Posture], moved: bool) -> list[str]:
 def _split(report: Report) -> list[str]:
     return [
         "<h2>Noise, parameters, structure</h2>",
-        "<p>On readings that took no part. Noise: what repeats and data sheets leave for a perfect model. Parameters: goes "
-        "when the model's own numbers are fitted anew. Structure: what is left then. Squares add, so the bars are mean "
-        "squares; the text in them is the RMS per axis.</p>",
+        "<p>On readings that took no part. Noise: what repeats and data sheets leave for a perfect model. Parameters: "
+        "goes when the model's own numbers are fitted anew. Structure: what is left then. Squares add, so the bars are "
+        "mean squares; the text in them is the RMS per axis.</p>",
         '<div id="split"></div>',
         tables.split(report),
         tables.scores(report),
@@ -125,8 +126,9 @@ def _ranking(d: Diagnosis, drawn: bool) -> list[str]:
     bare = [c.effect for c in d.candidates if not c.where]
     if drawn:
         out += [
-            "<p>The model with one effect of the catalogue more, at the sites where it pays, on set-ups left out in turn. "
-            "Weighted by the noise and given as the RMS per axis of a tracker reading. Blue: what was added in the end.</p>",
+            "<p>The model with one effect of the catalogue more, at the sites where it pays, on set-ups left out in "
+            "turn. Weighted by the noise and given as the RMS per axis of a tracker reading. Blue: what was added in "
+            "the end.</p>",
             '<div id="ranking"></div>',
             tables.candidates(d),
         ]
@@ -140,9 +142,9 @@ def _evidence(d: Diagnosis) -> list[str]:
     for k, a in enumerate(d.added):
         out += [
             f"<h2>Evidence: {escape(a.effect)} in {escape(words.joined(a.where))}</h2>",
-            "<p>Left: what the readings show when only this addition is taken out of the refined model, and what it says "
-            "there (black). Right: what is left with it, at the same scale. Every reading that is no outlier is used, those "
-            "that took no part too.</p>",
+            "<p>Left: what the readings show when only this addition is taken out of the refined model, and what it "
+            "says there (black). Right: what is left with it, at the same scale. Every reading that is no outlier is "
+            "used, those that took no part too.</p>",
             f'<div id="pattern-{k + 1}"></div>',
         ]
     return [*out, tables.additions(d)] if d.added else out
@@ -154,8 +156,8 @@ def _confusion(d: Diagnosis) -> list[str]:
     for a in alike:
         names = escape(words.joined(a.confused_with, "or"))
         out.append(
-            f"<p><b>{escape(a.effect)}</b> in {escape(words.joined(a.where))} or {names}: these readings fit either. The "
-            "refined model has the first; the set-ups below would tell.</p>"
+            f"<p><b>{escape(a.effect)}</b> in {escape(words.joined(a.where))} or {names}: these readings fit either. "
+            "The refined model has the first; the set-ups below would tell.</p>"
         )
     if not alike:
         told = words.confusion_sentence(d) if d.added or d.verdict == "unexplained" else "nothing was added"

@@ -60,15 +60,14 @@ def _kind(label: str) -> str:
     return label.partition(",")[0]
 
 
-def _segment(
-    label: str, name: str, value: float, size: float, colour: str, legend: bool, longest: float
-) -> Figure:
+def _segment(label: str, name: str, value: float, size: float, colour: str, legend: bool, longest: float) -> Figure:
     """``longest``: size of the longest bar; a segment that has no room for its text has none."""
     return {
         "type": "bar", "orientation": "h", "name": name, "legendgroup": name, "showlegend": legend, "y": [label],
         "x": numbers(np.array([size]), 5), "marker": {"color": colour}, "width": 0.62, "textposition": "inside",
         "insidetextanchor": "middle", "textangle": 0, "textfont": {"color": "#ffffff" if name != "noise" else INK},
-        "constraintext": "none", "text": [f"{value:.3f} mm" if size > ROOM * longest else ""], "hovertemplate": f"{name}: {value:.5f} mm<extra></extra>",
+        "constraintext": "none", "text": [f"{value:.3f} mm" if size > ROOM * longest else ""],
+        "hovertemplate": f"{name}: {value:.5f} mm<extra></extra>",
     }  # fmt: skip
 
 
@@ -87,8 +86,9 @@ def ranking_figure(d: Diagnosis) -> Figure:
     marks = [("noise", floor, NOISE)] + ([("the model alone", bare, BEFORE)] if bare else [])
     lines = [
         {
-            "type": "scatter", "mode": "lines", "name": f"{name}: {1e3 * at:.4f} mm", "x": numbers(np.full(2, at * 1e3)),
-            "y": [names[0], names[-1]], "line": {"color": colour, "width": 2, "dash": "dash"}, "hoverinfo": "skip",
+            "type": "scatter", "mode": "lines", "name": f"{name}: {1e3 * at:.4f} mm",
+            "x": numbers(np.full(2, at * 1e3)), "y": [names[0], names[-1]],
+            "line": {"color": colour, "width": 2, "dash": "dash"}, "hoverinfo": "skip",
         }
         for name, at, colour in marks
     ]  # fmt: skip
@@ -117,7 +117,7 @@ def pattern_figure(p: Pattern) -> Figure:
     """Left before, with what an addition says of it if there is one; right after; one scale."""
     kept = thin(np.column_stack([p.x, p.before, p.after]), POINTS)
     layout = _layout(420)
-    panels = (("", [0.0, 0.47], p.titles[0]), ("2", [0.53, 1.0], p.titles[1]))
+    panels = [("", [0.0, 0.47], p.titles[0]), ("2", [0.53, 1.0], p.titles[1])][: 2 if p.titles[1] else 1]
     reach = np.concatenate([p.before, p.after])
     low, high = (float(v) for v in (reach.min(), reach.max()))
     room = 0.06 * max(high - low, 1e-9)
@@ -134,7 +134,7 @@ def pattern_figure(p: Pattern) -> Figure:
     clouds = [
         (f"residual, {p.titles[0]}", p.before, BEFORE, "circle-open", ""),
         *([("what the addition says", p.says, INK, "line-ew-open", "")] if len(p.says) else []),
-        (f"residual, {p.titles[1]}", p.after, AFTER, "circle-open", "2"),
+        *([(f"residual, {p.titles[1]}", p.after, AFTER, "circle-open", "2")] if p.titles[1] else []),
     ]
     data: list[Figure] = [
         {

@@ -1,8 +1,8 @@
 """The evidence of an addition: the pattern that it explains, beside what it follows.
 
-The refined fit is predicted once more without the addition: what that leaves is ``before``, what the refined fit leaves
-is ``after``, and the difference is what the addition itself says. All three are brought to one number per load state: the
-rotation of a joint, the motion of a place, or, for what is neither, the way the addition moves a reflector.
+The refined fit is predicted once more without the addition: what that leaves is ``before``, what the refined fit
+leaves is ``after``, and the difference is what the addition itself says. All three are brought to one number per load
+state: the rotation of a joint, the motion of a place, or, for what is neither, the way the addition moves a reflector.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FAINT = 0.2  # of the largest torque: below, a compliance cannot be read off
 @dataclass(frozen=True, repr=False, eq=False)
 class Pattern:
     """One number per load state (or per reading): ``x`` with its words, and ``before``, ``says``, ``after``; nothing in
-    ``says`` where there is no addition to say it."""
+    ``says`` where there is no addition to say it; ``titles`` of before and after, "" where that is the same."""
 
     effect: str
     x_name: str
@@ -43,12 +43,14 @@ class Pattern:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class _Part:
-    """One session: sound readings only; residuals and what the addition says of them, (M, 3) m in the base."""
+    """One session: sound readings only; residuals and what the addition says of them, (M, 3) m in the base; ``turns``
+    (S, n) rad: what it says of every joint's rotation in every state."""
 
     seen: Looked
     rows: Index
     says: Floats
     after: Floats
+    turns: Floats
 
 
 def pattern(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> Pattern:
@@ -76,7 +78,8 @@ def _part(d: Diagnosis, seen: Looked, effect: Effect) -> _Part:
     without = bare.predict(fit.parameters[keep], fit.station(k))
     rows = np.flatnonzero(seen.sound)
     says = in_base(seen.seen.position - without.position, seen.seen)[rows]
-    return _Part(seen, rows, says, seen.after[rows])
+    first, n = seen.session.states.first, seen.session.robot.n
+    return _Part(seen, rows, says, seen.after[rows], seen.seen.x[first, :n] - without.x[first, :n])
 
 
 def _of_temperature(effect: Effect) -> bool:
@@ -87,31 +90,38 @@ def _of_temperature(effect: Effect) -> bool:
 
 
 def _joint(effect: Effect, added: Added, parts: list[_Part]) -> Pattern | None:
-    """The joint that the addition turns most; None where what it says is no rotation of one joint."""
+    """The joint that the addition moves most by; None where what it says is no rotation of joints."""
     named = [int(w.removeprefix("joint-")) - 1 for w in added.where if w.startswith("joint-")]
-    every = range(parts[0].seen.session.robot.n) if not named else named
-    turns = {j: [turn(p.seen, p.rows, j, p.says) for p in parts] for j in every}
-    if not turns or _of_temperature(effect):
+    every = named or range(parts[0].seen.session.robot.n)
+    if _of_temperature(effect):
         return None
-    sizes = {j: sum(float((a[at] ** 2).sum()) for a, at in turned) for j, turned in turns.items()}
-    j = max(sizes, key=lambda k: (sizes[k], -k))
-    if _share(parts, j, turns[j]) < OWN / len(turns):
+    shares = {j: _share(parts, j) for j in every}
+    j = max(shares, key=lambda k: (shares[k], -k))
+    if shares[j] < OWN / len(shares):
         return None
-    x_name, x = _follows(effect, added, j, parts)
+    x_name, x = _follows(effect, j, parts)
     columns = []
-    for p, (says, at), values in zip(parts, turns[j], x, strict=True):
-        after, _ = turn(p.seen, p.rows, j, p.after)
-        columns.append(np.stack([values[at], after[at], says[at]]))
-    across, after, says = np.concatenate(columns, axis=1)
+    for p, values in zip(parts, x, strict=True):
+        after, at = turn(p.seen, p.rows, j, p.after)
+        columns.append(np.stack([values[at], after[at], p.turns[at, j], _state_torque(p, j)[at]]))
+    across, after, says, torque = np.concatenate(columns, axis=1)
     name = f"rotation of joint {j + 1}, µrad"
     scale = np.full(len(across), 1e6)
-    if effect.joint and not effect.needs_torque_sign and effect.memory is None and effect.unit == "joint":
-        torque = np.concatenate([_state_torque(p, j)[at] for p, (_, at) in zip(parts, turns[j], strict=True)])
-        if _by_torque(says, torque):
-            loaded = np.abs(torque) > FAINT * np.abs(torque).max()
-            across, after, says, scale = across[loaded], after[loaded], says[loaded], 1e6 / torque[loaded]
-            name = f"rotation of joint {j + 1} over its torque, µrad/(N·m)"
+    if x_name.startswith("angle") and effect.torque is None and _by_torque(says, torque):
+        loaded = np.abs(torque) > FAINT * np.abs(torque).max()
+        across, after, says, scale = across[loaded], after[loaded], says[loaded], 1e6 / torque[loaded]
+        name = f"rotation of joint {j + 1} over its torque, µrad/(N·m)"
     return Pattern(effect.name, x_name, name, across, (after + says) * scale, says * scale, after * scale)
+
+
+def _share(parts: list[_Part], j: int) -> float:
+    """How much of what an addition says, as motion of the reflectors, is rotation of one joint."""
+    whole = own = 0.0
+    for p in parts:
+        angle = p.turns[p.seen.session.states.of[p.rows], j]
+        own += float(((lever_of(p.seen, p.rows, j) * angle[:, None]) ** 2).sum())
+        whole += float((p.says**2).sum())
+    return own / whole if whole > 0 else 0.0
 
 
 def _by_torque(says: Floats, torque: Floats) -> bool:
@@ -123,10 +133,10 @@ def _by_torque(says: Floats, torque: Floats) -> bool:
     return bool(not faint.any() or np.sqrt(np.mean(says[faint] ** 2)) < 0.3 * whole)
 
 
-def _follows(effect: Effect, added: Added, j: int, parts: list[_Part]) -> tuple[str, list[Floats]]:
+def _follows(effect: Effect, j: int, parts: list[_Part]) -> tuple[str, list[Floats]]:
     """What the rotation of a joint is drawn over: a torque or an angle, per state."""
     if effect.unit == "pair":
-        other = next((int(w[6:]) - 1 for w in added.where if w.startswith("joint-") and w != f"joint-{j + 1}"), j)
+        other = _partner(effect, j, parts[0].seen)
         return f"torque of joint {other + 1}, N·m", [_state_torque(p, other) for p in parts]
     if effect.memory is not None or effect.needs_torque_sign:
         return f"torque of joint {j + 1}, N·m", [_state_torque(p, j) for p in parts]
@@ -134,19 +144,20 @@ def _follows(effect: Effect, added: Added, j: int, parts: list[_Part]) -> tuple[
     return f"angle of joint {j + 1}, deg", angles
 
 
+def _partner(effect: Effect, j: int, seen: Looked) -> int:
+    """The joint that is coupled most with joint ``j``."""
+    n, mine = seen.session.robot.n, f"joint-{j + 1}"
+    numbers = [v for p in effect.parameters if p.size == "pair" for v in [seen.fit.values()[effect.name][p.name]]]
+    strength = {
+        next(w for w in site.where if w != mine): max((abs(float(v[site.index])) for v in numbers), default=0.0)
+        for site in effect.sites(n)
+        if site.index is not None and mine in site.where
+    }
+    return int(max(strength, key=lambda w: strength[w]).removeprefix("joint-")) - 1
+
+
 def _state_torque(p: _Part, j: int) -> Floats:
-    return p.seen.seen.torque[p.seen.session.states.first, j]
-
-
-def _share(parts: list[_Part], j: int, turns: list[tuple[Floats, npt.NDArray[np.bool_]]]) -> float:
-    """How much of what an addition says is rotation of one joint."""
-    whole = rest = 0.0
-    for p, (angle, at) in zip(parts, turns, strict=True):
-        of = p.seen.session.states.of[p.rows]
-        keep = at[of]
-        left = p.says[keep] - lever_of(p.seen, p.rows, j)[keep] * angle[of[keep], None]
-        whole, rest = whole + float((p.says[keep] ** 2).sum()), rest + float((left**2).sum())
-    return 1 - rest / whole if whole > 0 else 0.0
+    return np.asarray(p.seen.seen.torque[p.seen.session.states.first, j])
 
 
 # ---- motion of a place
@@ -198,4 +209,5 @@ def _own_way(effect: Effect, added: Added, parts: list[_Part]) -> Pattern:
         after = sign * (p.after[told] * way).sum(axis=1)
         columns.append(np.stack([x, 1e3 * after, 1e3 * sign * length[told]]))
     across, after, says = np.concatenate(columns, axis=1)
-    return Pattern(added.effect, x_name, "along the way that it moves a reflector, mm", across, after + says, says, after)
+    y_name = "along the way that it moves a reflector, mm"
+    return Pattern(added.effect, x_name, y_name, across, after + says, says, after)

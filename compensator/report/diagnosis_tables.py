@@ -28,7 +28,7 @@ def scores(report: Report) -> str:
         keys = ("before", "refitted", "after", "noise_floor")
         ratio = f"{r['after'] / r['noise_floor']:.2f}" if r["noise_floor"] > 0 else DASH
         rows.append([kind, *(millimetres(r[k]) for k in keys), ratio])
-    head = ["RMS per axis, mm", "model at hand", "its own numbers fitted anew", "refined", "noise floor", "refined / floor"]
+    head = ["RMS per axis, mm", "model at hand", "its numbers fitted anew", "refined", "noise floor", "refined / floor"]
     return table("On readings that took no part", head, rows, right=range(1, 6))
 
 
@@ -53,12 +53,13 @@ def additions(d: Diagnosis) -> str:
                     where, text = escape(joined(a.where)), f"{len(values)} numbers, in the refined model"
                     rows.append([escape(a.effect), escape(bare(name)), where, "", text, ""])
                 continue
-            spots = list(a.where) if len(values) == len(a.where) and len(values) > 1 else None
+            alone = joined(a.where)
+            spots = [f"{alone}, number {k + 1}" for k in range(len(values))] if len(values) > 1 else [alone]
+            spots = list(a.where) if len(values) == len(a.where) else spots
             for k, (v, s) in enumerate(zip(values * factor, sd * factor, strict=True)):
-                place = spots[k] if spots else joined(a.where) if len(values) == 1 else f"{joined(a.where)}, number {k + 1}"
                 spread = figure(s, s) if s > 0 else "searched, not fitted"
                 value = figure(v, s) if s > 0 else f"{v:.4g}"
-                cells = [escape(a.effect), escape(bare(name)), escape(place), escape(shown)]
+                cells = [escape(a.effect), escape(bare(name)), escape(spots[k]), escape(shown)]
                 rows.append([*cells, f"<b>{value}</b>", spread])
     head = ["effect", "number", "of", "unit", "value", "standard deviation"]
     return table("What was added", head, rows, right=(4, 5))
@@ -79,7 +80,8 @@ def candidates(d: Diagnosis) -> str:
 def attribution(d: Diagnosis) -> str:
     """Where the structure sits and what it follows."""
     rows = [
-        [escape(in_words(s.what)), f"{100 * s.share:.0f} %", escape(s.follows) or DASH] for s in d.points_at
+        [escape(in_words(s.what)), f"{100 * s.share:.0f} %", escape(s.follows.replace("; ", " and ")) or DASH]
+        for s in d.points_at
     ]
     return table("", ["place or column", "share of the structure", "follows"], rows, right=[1])
 
@@ -91,7 +93,13 @@ def next_setups(report: Report) -> str:
         q = ", ".join(f"{v:.1f}" for v in s["q_deg"])
         wrench = ", ".join(f"{v:.0f}" for v in s["wrench_n_nm"])
         rows.append([f"{k + 1}", q, wrench, escape(joined(s["reflectors"])), escape(s["why"])])
-    head = ["no.", "joint angles, deg", "wrench on the robot about the TCP, base axes, N and N·m", "watch reflector", "why"]
+    head = [
+        "no.",
+        "joint angles, deg",
+        "wrench on the robot at the TCP, base axes, N and N·m",
+        "watch reflector",
+        "why",
+    ]
     return table("", head, rows, right=[0])
 
 

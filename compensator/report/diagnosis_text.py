@@ -13,6 +13,7 @@ from stiffness.diagnosis import Added, Changed, Diagnosis
 
 WRITTEN = 6  # numbers of an addition that a line has room for
 LISTED = 3
+PLACES = 2
 NEAR = 1.1  # times the noise
 KINDS = {"displacement": "displacements under load", "absolute": "positions"}
 _PER = {"m/N": ("µm/N", 1e6), "rad/(N*m)": ("µrad/(N·m)", 1e6), "1/K": ("1e-6/K", 1e6), "rad/K": ("µrad/K", 1e6)}
@@ -63,7 +64,7 @@ def _sits(points: Sequence[Share]) -> str:
     if place is None:
         return f"; it follows {in_words(column.what)}" if column else ""
     leads = column is not None and column.share > place.share
-    follows = in_words(column.what) if column is not None and leads else place.follows
+    follows = in_words(column.what) if column is not None and leads else place.follows.split("; ")[0]
     return f"; it sits at {place.what}" + (f" and follows {follows}" if follows else "")
 
 
@@ -173,14 +174,14 @@ def place_sentence(d: Diagnosis) -> str:
     """Where the rest sits, or where what was found had been."""
     if not d.points_at:
         return "no place and no column carries any structure: the rest is noise"
-    told = ", ".join(share(s) for s in d.points_at[:LISTED])
+    told = ", ".join(share(s) for s in d.points_at[:PLACES])
     before = "the rest sits at" if d.verdict == "unexplained" else "before, the structure sat at"
     return f"{before} {told}"
 
 
 def share(s: Share) -> str:
     """A place, its share, and what it follows."""
-    follows = f", follows {s.follows}" if s.follows else ""
+    follows = f", follows {s.follows.replace('; ', ' and ')}" if s.follows else ""
     return f"{in_words(s.what)} ({100 * s.share:.0f} %{follows})"
 
 

@@ -65,7 +65,8 @@ def _traces(p: Posture, residual: Floats, scale: float, scene: int, colour: str,
         "marker": {"size": 4, "color": POINT, "symbol": "diamond"},
     }  # fmt: skip
     arrows: Figure = {
-        "type": "scatter3d", "mode": "lines", **_xyz(shafts), "hoverinfo": "skip", "line": {"width": 4, "color": colour},
+        "type": "scatter3d", "mode": "lines", **_xyz(shafts), "hoverinfo": "skip",
+        "line": {"width": 4, "color": colour},
     }  # fmt: skip
     heads: Figure = {
         "type": "scatter3d", "mode": "markers", **_xyz(tip), "marker": {"size": 3, "color": colour},
@@ -86,9 +87,7 @@ def _menu(postures: list[Posture], per: list[int]) -> Figure:
     for k, p in enumerate(postures):
         name = f"session {p.session + 1}, set-up {p.setup}" if several else f"set-up {p.setup}"
         shown = [i == k for i, count in enumerate(per) for _ in range(count)]
-        buttons.append(
-            {"label": f"{name}: {p.size * 1e3:.3f} mm", "method": "restyle", "args": [{"visible": shown}]}
-        )
+        buttons.append({"label": f"{name}: {p.size * 1e3:.3f} mm", "method": "restyle", "args": [{"visible": shown}]})
     place = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top", "direction": "down"}
     return {"type": "dropdown", "buttons": buttons, "showactive": True, "font": {"size": 12}, **place}
 

@@ -1,4 +1,4 @@
-"""Residuals of a load state as motion: rotation of a joint, or motion of a place, by least squares over its readings."""
+"""Residuals of a load state as motion: rotation of a joint, or motion of a place, by least squares."""
 
 from __future__ import annotations
 
