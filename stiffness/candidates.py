@@ -81,7 +81,7 @@ def excludes(p: Parameter) -> bool:
 
 def trials(effect: Effect, joints: int, torque: Floats) -> list[Trial]:
     """All assignments; ``torque`` (n,) N*m, the largest of every joint."""
-    start = {p.name: np.full(p.count(joints), p.start) for p in effect.parameters}
+    start = effect.neutral(joints)  # an effect on trial must not bend the torque that others see
     alternatives = [[(p, t) for t in _with_start(p)] for p in effect.parameters if excludes(p)]
     side_by_side = [s for p in effect.parameters if blends(p) for s in _steps(p, joints)]
     out = []

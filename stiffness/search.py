@@ -19,6 +19,7 @@ from stiffness.effects.effect import Effect
 from stiffness.evidence import Evidence
 from stiffness.fit import Fit
 from stiffness.fit import columns_of as station_columns
+from stiffness.least_squares import inverse
 from stiffness.ledger import Ledger
 from stiffness.screen import Screen
 from stiffness.selection import CHANCE, Choice, Selector
@@ -98,7 +99,13 @@ class Search:
         at = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is not None]
         neutral = np.array([fit.unknowns.free[k].parameter.neutral for k in at], dtype=float)
         off = fit.parameters[at] - np.where(fit.unknowns.inverse[at], 1 / np.where(neutral == 0, 1, neutral), neutral)
-        covariance = fit.solution.covariance[np.ix_(at, at)] * fit.solution.misfit**2
+        # shapes stand still: without the effect they are of no account
+        shapes = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is None]
+        rest = np.delete(np.arange(len(fit.solution.vector)), shapes)
+        information = fit.solution.information + np.diag(_weak(fit))
+        known = inverse(information[np.ix_(rest, rest)]) * fit.solution.misfit**2
+        place = np.searchsorted(rest, at)
+        covariance = known[np.ix_(place, place)]
         scale = np.sqrt(np.diag(covariance))
         score = float((off / scale) @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (off / scale))
         return float(stats.chi2.sf(score, len(at)))

@@ -99,9 +99,9 @@ def _map(d: Diagnosis, shown: list[Posture], moved: bool) -> list[str]:
     return [
         "<h2>Where the readings miss the prediction</h2>",
         f"<p>An arrow is one reading: measured minus predicted, <b>{enlargement(shown):,.0f} times</b> as long as it "
-        f"is.{after} Grey: the undeflected arm, base to flange, and stalks to the reflectors. The menu has the "
-        f"{len(shown)} set-ups with the largest residuals (RMS per axis), largest first. Drag to turn, scroll to "
-        "zoom.</p>",
+        f"is, a dot at its tip.{after} Grey: the undeflected arm, base to flange; stalks to the reflectors. The menu "
+        f"has the {len(shown)} set-ups with the largest residuals (RMS per axis), largest first. Drag to turn, scroll "
+        "to zoom.</p>",
         '<div id="map" style="height:560px"></div>',
         tables.reflectors(sessions),
     ]
@@ -169,7 +169,8 @@ def _attribution(d: Diagnosis, drawn: bool) -> list[str]:
     out = ["<h2>What the residual points at</h2>"]
     if not d.points_at:
         return [*out, "<p>No place and no column carries any structure: what is left is noise.</p>"]
-    when = "with what was found in the model" if d.verdict == "unexplained" else "before anything was added"
+    moved = "with what was found in the model" if d.added or d.changed else "with the model's numbers fitted anew"
+    when = moved if d.verdict == "unexplained" else "before anything was added"
     return [
         *out,
         f"<p>Without the catalogue, {when}: how much of the structure in set-ups left out is explained when one place "

@@ -19,7 +19,7 @@ NOISE, PARAMETERS, STRUCTURE, LEFT = "#9aa3ab", "#56b4e9", "#d55e00", "#0072b2"
 INK = "#1c2126"
 POINTS = 1500
 SHOWN = 12  # candidates
-ROOM = 0.07  # of the longest bar, for a text in it
+ROOM = 0.1  # of the longest bar, for a text in it
 
 
 def split_figure(report: dict[str, Any]) -> Figure:

@@ -61,7 +61,7 @@ def pattern(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> Pattern:
         turned = _joint(effect, added, parts)
         if turned is not None:
             return turned
-    if effect.twist and effect.scope != "instruments" and not _of_temperature(effect):
+    if effect.twist and not effect.joint:  # what fills both is geometry: no load makes it
         return _place(added, parts)
     return _own_way(effect, added, parts)
 

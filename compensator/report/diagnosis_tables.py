@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from compensator.report.diagnosis_text import WRITTEN, bare, in_words, joined, shown_unit
+from compensator.report.diagnosis_text import WRITTEN, bare, follows_words, in_words, joined, shown_unit
 from compensator.report.fit_tables import DASH, LISTED, figure, millimetres
 from compensator.report.tables import table
 from stiffness.diagnosis import Changed, Diagnosis
@@ -80,7 +80,7 @@ def candidates(d: Diagnosis) -> str:
 def attribution(d: Diagnosis) -> str:
     """Where the structure sits and what it follows."""
     rows = [
-        [escape(in_words(s.what)), f"{100 * s.share:.0f} %", escape(s.follows.replace("; ", " and ")) or DASH]
+        [escape(in_words(s.what)), f"{100 * s.share:.0f} %", escape(follows_words(s.follows)) or DASH]
         for s in d.points_at
     ]
     return table("", ["place or column", "share of the structure", "follows"], rows, right=[1])

@@ -14,9 +14,21 @@ from stiffness.diagnosis import Added, Changed, Diagnosis
 WRITTEN = 6  # numbers of an addition that a line has room for
 LISTED = 3
 PLACES = 2
+CONSTANT = "always the same"
 NEAR = 1.1  # times the noise
 KINDS = {"displacement": "displacements under load", "absolute": "positions"}
-_PER = {"m/N": ("µm/N", 1e6), "rad/(N*m)": ("µrad/(N·m)", 1e6), "1/K": ("1e-6/K", 1e6), "rad/K": ("µrad/K", 1e6)}
+_PER = {
+    "m/N": ("µm/N", 1e6),
+    "rad/(N*m)": ("µrad/(N·m)", 1e6),
+    "1/K": ("ppm/K", 1e6),
+    "rad/K": ("µrad/K", 1e6),
+    "m/s": ("nm/s", 1e9),
+    "rad/s": ("nrad/s", 1e9),
+}
+_TAILS = (
+    *("_nm_per_rad", "_m_per_n", "_rad_per_nm", "_rad_per_k", "_m_per_s", "_rad_per_s"),
+    *("_per_k", "_rad", "_nm", "_kg", "_m", "_n"),
+)
 Report = dict[str, Any]
 
 
@@ -64,8 +76,14 @@ def _sits(points: Sequence[Share]) -> str:
     if place is None:
         return f"; it follows {in_words(column.what)}" if column else ""
     leads = column is not None and column.share > place.share
-    follows = in_words(column.what) if column is not None and leads else place.follows.split("; ")[0]
+    follows = in_words(column.what) if column is not None and leads else follows_words(place.follows, 1)
     return f"; it sits at {place.what}" + (f" and follows {follows}" if follows else "")
+
+
+def follows_words(follows: str, most: int = 2) -> str:
+    """What a share follows."""
+    varying = [f for f in follows.split("; ") if f != CONSTANT]
+    return joined(varying[:most]) or "nothing that varies"
 
 
 def _moved(changed: Sequence[Changed]) -> str:
@@ -126,7 +144,7 @@ def shown_unit(unit: str) -> tuple[str, float]:
 
 def bare(name: str) -> str:
     """A parameter's name without its unit, which stands behind the number."""
-    for tail in ("_nm_per_rad", "_m_per_n", "_rad_per_nm", "_rad_per_k", "_per_k", "_rad", "_nm", "_kg", "_m", "_n"):
+    for tail in _TAILS:
         if name.endswith(tail):
             return name.removesuffix(tail).replace("_", " ")
     return name.replace("_", " ")
@@ -181,7 +199,7 @@ def place_sentence(d: Diagnosis) -> str:
 
 def share(s: Share) -> str:
     """A place, its share, and what it follows."""
-    follows = f", follows {s.follows.replace('; ', ' and ')}" if s.follows else ""
+    follows = f", follows {follows_words(s.follows)}" if s.follows else ""
     return f"{in_words(s.what)} ({100 * s.share:.0f} %{follows})"
 
 

@@ -24,6 +24,7 @@ def enlargement(postures: list[Posture]) -> float:
 def map_figure(postures: list[Posture], titles: list[str]) -> Figure:
     """One scene, or two beside each other: ``titles`` of one or both; a menu picks the set-up."""
     scale = enlargement(postures)
+    boxes = _boxes(postures, scale)
     data: list[Figure] = []
     per: list[int] = []
     for number, p in enumerate(postures):
@@ -33,19 +34,18 @@ def map_figure(postures: list[Posture], titles: list[str]) -> Figure:
         per.append(len(data) - start)
     layout: Figure = {
         "font": FONT, "height": 560, "margin": {"l": 0, "r": 0, "t": 60, "b": 0}, "showlegend": False,
-        "annotations": [], "updatemenus": [_menu(postures, per)] if len(postures) > 1 else [],
+        "annotations": [], "updatemenus": [_menu(postures, per, boxes, len(titles))] if len(postures) > 1 else [],
     }  # fmt: skip
-    every = np.concatenate([np.concatenate([p.skeleton, p.root]) for p in postures])
     for k, title in enumerate(titles):
         across = [k / len(titles) + 0.005, (k + 1) / len(titles) - 0.005]
-        layout[f"scene{k + 1 if k else ''}"] = _scene(every, across)
+        layout[_name(k)] = _scene(boxes[0], across)
         place = {"x": sum(across) / 2, "y": 1.0, "xref": "paper", "yref": "paper", "yanchor": "bottom"}
         layout["annotations"].append({"text": f"<b>{title}</b>", "showarrow": False, "xanchor": "center", **place})
     return {"data": data, "layout": layout}
 
 
 def _traces(p: Posture, residual: Floats, scale: float, scene: int, colour: str, visible: bool) -> list[Figure]:
-    common: Figure = {"scene": f"scene{scene + 1 if scene else ''}", "visible": visible, "showlegend": False}
+    common: Figure = {"scene": _name(scene), "visible": visible, "showlegend": False}
     tip = p.root + scale * residual
     shafts = np.full((3 * len(tip), 3), np.nan)
     shafts[0::3], shafts[1::3] = p.root, tip
@@ -80,32 +80,47 @@ def _xyz(points: Floats) -> Figure:
     return {a: numbers(points[:, i], 5) for i, a in enumerate("xyz")}
 
 
-def _menu(postures: list[Posture], per: list[int]) -> Figure:
-    """A list of set-ups by number; where there are several sessions, those too."""
+def _menu(postures: list[Posture], per: list[int], boxes: list[Floats], scenes: int) -> Figure:
+    """A list of set-ups by number; where there are several sessions, those too. A scene moves to its set-up."""
     several = len({p.session for p in postures}) > 1
     buttons = []
     for k, p in enumerate(postures):
         name = f"session {p.session + 1}, set-up {p.setup}" if several else f"set-up {p.setup}"
         shown = [i == k for i, count in enumerate(per) for _ in range(count)]
-        buttons.append({"label": f"{name}: {p.size * 1e3:.3f} mm", "method": "restyle", "args": [{"visible": shown}]})
+        moved = {
+            f"{_name(scene)}.{a}axis.range": numbers(boxes[k][i], 4)
+            for scene in range(scenes)
+            for i, a in enumerate("xyz")
+        }
+        label = f"{name}: {p.size * 1e3:.3f} mm"
+        buttons.append({"label": label, "method": "update", "args": [{"visible": shown}, moved]})
     place = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top", "direction": "down"}
     return {"type": "dropdown", "buttons": buttons, "showactive": True, "font": {"size": 12}, **place}
 
 
-def _scene(points: Floats, across: list[float]) -> Figure:
+def _name(scene: int) -> str:
+    return f"scene{scene + 1 if scene else ''}"
+
+
+def _boxes(postures: list[Posture], scale: float) -> list[Floats]:
+    """(3, 2) m for every set-up: a cube about what is drawn of it; all of one size, so that lengths compare."""
+    clouds = [
+        np.concatenate([p.skeleton, p.root, p.root + scale * p.before, p.root + scale * p.after]) for p in postures
+    ]
+    middle = [0.5 * (c.min(axis=0) + c.max(axis=0)) for c in clouds]
+    half = 0.53 * max(float(np.ptp(c, axis=0).max()) for c in clouds)
+    return [m[:, None] + np.array([-half, half]) for m in middle]
+
+
+def _scene(box: Floats, across: list[float]) -> Figure:
     """Equal axes in m."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    size = np.maximum(high - low, 0.3 * float((high - low).max())) * 1.15
-    middle = 0.5 * (low + high)
     scene: Figure = {
-        "domain": {"x": across, "y": [0.0, 0.97]}, "aspectmode": "manual",
-        "aspectratio": {a: float(round(1.3 * s / size.max(), 6)) for a, s in zip("xyz", size, strict=True)},
-        "camera": {"eye": {"x": 0.85, "y": -0.95, "z": 0.5}, "center": {"x": 0, "y": 0, "z": -0.1}},
+        "domain": {"x": across, "y": [0.0, 0.97]}, "aspectmode": "cube",
+        "camera": {"eye": {"x": 1.08, "y": -1.18, "z": 0.62}, "center": {"x": 0, "y": 0, "z": -0.1}},
     }  # fmt: skip
     for i, a in enumerate("xyz"):
         scene[f"{a}axis"] = {
-            "title": {"text": f"{a}, m"}, "range": numbers(middle[i] + np.array([-0.5, 0.5]) * size[i], 4),
-            "backgroundcolor": "#eef0f2", "showbackground": True, "gridcolor": "#ffffff", "nticks": 5,
-            "tickfont": {"size": 11},
+            "title": {"text": f"{a}, m"}, "range": numbers(box[i], 4), "backgroundcolor": "#eef0f2",
+            "showbackground": True, "gridcolor": "#ffffff", "nticks": 5, "tickfont": {"size": 11},
         }  # fmt: skip
     return scene

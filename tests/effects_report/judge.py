@@ -1,0 +1,68 @@
+"""Whether a row meets the target, and what was said where it does not."""
+
+from __future__ import annotations
+
+from tests.effects_report.case import KINDS, Row
+
+CLOSE = 1.05  # after over told the truth
+SURE = 3.0  # standard deviations
+
+
+def kind(row: Row) -> str:
+    """Class of a scenario: clean, single, pair, unknown."""
+    if not row.truth:
+        return "clean"
+    if any(effect == "unknown" for effect, _ in row.truth):
+        return "unknown"
+    return "single" if len(row.truth) == 1 else "pair"
+
+
+def named(row: Row) -> list[str]:
+    """What is wrong with the names; empty when every effect of the truth is there, in its place, and no other."""
+    wrong, free = [], list(row.named)
+    for effect, where in row.truth:
+        if effect == "unknown":
+            continue
+        mine = next((n for n in free if n.effect == effect), None) or next(
+            (n for n in free if effect in n.confused_with), None
+        )
+        if mine is None:
+            wrong.append(f"{effect} not named")
+            continue
+        free.remove(mine)
+        if mine.effect == effect and not _words(where) & _words(mine.where):
+            wrong.append(f"{effect} named in {' '.join(mine.where)}")
+    return wrong + [f"{n.effect} {' '.join(n.where)} invented" for n in free]
+
+
+def _words(where: tuple[str, ...]) -> set[str]:
+    return {"tool" if w == "link-6" else w for w in where}
+
+
+def misses(row: Row) -> list[str]:
+    """Every rule that a row breaks, in words; empty when the target is met."""
+    expected = {"clean": "adequate", "unknown": "unexplained"}.get(kind(row), "explained")
+    out = [] if row.verdict == expected else [f"verdict {row.verdict}"]
+    out += named(row)
+    if kind(row) == "clean":
+        return out + [f"{m} moved" for m in row.moved]
+    if kind(row) == "unknown":
+        return out + _first(row)
+    for k in KINDS if not out and row.told else ():
+        if row.told and row.after[k] > CLOSE * row.told[k]:
+            out.append(f"{k} {row.after[k] / row.told[k]:.2f} x told")
+    return out
+
+
+def _first(row: Row) -> list[str]:
+    """An unknown effect: the joint that moves, or the column that it follows, comes first."""
+    (where,) = (w for e, w in row.truth if e == "unknown")
+    right = {where[0]} | {w if w.startswith("column:") else f"column:{w}" for w in where[1:] if "joint" not in w}
+    if not row.points_at:
+        return ["points at nothing"]
+    return [] if row.points_at[0][0] in right else [f"points at {row.points_at[0][0]} first, not {where[0]}"]
+
+
+def sure(row: Row) -> bool | None:
+    """Whether the numbers are within three standard deviations; None where none can be compared."""
+    return None if row.distance is None else abs(row.distance[1]) <= SURE

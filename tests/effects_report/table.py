@@ -1,0 +1,127 @@
+"""Rows as Markdown: a summary of each class, misses in words, and one table per arm and size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from tests.effects_report.case import Row
+from tests.effects_report.judge import kind, misses, sure
+
+TARGET = 3.0
+CLASSES = {"single": "one effect", "pair": "two effects", "unknown": "an effect in no catalogue", "clean": "nothing wrong"}
+HEAD = ("scenario", "size", "verdict", "named", "displacement, um", "absolute, um", "numbers", "target")
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """The whole report."""
+    at = [r for r in rows if r.size == TARGET]
+    out = ["# Effects report", "", *_intro(), ""]
+    if at:
+        out += [f"## Targets, at {TARGET:g} times the noise floor", "", *_summary(at), "", *_missed(at), ""]
+    for size in sorted({r.size for r in rows}, key=lambda s: (s != TARGET, s)):
+        for arm in dict.fromkeys(r.arm for r in rows):
+            mine = [r for r in rows if r.size == size and r.arm == arm]
+            if mine:
+                target = "" if size == TARGET else " (no target)"
+                out += [f"## {arm}, {size:g} times the noise floor{target}", "", *_table(mine), ""]
+    return "\n".join(out)
+
+
+def _intro() -> list[str]:
+    return [
+        "Made by `make effects-report`. A plant of its own (tests/plant, MuJoCo) is made ill in a known way and writes session",
+        "files; the program sees the files only. The model at hand has joint stiffness, identified from a session of the",
+        "healthy cell (36 set-ups); `diagnose` reads session D (34 set-ups) of the ill one; session B (30 other set-ups)",
+        "took part in nothing.",
+        "",
+        "- **size**: what the effect changes in the readings of D / what is left of that once joint stiffnesses have been",
+        "  refitted, in noise floors (RMS per axis; of two effects the larger). Sized by the latter; `c`: by the former, where",
+        "  the latter is out of reach.",
+        "- **displacement, absolute**: RMS per axis on B, model at hand → refined model; *floor*: what data sheets leave for a",
+        "  perfect model; *told*: a fit to D that is told which effects there are and where.",
+        "- **named**: effects and places; `~`: readings that the diagnosis says cannot tell it from those effects.",
+        "- **numbers**: the one farthest from the truth, in its standard deviations, and how many could be compared.",
+        "- **target**: verdict right; every effect named (or the group it is in) in its place and no other; RMS after within",
+        "  5 % of told. Unknown effects: unexplained, the joint that moves or the column it follows first. Nothing wrong:",
+        "  adequate, nothing added and nothing moved.",
+    ]
+
+
+def _summary(rows: Sequence[Row]) -> list[str]:
+    out = []
+    for name, words in CLASSES.items():
+        mine = [r for r in rows if kind(r) == name]
+        if mine:
+            met = sum(not misses(r) for r in mine)
+            out.append(f"- {words}: {met} of {len(mine)} met")
+    counted = [r for r in rows if sure(r) is not None and not misses(r) and r.truth]
+    if counted:
+        good = sum(sure(r) is True for r in counted)
+        numbers = sum(r.compared for r in counted)
+        out.append(
+            f"- recovered numbers: all within three standard deviations in {good} of {len(counted)} cases with comparable "
+            f"numbers ({numbers} numbers)"
+        )
+    return out
+
+
+def _missed(rows: Sequence[Row]) -> list[str]:
+    out = []
+    for r in rows:
+        if misses(r):
+            said = f"{r.verdict}: {_named(r)}" + (f"; points at {_points(r)}" if r.points_at else "")
+            out.append(f"- {_title(r)} on {r.arm}: {'; '.join(misses(r))}. Said: {said}")
+    return ["Not met:", "", *out] if out else ["Every one met."]
+
+
+def _table(rows: Sequence[Row]) -> Iterator[str]:
+    yield "| " + " | ".join(HEAD) + " |"
+    yield "|" + "---|" * len(HEAD)
+    for r in rows:
+        cells: list[str] = [
+            _title(r), _size(r), r.verdict, _named(r), _scores(r, "displacement"), _scores(r, "absolute"), _numbers(r),
+            _met(r),
+        ]  # fmt: skip
+        yield "| " + " | ".join(cells) + " |"
+
+
+def _title(r: Row) -> str:
+    return r.scenario if r.truth else f"{r.scenario}, session {r.seed}"
+
+
+def _size(r: Row) -> str:
+    if not r.truth:
+        return "–"
+    return f"{r.change:.1f} / {r.left:.1f}" + ("c" if r.of == "change" else "")
+
+
+def _named(r: Row) -> str:
+    words = [f"{n.effect} {' '.join(n.where)}" + (f" ~ {', '.join(n.confused_with)}" if n.confused_with else "") for n in r.named]
+    if r.verdict == "unexplained":
+        words.append(f"*at {_points(r)}*")
+    return "; ".join(words + [f"moved: {m}" for m in r.moved]) or "nothing"
+
+
+def _points(r: Row) -> str:
+    what, share, follows = r.points_at[0] if r.points_at else ("nothing", 0.0, "")
+    return f"{what} ({100 * share:.0f} %{', ' + follows if follows else ''})"
+
+
+def _scores(r: Row, k: str) -> str:
+    if k not in r.before:
+        return "–"
+    um: Callable[[float], str] = lambda v: f"{1e6 * v:.1f}"  # noqa: E731
+    best = um(r.told[k]) if r.told else "–"
+    return f"{um(r.before[k])} → {um(r.after[k])}, floor {um(r.floor[k])}, told {best}"
+
+
+def _numbers(r: Row) -> str:
+    if r.distance is None:
+        return "–"
+    return f"{r.distance[1]:+.1f} {r.distance[0]} of {r.compared}"
+
+
+def _met(r: Row) -> str:
+    if r.size != TARGET:
+        return "(met)" if not misses(r) else "(missed)"
+    return "met" if not misses(r) else "**missed**"
