@@ -1,6 +1,7 @@
 # make demo   set up and run the main job on the example
 # make test   set up and run everything that guards main
 # make bench  ratios of speed (docs/performance.md)
+# make effects-report  diagnosis of every effect on three arms (docs/effects-report.md; an hour on two cores)
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
@@ -8,7 +9,7 @@ BIN    := $(VENV)/bin
 export OPENBLAS_NUM_THREADS = 1
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
 
-.PHONY: demo test bench pictures wheel-check clean
+.PHONY: demo test bench effects-report effects-quick pictures wheel-check clean
 
 demo: $(VENV)/.run
 	mkdir -p out
@@ -23,6 +24,12 @@ test: $(VENV)/.test
 
 bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
+
+effects-report: $(VENV)/.test
+	$(BIN)/python -m tests.effects_report --out docs/effects-report.md
+
+effects-quick: $(VENV)/.test
+	@$(BIN)/python -m tests.effects_report --quick
 
 pictures: $(VENV)/.test
 	$(BIN)/python -m docs.make_pictures

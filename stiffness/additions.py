@@ -51,10 +51,7 @@ def with_sites(addition: Addition, joints: int) -> Addition:
     kept = {k: v.copy() for k, v in neutral.items()}
     for p in addition.effect.parameters:
         for s in (s for s in addition.sites if s.kind == p.site):
-            if s.index is None or isinstance(p.size, int):
-                kept[p.name] = np.array(addition.values[p.name])
-            elif s.index < p.count(joints):
-                kept[p.name][s.index] = addition.values[p.name][s.index]
+            kept[p.name][p.of_site(s.index)] = addition.values[p.name][p.of_site(s.index)]
     return replace(addition, values=kept, extras=addition.extras & set(addition.sites))
 
 
@@ -67,24 +64,12 @@ def merged(old: Sequence[Addition], unit: Unit, columns: Sequence[Column], weigh
         return [*old, with_sites(Addition(unit.effect, (unit.site,), extras, begun), joints)]
     values = {k: np.array(v) for k, v in before.values.items()}
     for p in (p for p in unit.effect.parameters if p.site == unit.site.kind):
-        one = unit.site.index is None or isinstance(p.size, int)
-        if unit.site in before.sites:  # its extras only: the rest is there already
-            if p.extra:
-                values[p.name] = _at(values[p.name], begun[p.name], unit.site.index)
-        elif one or (unit.site.index is not None and unit.site.index < p.count(joints)):
-            values[p.name] = _at(values[p.name], begun[p.name], unit.site.index)
+        if unit.site not in before.sites or p.extra:  # of a site that is there only the extras are new
+            values[p.name][p.of_site(unit.site.index)] = begun[p.name][p.of_site(unit.site.index)]
     sites = before.sites if unit.site in before.sites else (*before.sites, unit.site)
     order = {s: k for k, s in enumerate(unit.effect.sites(joints))}
     now = Addition(unit.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
     return [now if a is before else a for a in old]
-
-
-def _at(old: Floats, new: Floats, index: int | None) -> Floats:
-    out = np.array(old)
-    if index is None:
-        return np.array(new)
-    out[index] = new[index]
-    return out
 
 
 class Bench:
@@ -131,7 +116,7 @@ class Bench:
         for e, mask in zip(evidence, self.used, strict=True):
             e.used = mask.copy()
         vector = None if start is None else self._begun(layout, fixed, start, evidence)
-        return fitted(layout, fixed, evidence, 0.0, None, (), vector, once=True)
+        return fitted(layout, fixed, evidence, 0.0, None, (), vector, once=not any(a.effect.angle for a in additions))
 
     def _begun(
         self, layout: Unknowns, fixed: Mapping[str, Numbers], start: Fit, evidence: tuple[Evidence, ...]

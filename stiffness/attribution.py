@@ -198,7 +198,8 @@ def _share(ledger: Ledger, columns: Index, base: Floats, structure: float) -> fl
 def _ridge(held: Held, columns: Index, ridge: float) -> float:
     """Chi-square of a fold for weights that a prior keeps small: sizes as if all columns explained alike."""
     curvature = held.trained.curvature[np.ix_(columns, columns)]
-    scale = 1 / np.sqrt(np.maximum(np.diag(curvature), 1e-300))
+    there = np.diag(curvature) > 0
+    scale = there / np.sqrt(np.where(there, np.diag(curvature), 1.0))
     scaled = curvature * np.outer(scale, scale) + ridge * np.eye(len(columns))
     weight = scale * np.linalg.solve(scaled, scale * held.trained.slope[columns])
     return held.score(columns, weight)

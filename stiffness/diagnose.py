@@ -153,7 +153,8 @@ class _Case:
         if share < PARTLY:
             return True
         places = [p.what for p in points if not p.what.startswith("column:")]
-        return share < 1 - PARTLY and (not places or places[0] in a.where)
+        beside = {_number(w, search.bench.joints) for w in a.where}
+        return share < 1 - PARTLY and (not places or _number(places[0], search.bench.joints) in beside)
 
     def _verdict(self, left: bool, additions: Sequence[Addition], changed: Sequence[Changed], base: Fit) -> Verdict:
         if not self.enough:
@@ -252,6 +253,12 @@ def _held(session: Session) -> Bools:
     return out
 
 
+def _number(place: str, joints: int) -> int:
+    """Which part of the arm a place belongs to, 0 base ... n tool; -1 for instruments."""
+    _, _, number = place.partition("-")
+    return int(number) if number.isdigit() else {"base": 0, "tool": joints}.get(place, -1)
+
+
 def _sound(fit: Fit) -> Fit:
     """Rows that were left out come back where they are most of their set-up: that is structure, no wrong row."""
     for e in fit.evidence:
@@ -280,8 +287,8 @@ def _added(a: Addition, last: Fit, bench: Bench, fit: Fit, base: Fit, found: Seq
             continue
         if p.site not in {s.kind for s in a.sites}:
             continue
-        pick = [s.index for s in a.sites if s.kind == p.site and s.index is not None]
-        at = pick if pick and not isinstance(p.size, int) else list(range(p.count(bench.joints)))
+        every = range(p.count(bench.joints))
+        at = list(dict.fromkeys(k for s in a.sites if s.kind == p.site for k in every[p.of_site(s.index)]))
         parameters[p.name] = (values[p.name][at], sd[p.name][at], p.unit)
     rival = next((r for r in found if r.addition.effect is a.effect), None)
     explains = rival.explains if rival else 0.0

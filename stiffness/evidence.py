@@ -89,7 +89,7 @@ class Evidence:
             if np.allclose(new, state, atol=1e-6):
                 break
             state = new
-        base, by_p, by_w, by_state, link = self._read(rest, places)
+        base, by_p, by_w, by_state, link = self._read(p, rest, places)
         moved = self.histories.slopes(effects, values, rest.torque, self.resting, state) if state.shape[1] else {}
         self._add_memory(by_p, by_state, moved)
         if not self.placed:
@@ -108,13 +108,16 @@ class Evidence:
         m, n = self.reader.n_x, self.session.robot.n
         first, of = self.cases(np.concatenate(given, axis=1))
         x, torque = np.empty((len(first), m)), np.empty((len(first), n))
-        slopes = [np.empty((len(first), m, w)) for w in (len(p), 6, state.shape[1])]
+        tables = self.reader.tables
+        widths = (len(tables.core), 6, state.shape[1], n if tables else 0)
+        slopes = [np.empty((len(first), m, w)) for w in widths]
         for pull, rows in self.pulls.items():
             some = np.flatnonzero(rows[first])
             at = first[some]
             out = self.reader.rest(pull, p, *(a[at] for a in given), self._x[at])
             x[some], torque[some] = out.x, out.torque
-            for whole, part in zip(slopes, (out.by_parameter, out.by_wrench, out.by_state), strict=True):
+            found = (out.by_parameter, out.by_wrench, out.by_state, out.by_angle)
+            for whole, part in zip(slopes, found, strict=True):
                 whole[some] = part
         self._x = x[of]
         self._of = of
@@ -133,15 +136,19 @@ class Evidence:
         _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         return np.asarray(first), np.asarray(of).reshape(-1)
 
-    def _read(self, rest: Rest, places: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        s, count, p = self.samples, len(self.samples), rest.by_parameter.shape[2]
+    def _read(self, p: Floats, rest: Rest, places: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        s, count, tables = self.samples, len(self.samples), self.reader.tables
         base, link = np.empty((count, 3)), np.empty((count, 3, 3))
-        by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (p, 6, rest.by_state.shape[2]))
+        by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (len(p), 6, rest.by_state.shape[2]))
         for k in np.unique(self.link):
             rows = np.flatnonzero(self.link == k)
             out = self.reader.seen(rest.take(self._of[rows]), int(k), places[s.reflector[rows]])
             base[rows], link[rows] = out.position, out.rotation
-            by_p[rows], by_w[rows], by_state[rows] = out.by_parameter, out.by_wrench, out.by_state
+            by_w[rows], by_state[rows] = out.by_wrench, out.by_state
+            by_p[rows[:, None, None], np.arange(3)[:, None], tables.core] = out.by_parameter
+            if len(tables.own):
+                shares = tables.slopes(s.q[rows], p)
+                by_p[rows[:, None, None], np.arange(3)[:, None], tables.own] = out.by_angle[:, :, tables.joint] * shares[:, None]
         return base, by_p, by_w, by_state, link
 
     def _add_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> None:

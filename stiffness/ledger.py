@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.least_squares import Whitened
+from stiffness.least_squares import Whitened, batches
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -67,10 +67,11 @@ class Ledger:
         self.nuisance, self.folds = nuisance, max(fold) + 1
         width = blocks[0].jacobian.shape[1]
         gram, count = np.zeros((self.folds, width + 1, width + 1)), np.zeros(self.folds, dtype=int)
-        for block, k in zip(blocks, fold, strict=True):
-            both = np.column_stack([block.jacobian, block.residual])
-            gram[k] += both.T @ both
-            count[k] += len(block.residual)
+        for k in range(self.folds):
+            for some in batches([b for b, f in zip(blocks, fold, strict=True) if f == k]):
+                both = np.concatenate([np.column_stack([b.jacobian, b.residual]) for b in some])
+                gram[k] += both.T @ both
+                count[k] += len(both)
         self.count = int(count.sum())
         self._precision = precision
         total = gram.sum(axis=0)

@@ -20,6 +20,7 @@ from stiffness.kernel import Kernel
 from stiffness.predict import Tool
 from stiffness.robot import Robot
 from stiffness.sight import Sight
+from stiffness.tables import Tables
 from stiffness.statics import Load, Posture, Statics
 from stiffness.unknowns import Unknowns
 
@@ -52,7 +53,8 @@ class Rest:
         q: (N, n) rad.
         x: (N, m) elastic coordinates, the start of the next call; behind them those of the sag that the controller knows.
         torque: (N, n) N*m.
-        by_parameter, by_wrench, by_state: (N, m, P), (N, m, 6), (N, m, s) slopes of ``x``.
+        by_parameter, by_wrench, by_state, by_angle: (N, m, P), (N, m, 6), (N, m, s), (N, m, n) slopes of ``x``; P without
+            the tables of laws of the angle alone, which act by way of ``by_angle``.
     """
 
     q: Floats
@@ -61,10 +63,11 @@ class Rest:
     by_parameter: Floats
     by_wrench: Floats
     by_state: Floats
+    by_angle: Floats
 
     def take(self, rows: Index) -> Rest:
         """Some of them, in the given order."""
-        names = ("q", "x", "torque", "by_parameter", "by_wrench", "by_state")
+        names = ("q", "x", "torque", "by_parameter", "by_wrench", "by_state", "by_angle")
         return Rest(*(getattr(self, name)[rows] for name in names))
 
 
@@ -77,6 +80,7 @@ class Read:
         by_parameter: (N, 3, P).
         by_wrench: (N, 3, 6), of what the sensor shows.
         by_state: (N, 3, s), by the memory as a share of its half range.
+        by_angle: (N, 3, n), by an error of the joints' angles.
         rotation: (N, 3, 3) of the reflector's link: derivative by the reflector's place.
     """
 
@@ -84,6 +88,7 @@ class Read:
     by_parameter: Floats
     by_wrench: Floats
     by_state: Floats
+    by_angle: Floats
     rotation: Floats
 
 
@@ -109,6 +114,7 @@ class Reader:
         self.calibrated_out = calibrated_out
         self.statics = Statics(robot, unknowns.effects)
         self._gravity = ca.SX(ca.DM(gravity))
+        self.tables = Tables(robot.n, unknowns, fixed)
         self._kernels: dict[Pull, Kernel] = {}
 
     @property
@@ -144,34 +150,36 @@ class Reader:
         """
         if pull not in self._kernels:
             self._kernels[pull] = self._built(pull)
-        new, torque, *slopes = self._kernels[pull].run(q, wrench, point, state, payload, warm, p, x)
+        error = self.tables.error(q, p)
+        given = (q, wrench, point, state, payload, warm, error, p[self.tables.core], x)
+        new, torque, *slopes = self._kernels[pull].run(*given)
         count, m = len(q), self.n_x
-        by_p, by_w, by_state = (
-            np.swapaxes(slope.reshape(count, width, m), 1, 2)
-            for slope, width in zip(slopes, (len(p), 6, self.statics.n_state), strict=True)
-        )
-        return Rest(q, new, torque, by_p, by_w, by_state)
+        widths = (len(self.tables.core), 6, self.statics.n_state, error.shape[1])
+        by = [np.swapaxes(v.reshape(count, w, m), 1, 2) for v, w in zip(slopes, widths, strict=True)]
+        return Rest(q, new, torque, *by)
 
     def resting(self, p: Floats, q: Floats, payload: Floats, warm: Floats) -> Floats:
         """(N, n) N*m that the joints carry without load, at the straight posture; arguments as of ``rest``."""
         s = self.statics
-        given = [ca.SX.sym(name, m) for name, m in (("q", s.robot.n), ("payload", 1), ("warm", 1), ("p", len(p)))]
-        values = self.unknowns.values(given[3], self.fixed)
+        core = self.tables.core
+        given = [ca.SX.sym(name, m) for name, m in (("q", s.robot.n), ("payload", 1), ("warm", 1), ("p", len(core)))]
+        values = self.unknowns.values(self.tables.whole(given[3]), self.fixed)
         at = s.posture(given[0], ca.SX.zeros(s.n_x))
-        _, torque = s.law(at, given[0], self.weights(values, given[1]), (), None, values, given[2])
-        (out,) = Kernel(ca.Function("resting", given, [ca.densify(torque)])).run(q, payload, warm, p)
+        _, torque = s.law(at, given[0], self.weights(values, given[1]), (), None, values, given[2], ca.SX.zeros(s.robot.n))
+        (out,) = Kernel(ca.Function("resting", given, [ca.densify(torque)])).run(q, payload, warm, p[core])
         return out
 
     def seen(self, rest: Rest, link: int, reflector: Floats) -> Read:
         """Where reflectors (N, 3), m in their link, are in the base."""
         m = self.statics.n_x
         position, slope, rotation = self._placed(rest.q, rest.x[:, :m], link, reflector)
-        slopes = [slope @ by[:, :m] for by in (rest.by_parameter, rest.by_wrench, rest.by_state)]
+        slopes = [slope @ by[:, :m] for by in (rest.by_parameter, rest.by_wrench, rest.by_state, rest.by_angle)]
         if self.calibrated_out:
             sag, by_sag, _ = self._placed(rest.q, rest.x[:, m:], link, reflector)
             rigid, _, _ = self._placed(rest.q, np.zeros_like(rest.x[:, m:]), link, reflector)
             position = position - sag + rigid
             slopes[0] = slopes[0] - by_sag @ rest.by_parameter[:, m:]
+            slopes[3] = slopes[3] - by_sag @ rest.by_angle[:, m:]
         return Read(position, *slopes, rotation)
 
     def _placed(self, q: Floats, x: Floats, link: int, reflector: Floats) -> tuple[Floats, Floats, Floats]:
@@ -185,8 +193,10 @@ class Reader:
         n, s = self.robot.n, self.statics
         q, w, point = (ca.SX.sym(k, m) for k, m in (("q", n), ("w", 6), ("point", 3)))
         state, payload, warm = ca.SX.sym("state", s.n_state), ca.SX.sym("payload"), ca.SX.sym("warm")
-        p, x = ca.SX.sym("p", len(self.unknowns)), ca.SX.sym("x", self.n_x)
-        values = self.unknowns.values(p, self.fixed)
+        error = ca.SX.sym("error", n if self.tables else 0)
+        core, x = ca.SX.sym("p", len(self.tables.core)), ca.SX.sym("x", self.n_x)
+        values = self.unknowns.values(self.tables.whole(core), self.fixed)
+        by_angle = error if self.tables else None
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
         own = state * ca.vertcat(*full) if full else state
         weights = self.weights(values, payload)
@@ -194,16 +204,16 @@ class Reader:
         for _ in range(SWEEPS):
             posture = s.posture(q, coordinates)
             load = self.load(pull, posture, w, point, values)
-            coordinates, torque = s.law(posture, q, weights, load, own, values, warm)
+            coordinates, torque = s.law(posture, q, weights, load, own, values, warm, by_angle)
         new_x = coordinates
         if self.calibrated_out:
             sag, declared = x[s.n_x :], self.weights(values, None)
             for _ in range(SWEEPS):
-                sag, _ = s.law(s.posture(q, sag), q, declared, (), None, values, warm)
+                sag, _ = s.law(s.posture(q, sag), q, declared, (), None, values, warm, by_angle)
             new_x = ca.vertcat(coordinates, sag)
-        outputs = [new_x, torque, *(ca.jacobian(new_x, v) for v in (p, w, state))]
+        outputs = [new_x, torque, *(ca.jacobian(new_x, v) for v in (core, w, state, error))]
         dense = [ca.densify(ca.vec(o)) for o in outputs]
-        return Kernel(ca.Function("rest", [q, w, point, state, payload, warm, p, x], dense))
+        return Kernel(ca.Function("rest", [q, w, point, state, payload, warm, error, core, x], dense))
 
     def weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
         """Weights (link, point, force): with ``payload`` kg all there are, for None what the controller knows."""

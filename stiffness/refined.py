@@ -18,13 +18,6 @@ def refined_model(model: ComplianceModel, fit: Fit, additions: Sequence[Addition
     fitted = fit.model(model.robot, model.provenance)
     values = {name: {k: np.array(v) for k, v in numbers.items()} for name, numbers in {**model.values, **fitted.values}.items()}
     sd = {name: {k: np.array(v) for k, v in numbers.items()} for name, numbers in {**model.sd, **fitted.sd}.items()}
-    known = fit.determined()
-    for u, ok in zip(fit.unknowns.free, known, strict=True):
-        if ok or u.effect not in model.values:
-            continue
-        values[u.effect][u.parameter.name][u.index] = model.values[u.effect][u.parameter.name][u.index]
-        given = model.sd.get(u.effect, {}).get(u.parameter.name)
-        sd[u.effect][u.parameter.name][u.index] = 0.0 if given is None else given[u.index]
     tools = dict(model.tools)
     for a in additions:
         if a.effect.scope == "tool":

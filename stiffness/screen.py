@@ -43,6 +43,9 @@ class Screen:
         self.numbers = tuple(numbers)
         place = {(u.effect, u.parameter.name, u.index): k for k, u in enumerate(every)}
         self._columns = np.array([place[u.effect, u.parameter.name, u.index] for u in numbers], dtype=np.intp)
+        tabled = {e.name for e in effects if e.angle}
+        self._core = np.flatnonzero([u.effect not in tabled for u in numbers])
+        self._tabled = np.flatnonzero([u.effect in tabled for u in numbers])
         self._all = Evidence(evidence.session, self.layout, {e.name: e.neutral(n) for e in effects})
         self._kernels: dict[Pull, tuple[Kernel, Index, Index]] = {}
 
@@ -61,17 +64,28 @@ class Screen:
         given = (*evidence.inputs(places), state)
         first, of = evidence.cases(np.concatenate(given, axis=1))
         p = self.layout.start(values)
-        slope = np.zeros((len(first), reader.statics.n_x, len(self.numbers)))
+        error = reader.tables.error(evidence.samples.q, p)
+        given = (*given, error)
+        slope = np.zeros((len(first), reader.statics.n_x, len(self._core)))
         for pull, rows in evidence.pulls.items():
             some = np.flatnonzero(rows[first])
             kernel, row, column = self._kernel(pull)
-            (nonzero,) = kernel.run(*(a[first[some]] for a in given), p, x[first[some]])
+            (nonzero,) = kernel.run(*(a[first[some]] for a in given), p[reader.tables.core], x[first[some]])
             slope[some[:, None], row[None], column[None]] = nonzero
         out = np.zeros((len(evidence.samples), 3, len(self.numbers)))
         for rows in _pieces(evidence.link):
             by_x = self._by_coordinate(evidence, x, rows, places)
-            out[rows] = by_x @ slope[of[rows]]
+            out[rows[:, None, None], np.arange(3)[:, None], self._core] = by_x @ slope[of[rows]]
+            if len(self._tabled):
+                out[rows[:, None, None], np.arange(3)[:, None], self._tabled] = self._by_table(evidence, p, rows, by_x)
         return seen.back @ out + self._all.shown_slopes(seen.position, p)[:, :, self._columns]
+
+    def _by_table(self, evidence: Evidence, p: Floats, rows: Index, by_x: Floats) -> Floats:
+        """(K, 3, T) slopes by numbers of laws of the angle alone."""
+        tables = self._all.reader.tables
+        place = np.searchsorted(tables.own, self._columns[self._tabled])
+        shares = tables.slopes(evidence.samples.q[rows], p)[:, place]
+        return np.asarray(by_x[:, :, tables.joint[place]] * shares[:, None])
 
     def geometry(self, evidence: Evidence, seen: Predicted, station: Floats) -> Floats:
         """(N, 3, n + 6 (n + 1)) slopes of what is read by every joint angle and by twists of every place 0 ... n."""
@@ -108,17 +122,20 @@ class Screen:
         n = reader.robot.n
         q, w, point = (ca.SX.sym(k, m) for k, m in (("q", n), ("w", 6), ("point", 3)))
         state, payload, warm = ca.SX.sym("state", s.n_state), ca.SX.sym("payload"), ca.SX.sym("warm")
-        p, x = ca.SX.sym("p", len(self.layout)), ca.SX.sym("x", s.n_x)
-        values = self.layout.values(p, self._all.fixed)
+        tables = reader.tables
+        error = ca.SX.sym("error", n if tables else 0)
+        p, x = ca.SX.sym("p", len(tables.core)), ca.SX.sym("x", s.n_x)
+        values = self.layout.values(tables.whole(p), self._all.fixed)
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
         own = state * ca.vertcat(*full) if full else state
         posture = s.posture(q, x)
         load = reader.load(pull, posture, w, point, values)
-        new, _ = s.law(posture, q, reader.weights(values, payload), load, own, values, warm)
-        jacobian = ca.jacobian(new, p)[:, self._columns.tolist()]
+        new, _ = s.law(posture, q, reader.weights(values, payload), load, own, values, warm, error if tables else None)
+        wanted = np.searchsorted(tables.core, self._columns[self._core])
+        jacobian = ca.jacobian(new, p)[:, wanted.tolist()]
         row, column = (np.array(v, dtype=np.intp) for v in jacobian.sparsity().get_triplet())
         nonzero = ca.vertcat(*jacobian.nonzeros())
-        given = [q, w, point, payload, warm, state, p, x]
+        given = [q, w, point, payload, warm, state, error, p, x]
         return Kernel(ca.Function("screen", given, [ca.densify(nonzero)])), row, column
 
 

@@ -19,8 +19,8 @@ from stiffness.effects.effect import Effect
 from stiffness.evidence import Evidence
 from stiffness.fit import Fit
 from stiffness.fit import columns_of as station_columns
-from stiffness.least_squares import inverse
 from stiffness.ledger import Ledger
+from stiffness.least_squares import inverse
 from stiffness.screen import Screen
 from stiffness.selection import CHANCE, Choice, Selector
 from stiffness.session import Session
@@ -31,6 +31,7 @@ Say = Callable[[str], None]
 FOLDS = 10
 ROUNDS = 4  # of screen and fit
 WARMED = 0.1  # K; a smaller range of temperature tells nothing
+SETTLED = 1.1  # residual over noise below which a fit need not be begun elsewhere
 NOT_THERE = 1e-3  # chance above which a site of a fitted effect counts as empty
 
 
@@ -73,12 +74,29 @@ class Search:
         return fit, additions
 
     def adopted(self, screened: Screened, chosen: Choice, additions: Sequence[Addition]) -> tuple[list[Addition], Fit]:
-        """Chosen units as additions, fitted."""
+        """Chosen units as additions, fitted; where much is left, from every shape on trial."""
+        weights = {u.key: chosen.weights(u) for u in chosen.units}
+        begun = self._merged(screened, chosen.units, weights, additions)
+        fit = self.bench.fit(begun, screened.fit)
+        if fit.solution.misfit > SETTLED:  # the numbers of a model without the effect may be far off with it
+            other = self.bench.fit(begun)
+            fit = min(fit, other, key=lambda f: f.solution.chi2)
+        for unit in chosen.units if fit.solution.misfit > SETTLED else ():
+            for alone in _one_trial_each(unit, screened.columns, weights[unit.key]):
+                trial = self._merged(screened, chosen.units, {**weights, unit.key: alone}, additions)
+                other = self.bench.fit(trial, screened.fit)
+                if other.solution.chi2 < fit.solution.chi2:
+                    fit, begun = other, trial
+        return self.bench.current(fit, begun), fit
+
+    def _merged(
+        self, screened: Screened, units: Sequence[Unit], weights: Mapping[tuple[str, tuple[str, ...]], Floats],
+        additions: Sequence[Addition],
+    ) -> list[Addition]:  # fmt: skip
         more = list(additions)
-        for unit in chosen.units:
-            more = merged(more, unit, screened.columns, chosen.weights(unit), self.bench.joints)
-        fit = self.bench.fit(more, screened.fit)
-        return self.bench.current(fit, more), fit
+        for unit in units:
+            more = merged(more, unit, screened.columns, weights[unit.key], self.bench.joints)
+        return more
 
     def pruned(self, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
         """Without sites that the fit leaves empty, the emptiest first."""
@@ -171,11 +189,21 @@ def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats]
     out = {k: np.array(v) for k, v in trial.items()}
     for p in a.effect.parameters:
         for s in (s for s in a.sites if s.kind == p.site):
-            if s.index is None or isinstance(p.size, int):
-                out[p.name] = np.array(fitted[p.name])
-            elif s.index < p.count(joints):
-                out[p.name][s.index] = fitted[p.name][s.index]
+            out[p.name][p.of_site(s.index)] = fitted[p.name][p.of_site(s.index)]
     return out
+
+
+def _one_trial_each(unit: Unit, columns: Sequence[Column], weight: Floats) -> list[Floats]:
+    """Weights that put all of a unit on one of its trials; none where it has but one."""
+    trial = [id(columns[k].trial) for k in unit.columns]
+    number = [columns[k].number for k in unit.columns]
+    total = {u: sum(w for w, v in zip(weight, number, strict=True) if v == u) for u in number}
+    if len(set(trial)) < 2:
+        return []
+    return [
+        np.array([total[u] if t == one else 0.0 for t, u in zip(trial, number, strict=True)])
+        for one in dict.fromkeys(trial)
+    ]
 
 
 def _remaining(unit: Unit, columns: Sequence[Column], additions: Sequence[Addition]) -> Unit | None:
@@ -210,7 +238,8 @@ def fold_of(session: Session, row: int) -> int:
 
 def _can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
     """Whether anything in the sessions could tell of an effect."""
-    if effect.name == "joint-stiffness":
+    setups = sum(len(np.unique(s.samples.setup)) for s in sessions)
+    if effect.name == "joint-stiffness" or any(p.each > setups for p in effect.parameters):
         return False
     if effect.wrench_reading:
         return any(s.has_wrench for s in sessions)

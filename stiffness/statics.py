@@ -128,6 +128,7 @@ class Statics:
         self.remembering = tuple(e for e in effects if e.memory)
         self.n_x = n + 6 * len(self.places)
         self.n_state = n * len(self.remembering)
+        self._angle: tuple[ca.SX, Mapping[str, Values], ca.SX] | None = None
 
     def __repr__(self) -> str:
         return f"Statics({self.robot.name}, {[e.name for e in self.effects]}, {self.n_x} coordinates)"
@@ -189,12 +190,14 @@ class Statics:
         state: ca.SX | None,
         values: Mapping[str, Values],
         temperature: ca.SX | float = 0.0,
+        angle_error: ca.SX | None = None,
     ) -> tuple[ca.SX, ca.SX]:
         """One sweep: the loads at a posture, and the elastic coordinates they cause.
 
         Args:
             q: (n,) rad commanded.
             temperature: K above the model's reference.
+            angle_error: (n,) rad that the laws of the angle alone make; None: they are worked out here.
 
         Returns:
             x (n_x,), torque (n,) of gravity and environment on each joint.
@@ -223,7 +226,7 @@ class Statics:
                 torque[k - 1] = ca.dot(posture.axes[k - 1], about)
         tau = ca.vertcat(*torque)
         tau = sum((e.torque(posture.angles, values[e.name]) for e in self.effects if e.torque), tau)
-        dq = self.joint_deflection(tau, q, state, values, temperature)
+        dq = self.joint_deflection(tau, q, state, values, temperature, angle_error)
         return ca.vertcat(dq, *(twists[k] for k in self.places)), tau
 
     def unloaded(self, q: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float = 0.0) -> ca.SX:
@@ -245,8 +248,21 @@ class Statics:
             outer = self.robot.before[place][:3, 3]
         return inner, outer
 
+    def angle_error(self, q: ca.SX, values: Mapping[str, Values]) -> ca.SX:
+        """dq (n,) rad that the laws of the angle alone make, whatever the load; worked out once for one ``q``."""
+        if self._angle is None or self._angle[0] is not q or self._angle[1] is not values:
+            none = ca.SX.zeros(self.robot.n)
+            self._angle = q, values, sum((e.angle(q, values[e.name]) for e in self.effects if e.angle), none)
+        return self._angle[2]
+
     def joint_deflection(
-        self, tau: ca.SX, q: ca.SX, state: ca.SX | None, values: Mapping[str, Values], temperature: ca.SX | float = 0.0
+        self,
+        tau: ca.SX,
+        q: ca.SX,
+        state: ca.SX | None,
+        values: Mapping[str, Values],
+        temperature: ca.SX | float = 0.0,
+        angle_error: ca.SX | None = None,
     ) -> ca.SX:
         """dq (n,) that all joint laws together make of a torque; without ``state`` those without memory."""
         n, warm = self.robot.n, ca.SX(temperature)
@@ -257,7 +273,7 @@ class Statics:
             return base[0](JointInput(torque, none, none, q, none, warm), values["joint-stiffness"]) if base else none
 
         elastic, compliance = springs(tau), springs(ca.SX.ones(n))
-        dq = none
+        dq = self.angle_error(q, values) if angle_error is None else angle_error
         at = 0
         for e in self.effects:
             own = none

@@ -118,8 +118,7 @@ def numbers_of(effect: Effect, site: Site, joints: int, extras: bool = False) ->
     for p in effect.parameters:
         if p.fit == "given" or (p.extra and not extras) or p.site != site.kind:
             continue
-        mine = range(p.count(joints)) if site.index is None or isinstance(p.size, int) else (site.index,)
-        out += [Unknown(effect.name, p, k) for k in mine if k < p.count(joints)]
+        out += [Unknown(effect.name, p, k) for k in range(p.count(joints))[p.of_site(site.index)]]
     return out
 
 

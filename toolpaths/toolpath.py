@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:  # programs import this module
+    from toolpaths.programs.program import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -31,6 +35,31 @@ class Event:
 
 
 @dataclass(frozen=True, repr=False)
+class Setting:
+    """What a robot program says of tool, work object and joints; keys and rows are whole values of ``Toolpath.row``.
+
+    It is about the source: sampling and ``take`` leave it as it is.
+
+    Attributes:
+        tools: number (as in ``Toolpath.tool``) -> frame and load; a number without an entry is one that the program
+            only names, its frame stands in the controller.
+        workobject: (4, 4) base -> frame of the poses; None: only the controller knows it.
+        joints: row -> (n,) rad of moves given in joint angles. Their position and quaternion are NaN.
+        zones: (rows,) m the corner at the move's end may be cut by; 0 is an exact stop, NaN: not said.
+        configuration: (rows,) bits as in Program, -1: not said; None: the language does not say.
+    """
+
+    tools: Mapping[int, ToolFrame] = field(default_factory=dict)
+    workobject: Floats | None = None
+    joints: Mapping[int, Floats] = field(default_factory=dict)
+    zones: Floats | None = None
+    configuration: Ints | None = None
+
+    def __repr__(self) -> str:
+        return f"Setting({len(self.tools)} tools, {len(self.joints)} joint moves)"
+
+
+@dataclass(frozen=True, repr=False)
 class Toolpath:
     """Poses of the TCP in the work-object frame, in the order of machining.
 
@@ -48,6 +77,7 @@ class Toolpath:
         row: (N,) index of the pose in the source, plus the fraction towards the next one
             for poses that sampling put in between.
         events: what stands between the moves.
+        setting: what a robot program says of its tools and frames; None for CAM files.
     """
 
     source: str
@@ -61,6 +91,7 @@ class Toolpath:
     line: Ints
     row: Floats
     events: tuple[Event, ...] = ()
+    setting: Setting | None = None
 
     def __post_init__(self) -> None:
         n = len(self.position)

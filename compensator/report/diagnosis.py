@@ -8,9 +8,9 @@ from typing import Any
 from compensator.report import diagnosis_tables as tables
 from compensator.report import diagnosis_text as words
 from compensator.report.diagnosis_figures import pattern_figure, ranking_figure, split_figure
-from compensator.report.diagnosis_pattern import pattern
+from compensator.report.diagnosis_pattern import patterns
 from compensator.report.diagnosis_remainder import remainder
-from compensator.report.diagnosis_view import Posture, looked_at, postures
+from compensator.report.diagnosis_view import Looked, Posture, looked_at, postures
 from compensator.report.fit_tables import millimetres
 from compensator.report.html import page_head, page_scripts
 from compensator.report.residual_map import enlargement, map_figure
@@ -49,8 +49,9 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
         "map": map_figure(shown, ["the model at hand", "the refined model"] if moved else ["the model at hand"]),
         "split": split_figure(report),
         **({"ranking": ranking_figure(d)} if any(c.where for c in d.candidates) else {}),
-        **{f"pattern-{k + 1}": pattern_figure(pattern(d, looked, a)) for k, a in enumerate(d.added)},
     }
+    evidence = _pattern_figures(d, looked)
+    figures |= {name: drawn for group in evidence for name, drawn in group.items()}
     rest = remainder(d, looked) if d.verdict == "unexplained" else None
     if rest is not None:
         figures["remainder"] = pattern_figure(rest)
@@ -61,7 +62,7 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
         *_map(d, shown, moved),
         *_split(report),
         *_ranking(d, "ranking" in figures),
-        *_evidence(d),
+        *_evidence(d, evidence),
         *_confusion(d),
         *_attribution(d, rest is not None),
         *_next(report),
@@ -137,15 +138,24 @@ def _ranking(d: Diagnosis, drawn: bool) -> list[str]:
     return out
 
 
-def _evidence(d: Diagnosis) -> list[str]:
+def _pattern_figures(d: Diagnosis, looked: tuple[Looked, ...]) -> list[dict[str, Figure]]:
+    """Of every addition its figures by their id."""
     out = []
     for k, a in enumerate(d.added):
+        drawn = [pattern_figure(p) for p in patterns(d, looked, a)]
+        out.append({f"pattern-{k + 1}" + (f"-{i + 1}" if i else ""): f for i, f in enumerate(drawn)})
+    return out
+
+
+def _evidence(d: Diagnosis, figures: list[dict[str, Figure]]) -> list[str]:
+    out = []
+    for a, drawn in zip(d.added, figures, strict=True):
         out += [
             f"<h2>Evidence: {escape(a.effect)} in {escape(words.joined(a.where))}</h2>",
             "<p>Left: what the readings show when only this addition is taken out of the refined model, and what it "
             "says there (black). Right: what is left with it, at the same scale. Every reading that is no outlier is "
             "used, those that took no part too.</p>",
-            f'<div id="pattern-{k + 1}"></div>',
+            *(f'<div id="{name}"></div>' for name in drawn),
         ]
     return [*out, tables.additions(d)] if d.added else out
 

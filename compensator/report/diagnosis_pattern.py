@@ -23,6 +23,7 @@ from stiffness.unknowns import Unknowns
 
 Index = npt.NDArray[np.intp]
 OWN = 0.5  # of what an addition says: so much has to be rotation of a joint before it is drawn as one
+SLIGHT = 0.01  # of what an addition says: a joint that turns less is not drawn
 FAINT = 0.2  # of the largest torque: below, a compliance cannot be read off
 
 
@@ -53,17 +54,16 @@ class _Part:
     turns: Floats
 
 
-def pattern(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> Pattern:
-    """What is drawn of one addition."""
+def patterns(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> list[Pattern]:
+    """What is drawn of one addition: of joints one each, the one that moves the reflectors most first."""
     effect = BY_NAME[added.effect]
     parts = [_part(d, seen, effect) for seen in looked]
-    if effect.joint or effect.torque:
-        turned = _joint(effect, added, parts)
-        if turned is not None:
-            return turned
+    turned = _joints(effect, added, parts) if effect.joint or effect.torque or effect.angle else []
+    if turned:
+        return [_joint(effect, j, parts) for j in turned]
     if effect.twist and not effect.joint:  # what fills both is geometry: no load makes it
-        return _place(added, parts)
-    return _own_way(effect, added, parts)
+        return [_place(added, parts)]
+    return [_own_way(effect, added, parts)]
 
 
 def _part(d: Diagnosis, seen: Looked, effect: Effect) -> _Part:
@@ -79,7 +79,8 @@ def _part(d: Diagnosis, seen: Looked, effect: Effect) -> _Part:
     rows = np.flatnonzero(seen.sound)
     says = in_base(seen.seen.position - without.position, seen.seen)[rows]
     first, n = seen.session.states.first, seen.session.robot.n
-    return _Part(seen, rows, says, seen.after[rows], seen.seen.x[first, :n] - without.x[first, :n])
+    turns = seen.seen.x[first, :n] - without.x[first, :n]
+    return _Part(seen, rows, says, seen.after[rows], turns)
 
 
 def _of_temperature(effect: Effect) -> bool:
@@ -89,16 +90,21 @@ def _of_temperature(effect: Effect) -> bool:
 # ---- rotation of a joint
 
 
-def _joint(effect: Effect, added: Added, parts: list[_Part]) -> Pattern | None:
-    """The joint that the addition moves most by; None where what it says is no rotation of joints."""
+def _joints(effect: Effect, added: Added, parts: list[_Part]) -> list[int]:
+    """The joints that an addition turns, most motion first; none where what it says is no rotation of joints."""
     named = [int(w.removeprefix("joint-")) - 1 for w in added.where if w.startswith("joint-")]
     every = named or range(parts[0].seen.session.robot.n)
     if _of_temperature(effect):
-        return None
+        return []
     shares = {j: _share(parts, j) for j in every}
-    j = max(shares, key=lambda k: (shares[k], -k))
-    if shares[j] < OWN / len(shares):
-        return None
+    order = sorted(shares, key=lambda j: (-round(shares[j], 9), j))
+    if shares[order[0]] < OWN / len(shares):
+        return []
+    return [order[0], *(j for j in order[1:] if named and effect.unit == "joint" and shares[j] > SLIGHT)]
+
+
+def _joint(effect: Effect, j: int, parts: list[_Part]) -> Pattern:
+    """Rotation of one joint over what the law follows."""
     x_name, x = _follows(effect, j, parts)
     columns = []
     for p, values in zip(parts, x, strict=True):
@@ -107,7 +113,7 @@ def _joint(effect: Effect, added: Added, parts: list[_Part]) -> Pattern | None:
     across, after, says, torque = np.concatenate(columns, axis=1)
     name = f"rotation of joint {j + 1}, µrad"
     scale = np.full(len(across), 1e6)
-    if x_name.startswith("angle") and effect.torque is None and _by_torque(says, torque):
+    if x_name.startswith("angle") and effect.torque is None and effect.angle is None and _by_torque(says, torque):
         loaded = np.abs(torque) > FAINT * np.abs(torque).max()
         across, after, says, scale = across[loaded], after[loaded], says[loaded], 1e6 / torque[loaded]
         name = f"rotation of joint {j + 1} over its torque, µrad/(N·m)"

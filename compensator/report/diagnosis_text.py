@@ -127,10 +127,13 @@ def sizes(a: Added) -> str:
     for name, (values, sd, unit) in a.parameters.items():
         if unit == "1" and not np.any(sd):  # chosen, not fitted: the table has it
             continue
+        shown, factor = shown_unit(unit)
+        if len(values) > WRITTEN and unit in SHOWN_IN:  # a table
+            told.append(f"{bare(name)} up to {np.abs(values).max() * factor:.3g} {shown} ({len(values)} numbers)")
+            continue
         if len(values) > WRITTEN or not np.any(values):
             left += len(values) * bool(np.any(values))
             continue
-        shown, factor = shown_unit(unit)
         numbers = [with_sd(v * factor, s * factor) for v, s in zip(values, sd, strict=True)]
         told.append(f"{bare(name)} {', '.join(numbers)}{'' if shown == '1' else ' ' + shown}")
     return "; ".join(told) + (f"; {left} further numbers" if left else "")

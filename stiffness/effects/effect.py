@@ -8,6 +8,7 @@ the same text and take derivatives from it.
 
     slot     given                                             returns
     joint    JointInput: torque, angle, state, temperature      dq (n,) rad
+    angle    commanded angle (n,) rad                           dq (n,) rad, whatever the load
     torque   angle (n,) rad of the links                        tau (n,) N*m of an internal spring
     mass     number of joints                                  point masses on links
     twist    TwistInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
@@ -68,6 +69,7 @@ class Parameter:
         trials_of: ``"torque"``: the trials are shares of the largest torque of the joint.
         extra: freed only where the data ask for it.
         site: the kind of site it belongs to, where the effect has several kinds.
+        each: how many numbers every site has, where it is more than one: a table.
     """
 
     name: str
@@ -85,11 +87,18 @@ class Parameter:
     trials_of: Literal["", "torque"] = ""
     extra: bool = False
     site: str = ""
+    each: int = 1
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""
         counts = {"joint": joints, "pair": joints * (joints - 1) // 2, "place": joints + 1}
-        return self.size if isinstance(self.size, int) else counts[self.size]
+        return self.size if isinstance(self.size, int) else counts[self.size] * self.each
+
+    def of_site(self, index: int | None) -> slice:
+        """Its numbers at a site; all where there is one site."""
+        if index is None or isinstance(self.size, int):
+            return slice(None)
+        return slice(index * self.each, (index + 1) * self.each)
 
 
 @dataclass(frozen=True)
@@ -186,12 +195,14 @@ class Effect:
         parameters: in the order of the model file.
         unit: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
             ``place`` (0 ... n), two of them with ``|`` between, or the name of its one place.
-        joint, torque, mass, twist, wrench_reading, position_reading: the slots, None where not filled.
+        joint, angle, torque, mass, twist, wrench_reading, position_reading: the slots, None where not filled.
         places: joints -> the places that ``twist`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         unloaded: there is an effect without load, so that absolute positions tell of it.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
             controller takes the sag off.
+        unsure: angles (N, n), values, standard deviations -> (N, n) rad, where it was learned over part of a range and
+            says nothing outside.
         check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
     """
 
@@ -201,6 +212,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     unit: str
     joint: Callable[[JointInput, Values], ca.SX] | None = None
+    angle: Callable[[ca.SX, Values], ca.SX] | None = None
     torque: Callable[[ca.SX, Values], ca.SX] | None = None
     mass: Callable[[int, Values], tuple[PointMass, ...]] | None = None
     twist: Callable[[TwistInput, Values], ca.SX] | None = None
@@ -210,6 +222,7 @@ class Effect:
     memory: Memory | None = None
     unloaded: bool = False
     needs_torque_sign: bool = False
+    unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     check: Callable[[Numbers], str] = _nothing_wrong
 
     def __repr__(self) -> str:

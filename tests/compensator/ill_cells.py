@@ -5,7 +5,7 @@ The code under test reads the session files of tests/plant/cells.py; the path is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import tomllib
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,10 +23,12 @@ from stiffness.model import ComplianceModel, load_model, save_model
 from stiffness.session import load_session
 from tests.compensator.jobs import MM, STILL, Table, write_poses
 from tests.plant import Memory, Walk, WornPlant
-from tests.plant.cell_design import CELLS
-from tests.plant.cells import SCENARIOS, Case, write
+from tests.plant.cell_design import CELLS, design, form
+from tests.plant.cells import SCENARIOS, SESSIONS, SETUPS, Case, write
 from tests.plant.geometry import Array, placement
+from tests.plant.lab import measure
 from tests.plant.moment import Moment
+from tests.plant.sizing import QUIET
 
 POSES = 90
 WARM = 27.0  # deg C, while cutting, where the cell feels it
@@ -93,13 +95,26 @@ class Ill:
     case: Case
     temperature: float | None = None
     poses: int = POSES
+    seed: int = 1
 
     @classmethod
-    def make(cls, scenario: str, arm: str, folder: Path, *, size: float = 5.0, seed: int = 1, poses: int = POSES) -> Ill:
-        """Written into `folder`: sessions of the healthy and of the ill cell."""
+    def make(
+        cls,
+        scenario: str,
+        arm: str,
+        folder: Path,
+        *,
+        size: float = 5.0,
+        seed: int = 1,
+        poses: int = POSES,
+        setups: int | None = None,
+    ) -> Ill:
+        """Sessions of the healthy and of the ill cell, written into `folder`; setups: the first of the ill cell's only."""
         case = write(SCENARIOS[scenario], folder, seed, arm, size=size, sessions=("A_healthy", "D"))
+        if setups is not None:
+            _first(case.paths["D"].with_name("samples.csv"), setups)
         warm = WARM if any(t.effect == "thermal-drift" for t in case.truth) else None
-        return cls(scenario, arm, folder, case, warm, poses)
+        return cls(scenario, arm, folder, case, warm, poses, seed)
 
     # ---- models
 
@@ -127,17 +142,27 @@ class Ill:
     @cached_property
     def told(self) -> Path:
         """Fitted to the same readings by one who is told the effects."""
-        path = self.folder / "told.toml"
-        session = load_session(self.case.paths["D"])
+        return self._fitted("told", self.case.paths["D"])
+
+    @cached_property
+    def quiet(self) -> Path:
+        """The same with instruments that have no noise: what is left then, the laws leave."""
+        number = 10 * self.seed + SESSIONS.index("D")
+        cell, folder = CELLS[self.arm], self.folder / "quiet"
+        setups = design(cell, SETUPS["D"], number)
+        notes = measure(self.case.plants["D"], setups, cell.targets, noise=QUIET, form=form(cell, setups, number))
+        # the file still tells of the usual noise, so that the same weights hold
+        table = {**notes.table, "instruments": tomllib.loads(self.case.paths["D"].read_text())["instruments"]}
+        return self._fitted("quiet", replace(notes, table=table).write(folder, cell.name))
+
+    def _fitted(self, name: str, path: Path) -> Path:
+        session = load_session(path)
         names = ["joint-stiffness", *dict.fromkeys(t.effect for t in self.case.truth)]
-        save_model(identify([session], names).model(session.robot_name, {"kind": "static"}), path)
-        return path
+        out = self.folder / f"{name}.toml"
+        save_model(identify([session], names).model(session.robot_name, {"kind": "static"}), out)
+        return out
 
     # ---- programs
-
-    @property
-    def _work(self) -> Array:
-        return placement(MM * np.array(PLACES[self.arm].workobject))
 
     def cell(self, model: Path) -> Path:
         """A cell file with the tool of the session."""
@@ -190,11 +215,16 @@ class Ill:
         """Of the program that was made with this model."""
         table = self.program(model)
         walk = self.walk(table)
-        return Errors.of(walk, self.wanted(table), table.cut, self.doubtful(walk, None if model is None else load_model(model)))
+        doubtful = self.doubtful(walk, None if model is None else load_model(model))
+        return Errors.of(walk, self.wanted(table), table.cut, doubtful)
+
+    def in_base(self, poses: Array) -> Array:
+        """(N,4,4) of the work object -> base."""
+        return np.array(placement(MM * np.array(PLACES[self.arm].workobject)) @ poses)
 
     def wanted(self, table: Table) -> Array:
         """(N,4,4) where the tool has to be, in the base."""
-        return np.array(self._work @ table.nominal)
+        return self.in_base(table.nominal)
 
     def doubtful(self, walk: Walk, model: ComplianceModel | None) -> Array:
         """(N,) poses where a torque is so near zero or breakaway that the flank is a matter of opinion.
@@ -216,6 +246,11 @@ class Ill:
         return out
 
 
+def _first(samples: Path, setups: int) -> None:
+    head, *rows = samples.read_text().splitlines()
+    samples.write_text("\n".join([head, *(r for r in rows if int(r.split(",")[0]) <= setups)]) + "\n")
+
+
 def _mm(values: Any) -> list[float]:
     return (np.asarray(values, dtype=float) / MM).tolist()
 
@@ -225,7 +260,7 @@ def cancelled(before: Errors, after: Errors) -> float:
     return 1.0 - after.mean / before.mean
 
 
-def acting(scenarios: Sequence[str] | None = None) -> list[str]:
+def acting() -> list[str]:
     """Single scenarios of effects in the catalogue that act on a path."""
     return [
         name

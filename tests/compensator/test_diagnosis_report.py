@@ -12,7 +12,7 @@ import pytest
 from compensator.diagnosis_json import diagnosis_report
 from compensator.report.diagnosis import diagnosis_page
 from compensator.report.diagnosis_figures import model_alone, noise_of
-from compensator.report.diagnosis_pattern import pattern
+from compensator.report.diagnosis_pattern import patterns
 from compensator.report.diagnosis_view import looked_at, postures
 from compensator.report.fit_tables import figure, millimetres
 from compensator.report.place_wrench import place_wrench
@@ -105,7 +105,7 @@ def test_the_map_has_the_largest_residuals_at_the_stated_scale(text: str, loose:
 
 def test_the_pattern_of_backlash_is_a_step_that_is_gone_after(loose: Sick) -> None:
     d = loose.done.diagnosis
-    p = pattern(d, looked_at(d, loose.model), d.added[0])
+    (p,) = patterns(d, looked_at(d, loose.model), d.added[0])
     gap = float(d.added[0].parameters["gap_rad"][0][0]) * 1e6
     assert p.x_name == "torque of joint 1, N·m" and p.y_name == "rotation of joint 1, µrad"
     assert np.abs(p.says).max() == pytest.approx(gap / 2, rel=0.02)  # either flank is half a gap away

@@ -1,4 +1,4 @@
-"""One scenario on one arm: sessions written, model identified from the healthy one, diagnosis, and what it was worth."""
+"""One scenario on one arm: sessions, a model identified from the healthy one, diagnosis, and what it was worth."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def run(task: Task) -> Row:
 
 
 def _sessions(task: Task) -> tuple[str, tuple[Truth, ...], float, dict[str, Path]]:
-    """Sessions of a task: sized by what joint springs leave of an effect, or, where that is out of reach, by all of it."""
+    """Sessions of a task, sized by what joint springs leave of an effect; where that is out of reach, by all of it."""
     folder = task.keep / f"{task.arm} {task.scenario} {task.size:g} {task.seed}".replace(" ", "_")
     kept = folder / "case.pickle"
     if not kept.exists():

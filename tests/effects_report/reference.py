@@ -36,9 +36,8 @@ def reference(session: Session, model: ComplianceModel, truths: Sequence[Truth],
 def _beginnings(truths: Sequence[Truth], cell: Cell, said: Diagnosis) -> Iterator[list[Addition]]:
     parts = [told(t, cell) for t in truths]
     for k in range(max(len(p.starts) for p in parts)):
-        yield [
-            _addition(t, cell, p.exact | p.starts[min(k, len(p.starts) - 1)]) for t, p in zip(truths, parts, strict=True)
-        ]
+        begun = [p.exact | p.starts[min(k, len(p.starts) - 1)] for p in parts]
+        yield [_addition(t, cell, numbers) for t, numbers in zip(truths, begun, strict=True)]
     if {a.effect for a in said.added} == {t.effect for t in truths}:  # what was found is one beginning more
         found = said.fit.values()
         begun = [_addition(t, cell, p.exact | p.starts[0]) for t, p in zip(truths, parts, strict=True)]
@@ -84,11 +83,10 @@ def _plain(a: Addition) -> Addition:
     """Without extras their numbers are neutral, or where they belong when nothing is known."""
     if a.extras:
         return a
-    kept = {
-        p.name: np.full_like(a.values[p.name], p.start if p.neutral is None else p.neutral) if p.extra else a.values[p.name]
-        for p in a.effect.parameters
-    }
-    return replace(a, values=kept)
+    values = dict(a.values)
+    for p in (p for p in a.effect.parameters if p.extra):
+        values[p.name] = np.full_like(values[p.name], p.start if p.neutral is None else p.neutral)
+    return replace(a, values=values)
 
 
 def _price(fit: Fit) -> float:

@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from tests.effects_report.case import Row
 from tests.effects_report.judge import kind, misses, sure
 
 TARGET = 3.0
-CLASSES = {"single": "one effect", "pair": "two effects", "unknown": "an effect in no catalogue", "clean": "nothing wrong"}
+CLASSES = {
+    "single": "one effect",
+    "pair": "two effects",
+    "unknown": "one in no catalogue, alone or beside another",
+    "clean": "nothing wrong",
+}
 HEAD = ("scenario", "size", "verdict", "named", "displacement, um", "absolute, um", "numbers", "target")
+
+_INTRO = """Made by `make effects-report`. A plant of its own (tests/plant, MuJoCo) is made ill in a known way and
+writes session files; the program sees the files only. The model at hand has joint stiffness, identified from a
+session of the healthy cell (36 set-ups); `diagnose` reads session D (34 set-ups) of the ill one; session B (30 other
+set-ups) took part in nothing.
+
+- **size**: what the effect changes in the readings of D / what is left of that once joint stiffnesses have been
+  refitted, in noise floors (RMS per axis; of two effects the larger). Sized by the latter; `c`: by the former, where
+  the latter is out of reach.
+- **displacement, absolute**: RMS per axis on B, model at hand → refined model; *floor*: what data sheets leave for a
+  perfect model; *told*: a fit to D that is told which effects there are and where.
+- **named**: effects and places; `~`: readings that the diagnosis says cannot tell it from those effects.
+- **numbers**: the one farthest from the truth, in its standard deviations, and how many could be compared.
+- **target**: verdict right; every effect named (or the group it is in) in its place and no other; RMS after within
+  5 % of told. One in no catalogue: unexplained, the joint that moves or the column it follows first. Nothing wrong:
+  adequate, nothing added and nothing moved."""
 
 
 def markdown(rows: Sequence[Row]) -> str:
     """The whole report."""
     at = [r for r in rows if r.size == TARGET]
-    out = ["# Effects report", "", *_intro(), ""]
+    out = ["# Effects report", "", _INTRO, ""]
     if at:
         out += [f"## Targets, at {TARGET:g} times the noise floor", "", *_summary(at), "", *_missed(at), ""]
     for size in sorted({r.size for r in rows}, key=lambda s: (s != TARGET, s)):
@@ -25,26 +46,6 @@ def markdown(rows: Sequence[Row]) -> str:
                 target = "" if size == TARGET else " (no target)"
                 out += [f"## {arm}, {size:g} times the noise floor{target}", "", *_table(mine), ""]
     return "\n".join(out)
-
-
-def _intro() -> list[str]:
-    return [
-        "Made by `make effects-report`. A plant of its own (tests/plant, MuJoCo) is made ill in a known way and writes session",
-        "files; the program sees the files only. The model at hand has joint stiffness, identified from a session of the",
-        "healthy cell (36 set-ups); `diagnose` reads session D (34 set-ups) of the ill one; session B (30 other set-ups)",
-        "took part in nothing.",
-        "",
-        "- **size**: what the effect changes in the readings of D / what is left of that once joint stiffnesses have been",
-        "  refitted, in noise floors (RMS per axis; of two effects the larger). Sized by the latter; `c`: by the former, where",
-        "  the latter is out of reach.",
-        "- **displacement, absolute**: RMS per axis on B, model at hand → refined model; *floor*: what data sheets leave for a",
-        "  perfect model; *told*: a fit to D that is told which effects there are and where.",
-        "- **named**: effects and places; `~`: readings that the diagnosis says cannot tell it from those effects.",
-        "- **numbers**: the one farthest from the truth, in its standard deviations, and how many could be compared.",
-        "- **target**: verdict right; every effect named (or the group it is in) in its place and no other; RMS after within",
-        "  5 % of told. Unknown effects: unexplained, the joint that moves or the column it follows first. Nothing wrong:",
-        "  adequate, nothing added and nothing moved.",
-    ]
 
 
 def _summary(rows: Sequence[Row]) -> list[str]:
@@ -59,8 +60,8 @@ def _summary(rows: Sequence[Row]) -> list[str]:
         good = sum(sure(r) is True for r in counted)
         numbers = sum(r.compared for r in counted)
         out.append(
-            f"- recovered numbers: all within three standard deviations in {good} of {len(counted)} cases with comparable "
-            f"numbers ({numbers} numbers)"
+            f"- recovered numbers: all within three standard deviations in {good} of {len(counted)} cases that have "
+            f"comparable numbers ({numbers} numbers)"
         )
     return out
 
@@ -91,12 +92,15 @@ def _title(r: Row) -> str:
 
 def _size(r: Row) -> str:
     if not r.truth:
-        return "–"
+        return "-"
     return f"{r.change:.1f} / {r.left:.1f}" + ("c" if r.of == "change" else "")
 
 
 def _named(r: Row) -> str:
-    words = [f"{n.effect} {' '.join(n.where)}" + (f" ~ {', '.join(n.confused_with)}" if n.confused_with else "") for n in r.named]
+    words = []
+    for n in r.named:
+        alike = f" ~ {', '.join(n.confused_with)}" if n.confused_with else ""
+        words.append(f"{n.effect} {' '.join(n.where)}{alike}")
     if r.verdict == "unexplained":
         words.append(f"*at {_points(r)}*")
     return "; ".join(words + [f"moved: {m}" for m in r.moved]) or "nothing"
@@ -109,15 +113,18 @@ def _points(r: Row) -> str:
 
 def _scores(r: Row, k: str) -> str:
     if k not in r.before:
-        return "–"
-    um: Callable[[float], str] = lambda v: f"{1e6 * v:.1f}"  # noqa: E731
-    best = um(r.told[k]) if r.told else "–"
-    return f"{um(r.before[k])} → {um(r.after[k])}, floor {um(r.floor[k])}, told {best}"
+        return "-"
+    told = _um(r.told[k]) if r.told else "-"
+    return f"{_um(r.before[k])} → {_um(r.after[k])}, floor {_um(r.floor[k])}, told {told}"
+
+
+def _um(value: float) -> str:
+    return f"{1e6 * value:.1f}"
 
 
 def _numbers(r: Row) -> str:
     if r.distance is None:
-        return "–"
+        return "-"
     return f"{r.distance[1]:+.1f} {r.distance[0]} of {r.compared}"
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a cell, in the catalogue's own numbers: to begin a fit that is told the truth, and to judge others.
+"""What is wrong with a cell, in the catalogue's own numbers: to begin a fit that is told the truth, and to judge.
 
 ``exact`` are numbers that plant and catalogue both have; ``starts`` are guesses where the two write a law differently.
 """
@@ -52,6 +52,11 @@ def _joint(truth: Truth) -> int:
     return int(truth.where[0].removeprefix("joint-")) - 1
 
 
+def _turn(angle: float) -> float:
+    """The same angle between -pi and pi."""
+    return float(np.mod(angle + np.pi, 2 * np.pi) - np.pi)
+
+
 def _hardening(truth: Truth, cell: Cell) -> Told:
     k = _joint(truth)
     if "exp" in truth.law:
@@ -92,8 +97,8 @@ def _posture(truth: Truth, cell: Cell) -> Told:
         share = 0.5 * s / (1 + 0.5 * s)
         start = {("softer", k): 0.05, ("cos2", k): share * np.cos(2 * centre), ("sin2", k): share * np.sin(2 * centre)}
         return Told(starts=tuple({**start, ("stiffest_rad", k): a} for a in (-2.0, 0.0, 2.0)))
-    away = float(np.mod(centre + 2 * np.pi, 2 * np.pi) - np.pi)
-    return Told(starts=tuple({("softer", k): s, ("stiffest_rad", k): away + d} for d in (0.0, 0.5, -0.5)))
+    away = centre + np.pi
+    return Told(starts=tuple({("softer", k): s, ("stiffest_rad", k): _turn(away + d)} for d in (0.0, 0.5, -0.5)))
 
 
 def _kinematic(truth: Truth, cell: Cell) -> Told:
@@ -118,8 +123,7 @@ def _strut(truth: Truth, cell: Cell) -> Told:
         ("free_length", 0): _value(truth, "free length") / np.sqrt(square),
         ("eccentricity", 0): 2 * a * b / square,
     }
-    turned = [float(np.mod(angle + d + np.pi, 2 * np.pi) - np.pi) for d in (0.0, np.pi / 2, np.pi, -np.pi / 2)]
-    return Told(starts=tuple({**start, ("angle_rad", 0): t} for t in turned))
+    return Told(starts=tuple({**start, ("angle_rad", 0): _turn(angle + d)} for d in (0.0, 1.5, 3.0, -1.5)))
 
 
 def _payload(truth: Truth, cell: Cell) -> Told:
@@ -171,7 +175,8 @@ def _tracker(truth: Truth, cell: Cell) -> Told:
     v = np.array([_value(truth, f"v{c}") for c in "xyz"])
     w = np.array([_value(truth, f"w{c}") for c in "xyz"])
     v = v - np.cross(w, [3.0, -1.0, 0.2])
-    exact = {("linear_m_per_s", i): float(v[i]) for i in range(3)} | {("angular_rad_per_s", i): float(w[i]) for i in range(3)}
+    exact = {("linear_m_per_s", i): float(v[i]) for i in range(3)}
+    exact |= {("angular_rad_per_s", i): float(w[i]) for i in range(3)}
     return Told(exact, ({("settling_s", 0): 3000.0},) if "settling" in truth.law else ({},))
 
 
@@ -204,6 +209,5 @@ _LAWS: dict[str, Callable[[Truth, Cell], Told]] = {
     "tracker-drift": _tracker,
     "force-sensor-bias": _sensor,
 }
-SPRINGS_KEPT = frozenset(  # effects whose law is written alike on both sides, so that the joints' springs can be compared
-    _LAWS.keys() - {"joint-hardening", "posture-stiffness"}
-)
+# effects whose law is written alike on both sides, so that the joints' springs can be compared
+SPRINGS_KEPT = frozenset(_LAWS.keys() - {"joint-hardening", "posture-stiffness"})

@@ -23,10 +23,10 @@ __all__ = [
 FORMATS: dict[str, str | None] = {
     "rapid": "toolpaths.programs.rapid",
     "krl": "toolpaths.programs.krl",
-    "fanuc": None,
-    "urscript": None,
-    "val3": None,
-    "inform": None,
+    "fanuc": "toolpaths.programs.fanuc",
+    "urscript": "toolpaths.programs.urscript",
+    "val3": "toolpaths.programs.val3",
+    "inform": "toolpaths.programs.inform",
     "gcode": None,
     "csv": "toolpaths.programs.csv",
 }

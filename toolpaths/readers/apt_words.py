@@ -10,52 +10,49 @@ from toolpaths.errors import ReadError
 
 # Text for people or for the machine between two moves: kept as events.
 EVENTS = frozenset(
-    {"PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "MACHIN", "TLDATA", "CUTTER", "COOLNT"}
-    | {"STOP", "OPSTOP", "DELAY"}
+    {"PPRINT", "TPRINT", "INSERT", "REMARK", "MACHIN", "COOLNT", "STOP", "OPSTOP", "DELAY", "AUXFUN", "PREFUN", "CLAMP"}
 )
 # Words that neither move the tool nor change what a later word means: let pass on purpose.
 PASSED = frozenset(
-    {"PAINT", "DISPLY", "PPLOT", "CLPRNT", "NOPOST", "SEQNO", "LEADER", "SELECT", "SELCTL"}
-    | {"INTOL", "OUTTOL", "TOLER", "CSI_SET_FLUTE_LENGTH", "CSI_SET_EXTENSION_LENGTH"}
+    {"PAINT", "DISPLY", "PPLOT", "PLOT", "PLABEL", "CLPRNT", "NOPOST", "SEQNO", "LEADER", "LETTER", "HEADER", "REWIND"}
+    | {"ISN", "SELECT", "SELCTL", "INTOL", "OUTTOL", "TOLER", "LINTOL", "MCHTOL", "OFSTNO", "OPERTN"}
+    | {"CSI_SET_FLUTE_LENGTH", "CSI_SET_EXTENSION_LENGTH"}
 )
-REFUSED: dict[str, str] = {
-    "CYCLE": "a canned cycle; output the drilling moves as GOTO",
-    "CUTCOM": "cutter compensation; output the compensated path",
-    "GODLTA": "relative moves are not read yet; output GOTO",
-    "GOHOME": "the place of home is not in the file",
-    "ARCMOV": "arcs in this form are not read yet; output GOTO points",
-    "MOVARC": "arcs in this form are not read yet; output GOTO points",
-    "INDIRV": "arcs in this form are not read yet; output GOTO points",
-    "NURBS": "splines are not read; output GOTO points",
-    "COPY": "copied moves are not read yet; output them in full",
-    "ORIGIN": "it moves the origin; output in one coordinate system",
-    "TRANS": "it moves the coordinates; output in one coordinate system",
-    "ROTABL": "a turning table; output the tool axis i, j, k instead",
-    "ROTATE": "a turning table; output the tool axis i, j, k instead",
-    "RETRCT": "the retract plane is the machine's; output a GOTO",
-    "CALL": "a macro: it is computed when the program is processed",
-    "MACRO": "a macro: it is computed when the program is processed",
-    "GOFWD": "a motion along geometry: this is APT source; give the CL file that its processor writes",
-}
+_ARC = "arcs in this form are not read; output CIRCLE with its GOTO, or GOTO points"
+_TABLE = "a turning table; output the tool axis i, j, k instead"
+_MACRO = "a macro: it is computed when the program is processed"
+_SOURCE = "a motion along geometry: this is APT source; give the CL file that its processor writes"
+_COORDINATES = "it changes the coordinates; output in one coordinate system"
+_LATHE = "a lathe's word; read are paths of a tool that mills or drills"
+REFUSED: dict[str, str] = (
+    dict.fromkeys(("ARCMOV", "MOVARC", "INDIRV", "ARC", "TLON", "ARCDAT"), _ARC)
+    | dict.fromkeys(("ROTABL", "ROTATE", "ROTHED", "INDEX"), _TABLE)
+    | dict.fromkeys(("CALL", "MACRO", "TERMAC", "IF", "JUMPTO", "LOOPST", "LOOPND", "READ"), _MACRO)
+    | dict.fromkeys(("GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "GO", "PSIS", "POCKET"), _SOURCE)
+    | dict.fromkeys(("ORIGIN", "TRANS", "TRACUT", "SCALE", "MCS"), _COORDINATES)
+    | dict.fromkeys(("TURRET", "THREAD", "PITCH"), _LATHE)
+    | {
+        "NURBS": "splines are not read; output GOTO points",
+        "COPY": "copied moves are not read; output them in full",
+        "RETRCT": "the retract plane is the machine's; output a GOTO",
+        "OPSKIP": "what is skipped at the machine is not known here; output without optional blocks",
+        "MODE": "it changes what numbers mean; output absolute coordinates",
+        "SET": "it changes what numbers mean; output absolute coordinates",
+    }
+)
 MM, INCH = 1e-3, 25.4e-3
 UNIT_WORDS = {"MM": MM, "MILLIMETER": MM, "MILLIMETERS": MM, "INCH": INCH, "INCHES": INCH, "IN": INCH}
-FEED_WORDS: dict[str, tuple[float | None, bool]] = {  # m of the length unit (None: of UNITS), per revolution?
-    "MMPM": (MM, False),
-    "MMPR": (MM, True),
-    "IPM": (INCH, False),
-    "IPR": (INCH, True),
-    "PERMIN": (None, False),
-    "PERREV": (None, True),
-}
 
+CREO = "->"  # Creo writes statements of its own as comments, and continues them with '$' as well
 LARGEST = 1e9
+UNIT_TOLERANCE = 1e-3  # how far the length of a direction may be from 1
 
 _STATEMENT = re.compile(r"\s*(TOOL\s+PATH|END-OF-PATH|[A-Z][A-Z0-9_]*)\s*(?:/(.*)|(\s.*))?$", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
 _NUMBERS = re.compile(r"[-+0-9.eEdD, \t]*")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Statement:
     """One statement, continuation lines joined.
 
@@ -79,34 +76,46 @@ class Statement:
         return f"{self.word}/{self.text.strip()}" if self.text.strip() else self.word
 
 
+def refusal(source: str, statement: Statement, problem: str, remedy: str = "") -> ReadError:
+    """The error that names line and statement."""
+    return ReadError(source, statement.line, f"{str(statement)[:80]}: {problem}", remedy)
+
+
 def statements(lines: list[str], source: str) -> Iterator[Statement]:
     """Statements and comments (word ``$$``) in their order.
 
     Raises:
         ReadError: a line that is no statement, or a continuation that the file ends in.
     """
-    pending, begin = "", 0
-    for number, raw in enumerate(lines, 1):
-        text, mark, comment = raw.partition("$$")
-        if mark and comment.strip():
-            yield Statement("$$", comment.strip(), number)
-        text = text.strip()
+    pending: list[str] = []
+    begin = 0
+    for count, raw in enumerate(lines, 1):
+        text, _, comment = raw.partition("$$")
+        comment, text = comment.strip(), text.strip()
+        if comment.startswith(CREO) and not text and not pending:
+            text = f"$${comment}"
+        elif comment:
+            yield Statement("$$", comment, count)
         if not text:
             continue
+        begin = begin or count
         if text.endswith("$"):
-            pending, begin = pending + text[:-1], begin or number
+            pending.append(text[:-1])
             continue
-        text, first = pending + text, begin or number
-        pending, begin = "", 0
-        match = _STATEMENT.match(text)
-        if match is None:
-            problem = f"{text[:60]!r}: not an APT statement"
-            raise ReadError(source, first, problem, "Give the CL or CLSF file as CAM wrote it.")
-        word = " ".join(match[1].upper().split())
-        yield Statement(word, match[2] if match[2] is not None else (match[3] or ""), first)
+        text = "".join([*pending, text])
+        yield Statement("$$", text[2:], begin) if text.startswith("$$") else _statement(text, begin, source)
+        pending, begin = [], 0
     if pending:
         problem = "the file ends inside a statement continued with '$'"
         raise ReadError(source, begin, problem, "Output it again.")
+
+
+def _statement(text: str, line: int, source: str) -> Statement:
+    match = _STATEMENT.match(text)
+    if match is None:
+        problem = f"{text[:60]!r}: not an APT statement"
+        raise ReadError(source, line, problem, "Give the CL or CLSF file as CAM wrote it.")
+    return Statement(" ".join(match[1].upper().split()), match[2] if match[2] is not None else (match[3] or ""), line)
 
 
 def number(text: str) -> float | None:
@@ -129,7 +138,5 @@ def numbers(statement: Statement, counts: tuple[int, ...], source: str) -> list[
         values = []
     if len(values) not in counts or not all(-LARGEST < v < LARGEST for v in values):
         wanted = " or ".join(map(str, counts))
-        raise ReadError(
-            source, statement.line, f"{str(statement)[:80]}: {wanted} numbers below {LARGEST:g} are expected"
-        )
+        raise refusal(source, statement, f"{wanted} numbers below {LARGEST:g} are expected")
     return values

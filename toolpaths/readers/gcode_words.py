@@ -9,20 +9,28 @@ from toolpaths.errors import ReadError
 # one word: a letter and its number; the third group is anything else
 WORD = re.compile(r"\s*(?:([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))|(\S))")
 COMMENT = re.compile(r"\(([^()]*)\)|;(.*)")
+O_WORD = re.compile(r"\s*(?:N\d+\s*)?(O\s*[<#\[\d][\w>\].]*\s*(?:SUB|ENDSUB|CALL|IF|ELSE|WHILE|DO|REPEAT|RETURN)|O\s*[<#\[])")
+MACRO = re.compile(r"\b(?:IF|WHILE|GOTO|THEN|ENDIF|POPEN|DPRNT|DO\d|END\d)|GOTO")
+
+CYCLES = (730, 810, 820, 830, 850)
+SYSTEMS = {540: "G54", 550: "G55", 560: "G56", 570: "G57", 580: "G58", 590: "G59", 591: "G59.1", 592: "G59.2",
+           593: "G59.3", 541: "G54.1"}  # fmt: skip
+TIP_CONTROL = (434, 435)
 
 # modal group -> its words; a block may hold one of each group. Keys are ten times the number: G91.1 -> 911
 GROUPS: dict[str, tuple[int, ...]] = {
-    "non-modal": (40, 280, 300, 530),
-    "motion": (0, 10, 20, 30, 800),
+    "non-modal": (40, 280, 300, 520, 530, 920, 921, 922, 923),
+    "motion": (0, 10, 20, 30, *CYCLES, 800),
     "plane": (170, 180, 190),
     "units": (200, 210),
     "distance": (900, 910),
-    "arc distance": (911,),
-    "feed mode": (940,),
+    "arc distance": (901, 911),
+    "feed mode": (930, 940, 950),
     "cutter compensation": (400,),
-    "tool length": (430, 490),
-    "work offset": (540,),
+    "tool length": (430, *TIP_CONTROL, 490),
+    "work offset": tuple(SYSTEMS),
     "path control": (610, 611, 640),
+    "smoothing": (51,),
     "scaling": (500,),
     "rotation": (690,),
     "spindle mode": (970,),
@@ -30,39 +38,35 @@ GROUPS: dict[str, tuple[int, ...]] = {
 }
 GROUP = {key: name for name, keys in GROUPS.items() for key in keys}
 
-# Let pass on purpose: they choose what this reader does anyway (G40, G49, G50, G69, G91.1, G94, G97 to G99),
-# what the cell file says (G43 H: tool length, G54: work object), or how a machine rounds corners (G61, G64).
+# Let pass on purpose: they choose what this reader does anyway (G40, G50, G69, G97), what the cell file says
+# (G43 H: tool length), or how a machine rounds corners (G61, G64, G5.1 Q).
 
 G_REFUSED: dict[int, str] = {
     **dict.fromkeys((410, 420, 411, 421), "cutter compensation; let CAM compensate ('in computer')"),
-    **dict.fromkeys((730, 740, 760, *range(810, 900, 10)), "a canned cycle; post with expanded cycles"),
     **dict.fromkeys(
-        (550, 560, 570, 580, 590, 591, 592, 593, 541), "only G54 is read, the cell has one work object"
+        (740, 760, 840, 860, 870, 880, 890),
+        "a canned cycle other than G73, G81, G82, G83, G85; post with expanded cycles",
     ),
-    **dict.fromkeys((920, 921, 922, 923, 520, 100), "it moves the origin; post in one work offset"),
-    **dict.fromkeys((930, 950), "only feeds per minute (G94) are read"),
-    **dict.fromkeys((901,), "absolute arc centres; post with incremental I J K"),
-    **dict.fromkeys((434, 435), "tool vectors are not read yet; post APT/CL instead"),
-    **dict.fromkeys((50, 51, 52, 53), "a spline; post arcs or lines"),
-    **dict.fromkeys((650, 660, 670), "a macro call"),
-    **dict.fromkeys((680, 510, 511, 160), "it turns, scales or bends the coordinates; post without it"),
-    382: "probing",
+    100: "it writes offsets or data into the controller; post without it",
+    **dict.fromkeys((50, 52, 53), "a spline; post arcs or lines"),
+    **dict.fromkeys((650, 660, 670, 661), "a macro call"),
+    **dict.fromkeys((680, 510, 511, 160, 681), "it turns, scales or bends the coordinates; post without it"),
+    **dict.fromkeys((682, 683, 684, 531), "a tilted work plane; post with tool vectors (G43.4 I J K) or APT/CL"),
+    **dict.fromkeys((431, 432, 440), "a tool length that this reader does not know; post with G43 H"),
+    **dict.fromkeys((382, 383, 384, 385, 310), "probing"),
     70: "diameter mode of lathes",
-    330: "threading",
+    **dict.fromkeys((330, 331, 320), "threading"),
+    960: "constant surface speed of lathes; post with G97",
 }
 
 M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9)
 M_END = (2, 30)
-PRINTER_M = frozenset(
-    {82, 83, 84, *range(104, 110), 117, 140, 190, 191, *range(200, 206), 220, 221, 862, 900}
-)
+PRINTER_M = frozenset({82, 83, 84, *range(104, 110), 117, 140, 190, 191, *range(200, 206), 220, 221, 862, 900})
 
 LETTER_REFUSED: dict[str, str] = {
     "E": "an extruder word: this is a file for a 3D printer, not a milling program",
-    **dict.fromkeys("ABC", "a rotary axis: the machine's kinematics is not known; post APT/CL instead"),
     **dict.fromkeys("UVW", "a second linear axis"),
     "D": "a tool radius offset; let CAM compensate ('in computer')",
-    "L": "a repetition or data word",
 }
 SYMBOLS: dict[str, str] = {
     "#": "a variable: it is computed while the machine runs",
@@ -93,8 +97,7 @@ def split_block(text: str, source: str, line: int) -> tuple[Words, list[int], li
     ms: list[int] = []
     for letter, number, other in WORD.findall(text):
         if other:
-            told = next((c for c in other + text if c in SYMBOLS), other)  # X#1: the '#' says more than the X
-            raise ReadError(source, line, f"{told!r}: {SYMBOLS.get(told, 'not a G-code word')}")
+            raise ReadError(source, line, _what(other, text))
         if letter == "G":
             gs.append(_g_key(number, source, line))
         elif letter == "M":
@@ -108,6 +111,16 @@ def split_block(text: str, source: str, line: int) -> tuple[Words, list[int], li
             if not -LARGEST < value < LARGEST:
                 raise ReadError(source, line, f"{letter}{number[:20]}: beyond {LARGEST:g}")
     return values, gs, ms
+
+
+def _what(other: str, text: str) -> str:
+    """What a character that begins no word is part of."""
+    if found := O_WORD.match(text):
+        return f"{found[1].strip()[:30]!r}: an O-word, it controls the flow of the program; post without subprograms"
+    told = next((c for c in other + text if c in SYMBOLS), other)  # X#1: the '#' says more than the X
+    if found := MACRO.search(text):
+        return f"{told!r} in a macro statement ({found[0]}): it is computed while the machine runs"
+    return f"{told!r}: {SYMBOLS.get(told, 'not a G-code word')}"
 
 
 def strip_comments(text: str) -> tuple[str, list[str]]:
@@ -125,10 +138,9 @@ def _g_key(number: str, source: str, line: int) -> int:
         tenfold = float(number) * 10
         key = int(tenfold + 0.5) if tenfold < 1e5 else -1
         if abs(tenfold - key) > 1e-9 or key not in GROUP:
-            raise ReadError(
-                source, line, f"G{number[:20]}: {G_REFUSED.get(key, 'this reader does not know it')}"
-            )
-        _KEYS[number] = key
+            raise ReadError(source, line, f"G{number[:20]}: {G_REFUSED.get(key, 'this reader does not know it')}")
+        if len(_KEYS) < 1000:
+            _KEYS[number] = key
     return key
 
 

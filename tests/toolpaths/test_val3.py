@@ -1,0 +1,153 @@
+"""VAL3 against an independent reader, robodk's angles, and numbers made by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import robodk.robomath as robomath
+
+from tests.oracles import val3_reader
+from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
+from toolpaths.errors import WriteError
+from toolpaths.programs import ToolFrame, write_program
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+
+
+def written(program, folder, name="part1.pgx"):
+    write_program(program, folder / name)
+    return val3_reader.read(folder / name.replace(".pgx", ".pjx"))
+
+
+def staubli(value: dict) -> np.ndarray:
+    """(4, 4) by robodk's formula."""
+    return np.array(robomath.Staubli_2_Pose([value[k] for k in ("x", "y", "z", "rx", "ry", "rz")]).rows)
+
+
+def test_golden_of_every_file(tmp_path):
+    """The other files of the application, byte by byte; part1.pgx is in the suite over all writers."""
+    files = write_program(small(), tmp_path / "part1.pgx").files
+    assert [f.name for f in files] == ["part1.pgx", "part1.dtx", "part1.pjx", "start.pgx", "stop.pgx"]
+    for f in files:
+        assert f.read_bytes() == (GOLDEN / f.name).read_bytes()
+
+
+@pytest.mark.parametrize("n", [1, 3, 900, 5001, 11000])
+def test_what_a_controller_reads(n, tmp_path):
+    program = random_program(n, n)
+    app = written(program, tmp_path)
+    start, lines = app.moves[0], app.moves[1:]
+    assert start.word == "movej" and [m.word for m in lines] == ["movel"] * n
+    np.testing.assert_allclose(list(start.target.values()), np.degrees(program.joints[0]), atol=0.51e-6)
+    xyz = [[m.target[k] for k in "xyz"] for m in lines]
+    np.testing.assert_allclose(xyz, program.position * 1e3, atol=0.51e-4)
+    poses = np.array([staubli(m.target) for m in lines])
+    np.testing.assert_allclose(poses[:, :3, :3], program.rotation, atol=3e-7)
+    # the reader's own composition of rx, ry, rz is robodk's
+    own = np.array([val3_reader.pose(app, m.target) for m in lines])
+    np.testing.assert_allclose(own, poses, atol=1e-9)
+    speed = np.where(program.kind == 1, program.feed, 0.5) * 1e3
+    np.testing.assert_allclose([m.mdesc["tmax"] for m in lines], speed, atol=0.51e-5)
+    assert {m.target["fatherId"] for m in lines} == {"fWork[0]"}
+    assert {(m.target["shoulder"], m.target["elbow"], m.target["wrist"]) for m in lines} == {("ssame", "esame", "wsame")}
+
+
+def test_angles_are_robodks(tmp_path):
+    """Away from gimbal lock, digit by digit; in lock one angle is 0 by everybody's choice."""
+    program = random_program(2000, 77)
+    lines = written(program, tmp_path).moves[1:]
+    ours = np.array([[m.target[k] for k in ("rx", "ry", "rz")] for m in lines])
+    matrices = np.tile(np.eye(4), (2000, 1, 1))
+    matrices[:, :3, :3] = program.rotation
+    theirs = np.array([robomath.Pose_2_Staubli(robomath.Mat(m.tolist()))[3:] for m in matrices])
+    free = np.abs(ours[:, 1]) < 89.9
+    assert 1000 < free.sum() < 2000
+    turns = (ours - theirs + 180.0) % 360.0 - 180.0
+    np.testing.assert_allclose(turns[free], 0.0, atol=2e-5)
+
+
+def test_frames_and_start(tmp_path):
+    app = written(small(), tmp_path)
+    work, tool = app.data["fWork"][1][0], app.data["tTool1"][1][0]
+    np.testing.assert_allclose(staubli(work)[:3, 3], [1500, -200, 800])
+    np.testing.assert_allclose(staubli(work)[:3, :3], WORKOBJECT[:3, :3], atol=2e-8)
+    assert work["fatherId"] == "world[0]" and tool["fatherId"] == "flange[0]"
+    assert [tool[k] for k in ("x", "y", "z")] == [10, -20, 250]
+    np.testing.assert_allclose(staubli(tool)[:3, :3], SPINDLE.rotation, atol=2e-8)
+    assert [m.word for m in app.moves[:3]] == ["movej", "movej", "movel"]
+    assert list(app.moves[0].target.values()) == [0, -100, 100, 0, 45, 0]
+    assert app.moves[0].mdesc["vel"] == 20 and app.moves[2].mdesc["vel"] == 100
+    # the points in world, through the father frame
+    np.testing.assert_allclose(val3_reader.in_world(app, app.moves[2].target)[:3, 3], [1489.7564, -215.9404, 846.271], atol=1e-3)
+
+
+def test_speed_and_rounding_hold_where_they_stand(tmp_path):
+    lines = [m.mdesc for m in written(small(), tmp_path).moves if m.word == "movel"]
+    assert [m["tmax"] for m in lines] == [500, 500, 5, 20, 20, 20, 30, 500]
+    # the straight approach ends at half the 5 mm, corners at 0.01 mm, exact pose and both ends stop
+    assert [m["leave"] for m in lines] == [0, 1, 0.01, 0.01, 0, 0.005, 0.01, 0]
+    assert all(m["leave"] == m["reach"] and (m["blend"] == "off") == (m["leave"] == 0) for m in lines)
+
+
+def test_tool_change_waits_for_a_key_and_takes_the_other_tool(tmp_path):
+    other = ToolFrame('b"\\ ]]>', np.array([0, 0, 0.3]), np.eye(3))
+    p = random_program(7, 2)
+    p = changed(p, tools={1: SPINDLE, 2: other}, tool=np.array([1, 1, 1, 2, 2, 2, 2], dtype=np.int32))
+    app = written(p, tmp_path)
+    ((at, text),) = app.said
+    assert at == 1 + 3 and text == "mount tool 2 (b'/ ]] ), then press a key"
+    assert [m.tool["z"] for m in app.moves[1:]] == [250, 250, 250, 300, 300, 300, 300]
+    assert [m.mdesc["blend"] for m in app.moves[1:]] == ["off", "Cartesian", "off", "off", "Cartesian", "Cartesian", "off"]
+
+
+def test_parts_are_programs_of_one_application(tmp_path):
+    files = write_program(random_program(10001, 8), tmp_path / "big.pgx").files
+    assert [f.name for f in files] == [
+        "big.pgx", "big_001.pgx", "big_002.pgx", "big_003.pgx", "big.dtx", "big.pjx", "start.pgx", "stop.pgx",
+    ]  # fmt: skip
+    app = val3_reader.read(tmp_path / "big.pjx")
+    assert [len(app.data[f"pMove{i:03d}"][1]) for i in (1, 2, 3)] == [5000, 5000, 1]
+    assert len(app.programs["big_002"]) == 5000 and len(app.moves) == 10002
+
+
+@pytest.mark.parametrize("stem", ["1110_wall", "a-b", "a" * 16, "start", "Stop", "tool", "größe", "a b", "pMove001", "fWork"])
+def test_names(stem, tmp_path):
+    with pytest.raises(WriteError, match="is no VAL3 name"):
+        write_program(small(), tmp_path / f"{stem}.pgx")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_longest_names(tmp_path):
+    written(small(), tmp_path, "a" * 15 + ".pgx")
+    with pytest.raises(WriteError, match="at most 11 characters"):
+        write_program(random_program(5001, 1), tmp_path / ("a" * 12 + ".pgx"))
+
+
+def test_another_applications_folder_is_left_alone(tmp_path):
+    write_program(small(), tmp_path / "one.pgx")
+    before = {f.name: f.read_bytes() for f in tmp_path.iterdir()}
+    with pytest.raises(WriteError, match=r"start.pgx: another application's start program.*folder of its own"):
+        write_program(small(), tmp_path / "two.pgx")
+    assert {f.name: f.read_bytes() for f in tmp_path.iterdir()} == before
+    write_program(small(), tmp_path / "one.pgx")
+
+
+def test_comments_cannot_break_out(tmp_path):
+    p = changed(small(), comments=((3, "x\r\nresetMotion() ]]></Code>"),), source="a\nget()")
+    assert len(written(p, tmp_path).moves) == 10
+
+
+def test_other_arms(tmp_path):
+    p = random_program(5, 1)
+    written(changed(p, configuration=None), tmp_path)
+    with pytest.raises(WriteError, match="7 joints"):
+        write_program(changed(p, joints=np.zeros((5, 7))), tmp_path / "part1.pgx")
+
+
+def test_what_the_user_has_to_know(tmp_path):
+    assert "the payload is not written" in str(write_program(small(), tmp_path / "part1.pgx").findings)
+    (tmp_path / "b").mkdir()
+    found = write_program(random_program(55000, 1, lock=False), tmp_path / "b" / "big.pgx").findings
+    assert any("about 10 MB of VAL3" in str(f) for f in found)

@@ -1,0 +1,269 @@
+"""RAPID text as declarations and routines, each with its place in the text.
+
+Source: ABB 3HAC16585 "RAPID kernel" (grammar), 3HAC16580 "RAPID overview".
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+from toolpaths.errors import ReadError
+
+_SKIP = re.compile(r"(?:[\s\x1a]++|![^\n\r]*+)*+")
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*+")
+_REST = re.compile(r'(?:[^;"!]++|"(?:[^"\n\r]|"")*+"|![^\n\r]*+)*+;')
+_HEAD = re.compile(r"\s*%%%.*?%%%", re.S)
+_MODULE = re.compile(r"\s+([A-Za-z]\w*)\s*(?:\([A-Za-z, \t]*\))?")
+_PROC = re.compile(r"\s+([A-Za-z]\w*)\s*\(([^)]*)\)")
+_DATA = re.compile(r"\s+([A-Za-z]\w*)\s+([A-Za-z]\w*)\s*(\{[^}]*\})?\s*(:=)?")
+_FOR = re.compile(r"\s+([A-Za-z]\w*)\s+FROM\s+(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s+DO(?!\w)", re.I | re.S)
+_IF = re.compile(r"\s*(.*?)(?<!\w)THEN(?!\w)", re.I | re.S)
+_ENDS = {"IF": ("ELSEIF", "ELSE", "ENDIF"), "FOR": ("ENDFOR",), "PROC": ("ENDPROC", "ERROR", "UNDO", "BACKWARD")}
+_REFUSED = {
+    "WHILE": "a loop that ends when a condition says so", "TEST": "a choice made while the program runs",
+    "GOTO": "a jump", "CONNECT": "an interrupt",
+}  # fmt: skip
+DATA, CALL, LOOP, CHOICE, COMMENT = "data", "call", "loop", "choice", "comment"
+
+
+@dataclass(slots=True)
+class Statement:
+    """One instruction, or a block with more inside.
+
+    Attributes:
+        kind: DATA, CALL (any instruction or assignment), LOOP, CHOICE or COMMENT.
+        word: first word, as written.
+        start, end: place in the text, with the semicolon.
+        body: inside of a loop; branches of a choice.
+        terms: of a loop: variable, from, to, step; of branches: the condition.
+    """
+
+    kind: str
+    word: str
+    start: int
+    end: int
+    body: list[Statement] = field(default_factory=list)
+    terms: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Declaration:
+    """CONST, PERS or VAR.
+
+    Attributes:
+        storage: CONST, PERS or VAR.
+        type: lower case.
+        name: as written.
+        start, end: place of the whole declaration, with the semicolon.
+        value: place of the initial value, or (-1, -1).
+        array: whether it has dimensions.
+    """
+
+    storage: str
+    type: str
+    name: str
+    start: int
+    end: int
+    value: tuple[int, int]
+    array: bool
+
+
+@dataclass(slots=True)
+class Source:
+    """A module: declarations and routines by lower-case name."""
+
+    name: str = ""
+    data: dict[str, Declaration] = field(default_factory=dict)
+    routines: dict[str, list[Statement]] = field(default_factory=dict)
+    shown: dict[str, str] = field(default_factory=dict)
+    functions: set[str] = field(default_factory=set)
+    body_at: int = 0
+
+
+class Scanner:
+    """Scans one file.
+
+    Args:
+        text: one character a byte.
+        source: the file as the user named it.
+    """
+
+    def __init__(self, text: str, source: str) -> None:
+        self.text, self.source, self.at = text, source, 0
+        self._lines = [m.end() for m in re.finditer(r"\r\n|\n|\r|\f", text)]
+        self.module = Source()
+
+    def line(self, at: int) -> int:
+        """The line of a place, counted from 1."""
+        return bisect_right(self._lines, at) + 1
+
+    def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
+        """Raise ReadError for a place in the text."""
+        raise ReadError(self.source, self.line(at), problem, remedy)
+
+    def scan(self) -> Source:
+        """The module of the file.
+
+        Raises:
+            ReadError: no module, more than one, or a file that is cut off.
+        """
+        if head := _HEAD.match(self.text):
+            self.at = head.end()
+        word = self._word()
+        if word != "MODULE":
+            shown = self.text[self.at :][:30].split("\n")[0].strip()
+            self.refuse(self.at, f"{shown!r}: a RAPID file begins with MODULE", "Give a .mod or .prg file.")
+        match = _MODULE.match(self.text, self.at + len(word))
+        if not match:
+            self.refuse(self.at, "MODULE without a name")
+        self.module.name, self.at = match[1], match.end()
+        self.module.body_at = self.at
+        while (word := self._word()) != "ENDMODULE":
+            self._module_part(word)
+        after = _SKIP.match(self.text, self.at + len(word))
+        if after and after.end() < len(self.text):
+            self.refuse(after.end(), "text after ENDMODULE", "Two programs in one file: give one module a file.")
+        return self.module
+
+    def _word(self, comments: list[Statement] | None = None) -> str:
+        """The next word in upper case; ``at`` is its beginning. A file that ends after a routine counts as whole."""
+        skipped = _SKIP.match(self.text, self.at)
+        begin = self.at
+        if skipped:
+            self.at = skipped.end()
+        if comments is not None and "!" in self.text[begin : self.at]:
+            for found in re.finditer(r"!([^\n\r]*)", self.text[begin : self.at]):
+                comments.append(Statement(COMMENT, found[1].strip(), begin + found.start(), begin + found.end()))
+        match = _WORD.match(self.text, self.at)
+        if match:
+            return match[0].upper()
+        if self.at >= len(self.text):
+            if comments is None and self.module.routines and self.text[-1] in "\n\r":
+                return "ENDMODULE"
+            self.refuse(len(self.text) - 1, "the file is cut off: ENDMODULE is missing", "Give the whole file.")
+        self.refuse(self.at, f"{self.text[self.at : self.at + 20]!r} is no RAPID instruction")
+
+    def _module_part(self, word: str) -> None:
+        start = self.at
+        while word in ("LOCAL", "TASK"):
+            self.at += len(word)
+            word = self._word()
+        if word in ("CONST", "PERS", "VAR"):
+            d = self._declaration(start, word)
+            self._declare(self.module.data, d)
+        elif word == "PROC":
+            self._routine()
+        elif word in ("FUNC", "TRAP", "RECORD"):
+            self._skip_to("END" + word)
+        elif word == "ALIAS":
+            self._statement(word)
+        else:
+            self.refuse(self.at, f"{self.text[self.at :].split()[0][:40]!r} between the routines of a module")
+
+    def _declare(self, table: dict[str, Declaration], d: Declaration) -> None:
+        if d.name.lower() in table:
+            first = self.line(table[d.name.lower()].start)
+            self.refuse(d.start, f"{d.name} is declared twice, first in line {first}", "Keep one of them.")
+        table[d.name.lower()] = d
+
+    def _declaration(self, start: int, storage: str) -> Declaration:
+        match = _DATA.match(self.text, self.at + len(storage))
+        if not match:
+            self.refuse(self.at, f"{storage} needs a type and a name")
+        rest = _REST.match(self.text, match.end())
+        if not rest:
+            self.refuse(self.at, f"the declaration of {match[2]} has no end (;)", "The file may be cut off.")
+        self.at = rest.end()
+        value = (match.end(), rest.end() - 1) if match[4] else (-1, -1)
+        if not match[4] and self.text[match.end() : rest.end() - 1].strip():
+            self.refuse(match.end(), f"{match[2]}: ':=' or ';' expected")
+        return Declaration(storage, match[1].lower(), match[2], start, self.at, value, match[3] is not None)
+
+    def _routine(self) -> None:
+        match = _PROC.match(self.text, self.at + 4)
+        if not match:
+            self.refuse(self.at, "PROC without name and ()")
+        name = match[1]
+        if name.lower() in self.module.routines:
+            self.refuse(self.at, f"PROC {name} stands twice in the module", "Keep one of them.")
+        self.at = match.end()
+        body, end = self._block("PROC")
+        if end != "ENDPROC":
+            self._skip_to("ENDPROC")
+        if match[2].strip():
+            self.module.functions.add(name.lower())
+            return
+        self.module.routines[name.lower()] = body
+        self.module.shown[name.lower()] = name
+
+    def _skip_to(self, end: str) -> None:
+        begin = self.at
+        name = re.compile(r"\w+\s+(?:\w+\s+)?(\w+)").match(self.text, begin)
+        self.at += 1
+        pattern = re.compile(r'![^\n\r]*+|"[^"\n\r]*+"|(?<!\w)' + end + r"(?!\w)", re.I)
+        for found in pattern.finditer(self.text, self.at):
+            if found[0].upper() == end:
+                self.at = found.end()
+                if name and end == "ENDFUNC":
+                    self.module.functions.add(name[1].lower())
+                return
+        self.refuse(begin, f"{end} is missing", "The file may be cut off.")
+
+    def _block(self, kind: str) -> tuple[list[Statement], str]:
+        """Statements up to the word that ends the block, and that word; ``at`` is behind it."""
+        begin, out = self.at, []
+        ends = _ENDS[kind]
+        while (word := self._word(out)) not in ends:
+            if word in ("ENDMODULE", "ENDPROC", "ENDIF", "ENDFOR", "PROC", "ELSE", "ELSEIF", "MODULE"):
+                self.refuse(self.at, f"{word}, but {ends[-1] if kind != 'PROC' else ends[0]} is missing before it")
+            out.append(self._statement(word))
+        if self.at <= begin and not out:
+            self.at = begin
+        self.at += len(word)
+        return out, word
+
+    def _statement(self, word: str) -> Statement:
+        start, shown = self.at, self.text[self.at : self.at + len(word)]
+        if word in ("CONST", "PERS", "VAR"):
+            d = self._declaration(start, word)
+            self.module.data.setdefault(f"{start}", d)
+            return Statement(DATA, f"{start}", start, self.at)
+        if word == "FOR":
+            return self._loop(start)
+        if word == "IF":
+            return self._choice(start)
+        if word in _REFUSED:
+            self.refuse(start, f"{shown}: {_REFUSED[word]} is not known before it runs", "Write the moves one by one.")
+        rest = _REST.match(self.text, start + len(word))
+        if not rest:
+            self.refuse(start, f"{shown}: the instruction has no end (;)", "The file may be cut off.")
+        self.at = rest.end()
+        return Statement(CALL, shown, start, self.at)
+
+    def _loop(self, start: int) -> Statement:
+        match = _FOR.match(self.text, start + 3)
+        if not match:
+            self.refuse(start, "FOR needs FROM, TO and DO")
+        self.at = match.end()
+        body, _ = self._block("FOR")
+        return Statement(LOOP, "FOR", start, self.at, body, (match[1], match[2], match[3], match[4] or ""))
+
+    def _choice(self, start: int) -> Statement:
+        out, condition, at = Statement(CHOICE, "IF", start, start), "", start + 2
+        while True:
+            match = _IF.match(self.text, at)
+            if not match or ";" in match[1]:
+                self.refuse(start, "IF without THEN: the short form is not read", "Write IF ... THEN ... ENDIF.")
+            condition, self.at = match[1], match.end()
+            body, end = self._block("IF")
+            out.body.append(Statement(CHOICE, "", start, self.at, body, (condition,)))
+            if end == "ELSE":
+                body, end = self._block("IF")
+                out.body.append(Statement(CHOICE, "", start, self.at, body, ("TRUE",)))
+            if end == "ENDIF":
+                out.end = self.at
+                return out
+            at = self.at
