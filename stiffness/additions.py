@@ -55,7 +55,9 @@ def with_sites(addition: Addition, joints: int) -> Addition:
     return replace(addition, values=kept, extras=addition.extras & set(addition.sites))
 
 
-def merged(old: Sequence[Addition], unit: Unit, columns: Sequence[Column], weight: Floats, joints: int) -> list[Addition]:
+def merged(
+    old: Sequence[Addition], unit: Unit, columns: Sequence[Column], weight: Floats, joints: int
+) -> list[Addition]:
     """Additions with one unit more, its numbers begun where the linear fit found them."""
     begun = started(unit, columns, weight, joints)
     extras = frozenset({unit.site}) if unit.extras else frozenset()
@@ -122,9 +124,13 @@ class Bench:
         self, layout: Unknowns, fixed: Mapping[str, Numbers], start: Fit, evidence: tuple[Evidence, ...]
     ) -> Floats:
         """Numbers of another fit where it has them; stations begin where that fit placed them."""
-        known = {(u.effect, u.parameter.name, u.index): v for u, v in zip(start.unknowns.free, start.parameters, strict=True)}
+        known = {
+            (u.effect, u.parameter.name, u.index): v for u, v in zip(start.unknowns.free, start.parameters, strict=True)
+        }
         first = layout.start(fixed)
-        own = np.array([known.get((u.effect, u.parameter.name, u.index), v) for u, v in zip(layout.free, first, strict=True)])
+        own = np.array(
+            [known.get((u.effect, u.parameter.name, u.index), v) for u, v in zip(layout.free, first, strict=True)]
+        )
         for new, old in zip(evidence, start.evidence, strict=True):
             new.station = old.station  # its first guess is what increments count from
             new.placed = old.placed

@@ -73,7 +73,9 @@ def features(evidence: Evidence, seen: Predicted) -> Features:
                 out.append((wave(h * s.q[:, j]), f"angle of joint {j + 1}", "", only))
         for i in range(n):
             for wave in (np.cos, np.sin):
-                out.append((tau[:, j] * wave(s.q[:, i]), f"torque of joint {j + 1} times angle of joint {i + 1}", "", j))
+                out.append(
+                    (tau[:, j] * wave(s.q[:, i]), f"torque of joint {j + 1} times angle of joint {i + 1}", "", j)
+                )
         approach = s.approach[:, j].astype(float)
         out.append((approach, f"approach of joint {j + 1}", f"approach{j + 1}", j))
         out.append((approach * np.abs(tau[:, j]), f"approach of joint {j + 1} times its load", f"approach{j + 1}", j))
@@ -86,8 +88,10 @@ def features(evidence: Evidence, seen: Predicted) -> Features:
     keep = [(v / np.sqrt(np.mean(v**2)), *rest) for v, *rest in out if np.sqrt(np.mean(v**2)) > 1e-9]
     return Features(
         np.stack([v for v, *_ in keep], axis=1),
-        tuple(str(f) for _, f, _, _ in keep), tuple(str(c) for *_, c, _ in keep), tuple(int(j) for *_, j in keep),  # type: ignore[call-overload]
-    )  # fmt: skip
+        tuple(str(f) for _, f, _, _ in keep),
+        tuple(str(c) for *_, c, _ in keep),
+        tuple(int(j) for *_, j in keep),
+    )
 
 
 def columns(evidence: Evidence) -> dict[str, Floats]:
@@ -170,8 +174,8 @@ def _ledger(
     for k, (e, screen, shown, layout) in enumerate(zip(fit.evidence, screens, seen, layouts, strict=True)):
         geometry = screen.geometry(e, shown, fit.station(k))
         more = geometry[:, :, coordinate] * layout.values[:, None, feature]
-        at = station_columns(fit.evidence, len(fit.unknowns))[k]
-        mine = e.blocks(fit.parameters, fit.station(k), 0.0, at, width, more)
+        span = station_columns(fit.evidence, len(fit.unknowns))[k]
+        mine = e.blocks(fit.parameters, fit.station(k), 0.0, span, width, more)
         blocks += mine
         folds += [fold_of(e.session, int(b.rows[0])) for b in mine]
     weak = 1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300)
@@ -179,7 +183,9 @@ def _ledger(
 
 
 def _of_column(index: Index, first: Features, name: str) -> Index:
-    at = np.array([i for i, c in zip(index, first.column * (len(index) // len(first.column)), strict=True) if c == name])
+    at = np.array(
+        [i for i, c in zip(index, first.column * (len(index) // len(first.column)), strict=True) if c == name]
+    )
     return at[at >= 0].astype(np.intp) if len(at) else np.empty(0, dtype=np.intp)
 
 
@@ -216,7 +222,11 @@ def _carried(ledger: Ledger, index: Index, first: Features, base: Floats, struct
     best = max(alone, key=lambda f: alone[f])
     if alone[best] <= LEAST:
         return 0.0, ""
-    pairs = {f: _share(ledger, np.concatenate([families[best], at]), base, structure) for f, at in families.items() if f != best}
+    pairs = {
+        f: _share(ledger, np.concatenate([families[best], at]), base, structure)
+        for f, at in families.items()
+        if f != best
+    }
     second = max(pairs, key=lambda f: pairs[f])
     whole = _share(ledger, index[index >= 0], base, structure)
     if pairs[second] > alone[best] + 0.1 * (1 - alone[best]):

@@ -11,6 +11,7 @@ from scipy import stats
 from stiffness.additions import Addition, Bench
 from stiffness.diagnosis import Changed
 from stiffness.effects import BY_NAME
+from stiffness.effects.effect import part_of
 from stiffness.fit import Fit
 from stiffness.model import ComplianceModel
 from stiffness.unknowns import numbers_of
@@ -34,14 +35,15 @@ def changed_numbers(
         return []
     first, last = _distance(base, model), _distance(fit, model)
     least = float(stats.norm.isf(CHANCE / 2 / max(len(first), 1)))
-    redefined = {w for a in additions for w in a.where}  # an effect added there shares out what its spring was
+    # an effect added at a joint, or at a link beside it, shares out what its spring was
+    beside = {part_of(w, bench.joints) for a in additions for w in a.where}
     out = []
     for key, z in first.items():
         still = last.get(key, 0.0)  # no longer determined: not moved either
         if abs(z) < least or (additions and (abs(still) < least or still * z < 0)):
             continue
         found = _changed(key, fit, model, bench.joints)
-        if not redefined & set(found.where):
+        if not any(abs(part_of(w, bench.joints) - b) <= 1 for w in found.where for b in beside if b >= 0):
             out.append(found)
     return out
 
@@ -67,11 +69,19 @@ def _changed(key: tuple[str, str, int], fit: Fit, model: ComplianceModel, joints
     parameter = next(p for p in BY_NAME[effect].parameters if p.name == name)
     sites = BY_NAME[effect].sites(joints)
     where = next(
-        (s.where for s in sites if any(u.index == index and u.parameter is parameter for u in numbers_of(BY_NAME[effect], s, joints, True))),
+        (
+            s.where
+            for s in sites
+            if any(u.index == index and u.parameter is parameter for u in numbers_of(BY_NAME[effect], s, joints, True))
+        ),
         (),
     )
     return Changed(
-        effect, where, name,
-        float(model.values[effect][name][index]), float(fit.values()[effect][name][index]),
-        float(fit.deviations()[effect][name][index]), parameter.unit,
-    )  # fmt: skip
+        effect,
+        where,
+        name,
+        float(model.values[effect][name][index]),
+        float(fit.values()[effect][name][index]),
+        float(fit.deviations()[effect][name][index]),
+        parameter.unit,
+    )

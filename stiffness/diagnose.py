@@ -14,6 +14,7 @@ from stiffness.attribution import Share, attribution
 from stiffness.changes import changed_numbers
 from stiffness.coherence import coherent
 from stiffness.diagnosis import Added, Candidate, Changed, Diagnosis, Line, Verdict
+from stiffness.effects.effect import part_of
 from stiffness.errors import StiffnessError
 from stiffness.evaluate import evidence_of, place, shown_effects
 from stiffness.fit import Fit
@@ -71,6 +72,7 @@ class _Case:
         self.effects = shown_effects(model, sessions[0])
         self.values = {e.name: model.values[e.name] for e in self.effects}
         self.held = [_held(s) for s in sessions]
+        self.base_rms: float | None = None
         self.enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= FEWEST
 
     def diagnosis(self) -> Diagnosis:
@@ -86,7 +88,7 @@ class _Case:
         left = False
         if self.enough:
             self.say("comparing effects")
-            ranking = candidates(search, base)
+            ranking, self.base_rms = candidates(search, base)
             fit, additions = search.run(base)
             fit, additions, found = rivals(search, fit, additions, base)
             fit, additions, left, points = self._judged(search, base, fit, additions)
@@ -130,7 +132,11 @@ class _Case:
             )
             return False, []
         points = self._points(search, fit)
-        if points or (fit is not base and above > PARTLY * first) or any(coherent(e, fit, k) for k, e in enumerate(fit.evidence)):
+        if (
+            points
+            or (fit is not base and above > PARTLY * first)
+            or any(coherent(e, fit, k) for k, e in enumerate(fit.evidence))
+        ):
             return True, points
         self.notes.append(
             f"the residual is {misfit:.2f} times the noise, but readings of one state do not agree on it and it follows "
@@ -153,8 +159,8 @@ class _Case:
         if share < PARTLY:
             return True
         places = [p.what for p in points if not p.what.startswith("column:")]
-        beside = {_number(w, search.bench.joints) for w in a.where}
-        return share < 1 - PARTLY and (not places or _number(places[0], search.bench.joints) in beside)
+        beside = {part_of(w, search.bench.joints) for w in a.where}
+        return share < 1 - PARTLY and (not places or part_of(places[0], search.bench.joints) in beside)
 
     def _verdict(self, left: bool, additions: Sequence[Addition], changed: Sequence[Changed], base: Fit) -> Verdict:
         if not self.enough:
@@ -182,9 +188,17 @@ class _Case:
     # ---- the lines that are written at the end
 
     def _written(
-        self, bench: Bench, base: Fit, fit: Fit, additions: Sequence[Addition], found: Sequence[Rival],
-        changed: Sequence[Changed], verdict: Verdict, ranking: Sequence[Candidate], points: Sequence[Share],
-    ) -> Diagnosis:  # fmt: skip
+        self,
+        bench: Bench,
+        base: Fit,
+        fit: Fit,
+        additions: Sequence[Addition],
+        found: Sequence[Rival],
+        changed: Sequence[Changed],
+        verdict: Verdict,
+        ranking: Sequence[Candidate],
+        points: Sequence[Share],
+    ) -> Diagnosis:
         self.say("scoring on readings that took no part")
         moved = bool(additions or changed)
         whole = Bench(self.sessions, self.effects, self.values, [np.ones_like(h) for h in self.held])
@@ -195,11 +209,25 @@ class _Case:
         lines = {kind: self._line(kind, base, fit if moved else None, last) for kind in ("displacement", "absolute")}
         model = refined_model(self.model, last, additions) if moved else self.model
         added = tuple(_added(a, last, bench, fit, base, found) for a in additions)
+        held = tuple(
+            tuple(np.unique(s.samples.setup[h]).tolist()) for s, h in zip(self.sessions, self.held, strict=True)
+        )
         return Diagnosis(
-            verdict, added, tuple(changed), lines, tuple(ranking), tuple(points),
-            tuple(self._next(verdict, fit, found, points)), tuple(last.outlier_rows()), tuple(self.notes), model,
-            base, fit, tuple(tuple(np.unique(s.samples.setup[h]).tolist()) for s, h in zip(self.sessions, self.held, strict=True)),
-        )  # fmt: skip
+            verdict,
+            added,
+            tuple(changed),
+            lines,
+            tuple(ranking),
+            tuple(points),
+            tuple(self._next(verdict, fit, found, points)),
+            tuple(last.outlier_rows()),
+            tuple(self.notes),
+            model,
+            base,
+            fit,
+            held,
+            self.base_rms,
+        )
 
     def _line(self, kind: str, base: Fit, after: Fit | None, last: Fit) -> Line | None:
         """Scores of the model as it was, refitted, and refined, on set-ups that took no part."""
@@ -225,9 +253,7 @@ class _Case:
         before, refitted, now = (scores.pooled(found) for found in every)
         return None if before is None or refitted is None or now is None else Line(before, refitted, now)
 
-    def _next(
-        self, verdict: Verdict, fit: Fit, found: Sequence[Rival], points: Sequence[Share]
-    ) -> list[NextSetup]:
+    def _next(self, verdict: Verdict, fit: Fit, found: Sequence[Rival], points: Sequence[Share]) -> list[NextSetup]:
         for rival in found:
             for name, other in rival.fits.items():
                 why = f"tells {rival.addition.effect.name} from {name}"
@@ -235,7 +261,9 @@ class _Case:
         if verdict == "unexplained":
             top = next((p.what for p in points if p.what.startswith("joint-")), None)
             joint = int(top.removeprefix("joint-")) - 1 if top else None
-            return spread(self.sessions[0], joint, f"covers the range of {top or 'all joints'}, where structure is left")
+            return spread(
+                self.sessions[0], joint, f"covers the range of {top or 'all joints'}, where structure is left"
+            )
         if verdict == "insufficient-data":
             return spread(self.sessions[0], None, "more postures, each loaded across the arm")
         return []
@@ -251,12 +279,6 @@ def _held(session: Session) -> Bools:
         if len(setups) >= FEWEST:
             out[rows] = np.isin(s.setup[rows], setups[HELD // 2 :: HELD])
     return out
-
-
-def _number(place: str, joints: int) -> int:
-    """Which part of the arm a place belongs to, 0 base ... n tool; -1 for instruments."""
-    _, _, number = place.partition("-")
-    return int(number) if number.isdigit() else {"base": 0, "tool": joints}.get(place, -1)
 
 
 def _sound(fit: Fit) -> Fit:
@@ -292,6 +314,11 @@ def _added(a: Addition, last: Fit, bench: Bench, fit: Fit, base: Fit, found: Seq
         parameters[p.name] = (values[p.name][at], sd[p.name][at], p.unit)
     rival = next((r for r in found if r.addition.effect is a.effect), None)
     explains = rival.explains if rival else 0.0
-    return Added(a.effect.name, a.where, parameters, explains, tuple(rival.fits) if rival else ())
-
-
+    return Added(
+        a.effect.name,
+        a.where,
+        parameters,
+        explains,
+        tuple(rival.fits) if rival else (),
+        tuple(s.where for s in a.sites),
+    )

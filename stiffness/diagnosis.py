@@ -23,6 +23,8 @@ Verdict = Literal["unexplained", "explained", "parameters-changed", "insufficien
 class Added:
     """An effect that the model lacked: ``where`` it is, and ``parameters`` name -> (values, sd, unit) of its sites.
 
+    ``sites``: the places one by one, in the order of the numbers.
+
     ``explains``: share of what was above the noise that leaves with it; ``confused_with``: effects that these readings
     do not tell from it.
     """
@@ -32,6 +34,7 @@ class Added:
     parameters: Mapping[str, tuple[Floats, Floats, str]]
     explains: float
     confused_with: tuple[str, ...]
+    sites: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ class Diagnosis:
         model: refined.
         base, fit: the model at hand fitted anew, and with what was added, on the readings that took part.
         held: set-ups that took no part, per session.
+        base_heldout_rms: of the model at hand, as ``Candidate.heldout_rms``.
     """
 
     verdict: Verdict
@@ -97,6 +101,7 @@ class Diagnosis:
     base: Fit
     fit: Fit
     held: tuple[tuple[int, ...], ...] = field(default=())
+    base_heldout_rms: float | None = None
 
     def __repr__(self) -> str:
         return f"Diagnosis({self.verdict}, added {', '.join(a.effect for a in self.added) or 'nothing'})"

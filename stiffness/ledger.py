@@ -17,16 +17,18 @@ from stiffness.least_squares import Whitened, batches
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-SINGULAR = 1e-9  # of a scaled curvature: below, two columns are one
+SINGULAR = 1e-4  # of a column's own square: what nuisance or other columns leave of it below is not told apart
 
 
 @dataclass(frozen=True, repr=False)
 class Reduced:
-    """Products of columns with what nuisance explains taken out: curvature (C, C), slope (C,), chi2."""
+    """Products of columns with what nuisance explains taken out: curvature (C, C), slope (C,), chi2; ``whole`` (C,)
+    squares of the columns before that."""
 
     curvature: Floats
     slope: Floats
     chi2: float
+    whole: Floats
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,7 +92,7 @@ class Ledger:
         inverse = (vectors / np.maximum(values, 1e-13)) @ vectors.T * np.outer(scale, scale)
         out = inverse @ gram[:m, m:]
         rest = gram[m:, m:] - gram[m:, :m] @ out
-        return Reduced(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1])), out
+        return Reduced(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), np.diag(gram)[m:-1].copy()), out
 
     def _held(self, trained: Floats, left: Floats, count: int) -> Held:
         m = self.nuisance
@@ -102,19 +104,19 @@ class Ledger:
         """Weights of columns by least squares; those that cannot be negative are not."""
         at = np.asarray(columns, dtype=np.intp)
         given = reduced or self.all
-        free = np.diag(given.curvature)[at] > 0
+        free = given.whole[at] > 0
         weight = np.zeros(len(at))
         sided = np.asarray(positive, dtype=bool)
         rank = 0
         while free.any():
             some = at[free]
-            part, rank = _solved(given.curvature[np.ix_(some, some)], given.slope[some])
+            part, rank = _solved(given.curvature[np.ix_(some, some)], given.slope[some], given.whole[some])
             below = sided[free] & (part < 0)
             if not below.any():
                 weight[free] = part
                 break
             worst = np.flatnonzero(free)[below]
-            free[worst[np.argmin(part[below] * np.sqrt(np.diag(given.curvature)[at[worst]]))]] = False
+            free[worst[np.argmin(part[below] * np.sqrt(given.whole[at[worst]]))]] = False
             rank = 0
         gain = float(2 * given.slope[at] @ weight - weight @ given.curvature[np.ix_(at, at)] @ weight)
         return Linear(weight, gain, rank)
@@ -125,10 +127,10 @@ class Ledger:
         return np.array([h.score(at, self.fit(columns, positive, h.trained).weight) for h in self.held])
 
 
-def _solved(curvature: Floats, slope: Floats) -> tuple[Floats, int]:
+def _solved(curvature: Floats, slope: Floats, whole: Floats) -> tuple[Floats, int]:
     """Least-squares solution with the smallest scaled norm, and its rank."""
-    scale = 1 / np.sqrt(np.diag(curvature))
+    scale = 1 / np.sqrt(whole)
     values, vectors = np.linalg.eigh(curvature * np.outer(scale, scale))
-    keep = values > SINGULAR * max(values[-1], 1.0)
+    keep = values > SINGULAR
     part = vectors[:, keep]
     return scale * (part @ ((part.T @ (scale * slope)) / values[keep])), int(keep.sum())

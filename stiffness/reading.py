@@ -20,8 +20,8 @@ from stiffness.kernel import Kernel
 from stiffness.predict import Tool
 from stiffness.robot import Robot
 from stiffness.sight import Sight
-from stiffness.tables import Tables
 from stiffness.statics import Load, Posture, Statics
+from stiffness.tables import Tables
 from stiffness.unknowns import Unknowns
 
 Floats = npt.NDArray[np.float64]

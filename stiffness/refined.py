@@ -16,7 +16,10 @@ from stiffness.model import ComplianceModel
 def refined_model(model: ComplianceModel, fit: Fit, additions: Sequence[Addition]) -> ComplianceModel:
     """``model`` with the numbers of a fit; what the fit does not determine keeps value and deviation of the model."""
     fitted = fit.model(model.robot, model.provenance)
-    values = {name: {k: np.array(v) for k, v in numbers.items()} for name, numbers in {**model.values, **fitted.values}.items()}
+    values = {
+        name: {k: np.array(v) for k, v in numbers.items()}
+        for name, numbers in {**model.values, **fitted.values}.items()
+    }
     sd = {name: {k: np.array(v) for k, v in numbers.items()} for name, numbers in {**model.sd, **fitted.sd}.items()}
     tools = dict(model.tools)
     for a in additions:

@@ -31,8 +31,8 @@ class Rival:
     fits: Mapping[str, Fit]
 
 
-def candidates(search: Search, base: Fit) -> list[Candidate]:
-    """Every effect added by itself to the model at hand, best on set-ups left out first."""
+def candidates(search: Search, base: Fit) -> tuple[list[Candidate], float]:
+    """Every effect added by itself to the model at hand, best on set-ups left out first; and m, RMS of none added."""
     screened = search.screened(base, [])
     selector = screened.selector
     floor, count = _floor(base.evidence), max(selector.ledger.count, 1)
@@ -44,9 +44,13 @@ def candidates(search: Search, base: Fit) -> list[Candidate]:
         found.append((float(heldout.sum()), effect.name, where, heldout, bool(choice.units)))
     out = []
     for chi2, name, where, heldout, there in sorted(found, key=lambda f: (f[0], f[1])):
-        alike = [n for _, n, _, h, t in found if n != name and t and there and not steady(h - heldout) and not steady(heldout - h)]
+        alike = [
+            n
+            for _, n, _, h, t in found
+            if n != name and t and there and not steady(h - heldout) and not steady(heldout - h)
+        ]
         out.append(Candidate(name, where, floor * float(np.sqrt(max(chi2, 0.0) / count)), tuple(alike)))
-    return out
+    return out, floor * float(np.sqrt(max(float(selector.heldout([]).sum()), 0.0) / count))
 
 
 def within(selector: Selector, effect: Effect) -> Choice:

@@ -61,7 +61,7 @@ class Screen:
         x = self._coordinates(evidence, seen)
         state = self._all.histories.state(self.layout.effects, values, seen.torque, self._all.resting)
         places = evidence.station.reflectors(station)
-        given = (*evidence.inputs(places), state)
+        given: tuple[Floats, ...] = (*evidence.inputs(places), state)
         first, of = evidence.cases(np.concatenate(given, axis=1))
         p = self.layout.start(values)
         error = reader.tables.error(evidence.samples.q, p)
@@ -73,11 +73,13 @@ class Screen:
             (nonzero,) = kernel.run(*(a[first[some]] for a in given), p[reader.tables.core], x[first[some]])
             slope[some[:, None], row[None], column[None]] = nonzero
         out = np.zeros((len(evidence.samples), 3, len(self.numbers)))
-        for rows in _pieces(evidence.link):
-            by_x = self._by_coordinate(evidence, x, rows, places)
-            out[rows[:, None, None], np.arange(3)[:, None], self._core] = by_x @ slope[of[rows]]
+        for piece in _pieces(evidence.link):
+            by_x = self._by_coordinate(evidence, x, piece, places)
+            out[piece[:, None, None], np.arange(3)[:, None], self._core] = by_x @ slope[of[piece]]
             if len(self._tabled):
-                out[rows[:, None, None], np.arange(3)[:, None], self._tabled] = self._by_table(evidence, p, rows, by_x)
+                out[piece[:, None, None], np.arange(3)[:, None], self._tabled] = self._by_table(
+                    evidence, p, piece, by_x
+                )
         return seen.back @ out + self._all.shown_slopes(seen.position, p)[:, :, self._columns]
 
     def _by_table(self, evidence: Evidence, p: Floats, rows: Index, by_x: Floats) -> Floats:
@@ -134,7 +136,7 @@ class Screen:
         wanted = np.searchsorted(tables.core, self._columns[self._core])
         jacobian = ca.jacobian(new, p)[:, wanted.tolist()]
         row, column = (np.array(v, dtype=np.intp) for v in jacobian.sparsity().get_triplet())
-        nonzero = ca.vertcat(*jacobian.nonzeros())
+        nonzero = ca.SX(jacobian.nz[:])
         given = [q, w, point, payload, warm, state, error, p, x]
         return Kernel(ca.Function("screen", given, [ca.densify(nonzero)])), row, column
 

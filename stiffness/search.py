@@ -19,8 +19,8 @@ from stiffness.effects.effect import Effect
 from stiffness.evidence import Evidence
 from stiffness.fit import Fit
 from stiffness.fit import columns_of as station_columns
-from stiffness.ledger import Ledger
 from stiffness.least_squares import inverse
+from stiffness.ledger import Ledger
 from stiffness.screen import Screen
 from stiffness.selection import CHANCE, Choice, Selector
 from stiffness.session import Session
@@ -67,7 +67,9 @@ class Search:
             self.say(f"round {round_ + 1}: " + ", ".join(f"{a.effect.name} ({' '.join(a.where)})" for a in kept))
             if not _better(trial, fit):
                 break
-            same = {(a.effect.name, a.sites, a.extras) for a in kept} == {(a.effect.name, a.sites, a.extras) for a in additions}
+            same = {(a.effect.name, a.sites, a.extras) for a in kept} == {
+                (a.effect.name, a.sites, a.extras) for a in additions
+            }
             fit, additions = trial, kept
             if same:
                 break
@@ -90,9 +92,12 @@ class Search:
         return self.bench.current(fit, begun), fit
 
     def _merged(
-        self, screened: Screened, units: Sequence[Unit], weights: Mapping[tuple[str, tuple[str, ...]], Floats],
+        self,
+        screened: Screened,
+        units: Sequence[Unit],
+        weights: Mapping[tuple[str, tuple[str, ...]], Floats],
         additions: Sequence[Addition],
-    ) -> list[Addition]:  # fmt: skip
+    ) -> list[Addition]:
         more = list(additions)
         for unit in units:
             more = merged(more, unit, screened.columns, weights[unit.key], self.bench.joints)
@@ -125,7 +130,9 @@ class Search:
         place = np.searchsorted(rest, at)
         covariance = known[np.ix_(place, place)]
         scale = np.sqrt(np.diag(covariance))
-        score = float((off / scale) @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (off / scale))
+        score = float(
+            (off / scale) @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (off / scale)
+        )
         return float(stats.chi2.sf(score, len(at)))
 
     def screened(self, fit: Fit, additions: Sequence[Addition]) -> Screened:
@@ -164,9 +171,15 @@ class Search:
         return self._screens
 
     def _slopes(
-        self, screen: Screen, e: Evidence, seen: object, fit: Fit, k: int,
-        columns: Sequence[Column], additions: Sequence[Addition],
-    ) -> Floats:  # fmt: skip
+        self,
+        screen: Screen,
+        e: Evidence,
+        seen: object,
+        fit: Fit,
+        k: int,
+        columns: Sequence[Column],
+        additions: Sequence[Addition],
+    ) -> Floats:
         """(N, 3, C) slopes of all columns, run by run."""
         place = {u: i for i, u in enumerate(screen.numbers)}
         out = np.zeros((len(e.samples), 3, len(columns)))

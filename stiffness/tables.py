@@ -34,7 +34,9 @@ class Tables:
         names = {e.name for e in self.effects}
         mine = np.array([u.effect in names for u in unknowns.free], dtype=bool)
         self.core, self.own = np.flatnonzero(~mine), np.flatnonzero(mine)
-        self.joint = np.array([unknowns.free[k].index // unknowns.free[k].parameter.each for k in self.own], dtype=np.intp)
+        self.joint = np.array(
+            [unknowns.free[k].index // unknowns.free[k].parameter.each for k in self.own], dtype=np.intp
+        )
         self._kernel = self._built() if self.effects else None
 
     def __bool__(self) -> bool:

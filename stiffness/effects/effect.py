@@ -243,6 +243,12 @@ def place_name(place: int, joints: int) -> str:
     return "base" if place == 0 else "tool" if place == joints else f"link-{place}"
 
 
+def part_of(place: str, joints: int) -> int:
+    """Which part of the arm a place of a report belongs to, 0 base ... n tool; -1 for instruments."""
+    _, _, number = place.partition("-")
+    return int(number) if number.isdigit() else {"base": 0, "tool": joints}.get(place, -1)
+
+
 def _sites(kind: str, joints: int, named: str) -> list[Site]:
     if kind == "joint":
         return [Site((f"joint-{k + 1}",), k, named) for k in range(joints)]

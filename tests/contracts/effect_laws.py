@@ -144,10 +144,12 @@ class Law:
 
 
 def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tuple[Law, Floats]]:
-    """The slots torque, mass and readings, where filled, each with a point (argument and parameters) to look at."""
+    """The slots angle, torque, mass and readings, where filled, each with a point (argument and parameters) to look at."""
     rng = np.random.default_rng(5)
     tail = list(values.values())
     out: dict[str, tuple[Law, Floats]] = {}
+    if effect.angle is not None:
+        out["angle"] = Law(effect.angle, N, values), np.concatenate([rng.uniform(-2, 2, N), *tail])
     if effect.torque is not None:
         out["torque"] = Law(effect.torque, N, values), np.concatenate([rng.uniform(-2, 2, N), *tail])
     if effect.mass is not None:

@@ -59,6 +59,7 @@ SLOTS = {  # physics.md, "Effects"
     "joint-coupling": {"joint"},
     "posture-stiffness": {"joint"},
     "kinematic-offset": {"joint", "twist"},
+    "joint-angle-error": {"angle"},
     "gravity-compensator": {"torque"},
     "payload": {"mass"},
     "base-compliance": {"twist"},
@@ -83,7 +84,7 @@ SITES = {  # kind: name of the k-th site, how many there are
     "place": (lambda k, n: ("base" if k == 0 else "tool" if k == n else f"link-{k}",), lambda n: n + 1),
 }
 PAIRS = [(f"joint-{c + 1}", f"joint-{r + 1}") for r, c in zip(*np.tril_indices(8, -1), strict=True)]
-ALL_SLOTS = ("joint", "torque", "mass", "twist", "wrench_reading", "position_reading")
+ALL_SLOTS = ("joint", "angle", "torque", "mass", "twist", "wrench_reading", "position_reading")
 READINGS = {"wrench_reading", "position_reading"}
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
@@ -169,7 +170,10 @@ def test_numbers_belong_to_sites(effect: Effect, n: int) -> None:
         assert [s.where for s in own] == [named(k, n) for k in range(count(n))]
         assert [s.index for s in own] == list(range(len(own)))
         for p in parameters:
-            assert p.count(n) - len(own) == (1 if kind == "inner-link" else 0)  # the last link is the tool's place
+            more = 1 if kind == "inner-link" else 0  # the last link is the tool's place
+            assert p.count(n) == (len(own) + more) * p.each
+            numbers = [list(range(p.count(n)))[p.of_site(s.index)] for s in own]
+            assert numbers == [list(range(k * p.each, (k + 1) * p.each)) for k in range(len(own))]
 
 
 @pytest.mark.parametrize("n", [2, 3, 6])
@@ -187,7 +191,7 @@ def test_a_number_of_a_site_acts_at_that_site(effect: Effect) -> None:
         return
     values = sample(effect, 3)
     for p in effect.parameters:
-        for k in range(p.count(N)):
+        for k in range(p.count(N)) if p.each == 1 else ():  # tables: test_angle_tables
             now = {**values, p.name: values[p.name] * (1 + 0.25 * (np.arange(p.count(N)) == k))}
             if effect.joint:
                 given = joints(effect, values, 3)
@@ -269,9 +273,17 @@ def test_twist_is_that_of_the_oracle(effect: Effect, seed: int) -> None:
 def test_internal_springs_and_masses_are_those_of_the_oracle(effect: Effect, seed: int) -> None:
     expected = oracle_of(effect)
     assert (expected.torque is None) == (effect.torque is None)
+    assert (expected.angle is None) == (effect.angle is None)
     assert (expected.mass is None) == (effect.mass is None)
     values = sample(effect, seed)
     p = {k: ca.SX(ca.DM(v)) for k, v in values.items()}
+    if effect.angle and expected.angle:
+        commanded = np.random.default_rng(seed).uniform(-7, 7, N)
+        error = ca.densify(effect.angle(ca.SX(ca.DM(commanded)), p))
+        assert error.shape == (N, 1)
+        wanted = expected.angle(commanded, values)
+        np.testing.assert_allclose(np.array(ca.evalf(error)).ravel(), wanted, rtol=1e-9, atol=1e-15)
+        assert np.abs(wanted).max() > 1e-3
     if effect.torque and expected.torque:
         angle = np.random.default_rng(seed).uniform(-2, 2, N)
         got = ca.densify(effect.torque(ca.SX(ca.DM(angle)), p))

@@ -28,6 +28,7 @@ from tests.contracts.effect_laws import (
 )
 
 Floats = npt.NDArray[np.float64]
+ANGLES = [0.3, -2.9, 1.7, 4.1, -6.0, 3.2]
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
 
@@ -59,6 +60,8 @@ def test_neutral_values_do_nothing(effect: Effect, seed: int) -> None:
     for k in effect.places(N):
         np.testing.assert_allclose(TwistLaw(effect, place(k, seed), values)(wrench(seed), 9.0, values), 0, atol=1e-18)
     p = {k: ca.SX(ca.DM(v)) for k, v in values.items()}
+    if effect.angle:
+        np.testing.assert_array_equal(np.array(ca.evalf(ca.densify(effect.angle(ca.SX(ca.DM(ANGLES)), p)))), 0)
     if effect.torque:
         np.testing.assert_allclose(np.array(ca.evalf(effect.torque(ca.SX.ones(N), p))), 0, atol=1e-12)
     if effect.mass:
@@ -150,7 +153,7 @@ def test_derivatives_are_those_of_finite_differences(effect: Effect, seed: int) 
 def test_derivatives_of_the_other_slots(effect: Effect, seed: int) -> None:
     values = sample(effect, seed)
     laws = other_laws(effect, values, TURN)
-    assert len(laws) == sum(s is not None for s in (effect.torque, effect.mass, *readings(effect)))
+    assert len(laws) == sum(s is not None for s in (effect.angle, effect.torque, effect.mass, *readings(effect)))
     for law, x in laws.values():
         same_slope(law.jacobian(x), law, x)
 

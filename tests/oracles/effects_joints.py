@@ -119,6 +119,13 @@ def _pinned(rng: np.random.Generator) -> dict[str, Floats]:
     return {name: rng.uniform(*between, 1) for name, between in ends.items()}
 
 
+def _wrong_angle(angle: Floats, p: Numbers) -> Floats:
+    """Straight lines between knots every 3 deg from -180 deg on, the same again every turn; joint by joint."""
+    tables = p["error_rad"].reshape(len(angle), -1)
+    knots = np.radians(-180.0 + 3.0 * np.arange(tables.shape[1]))
+    return np.array([np.interp(a, knots, t, period=2 * np.pi) for a, t in zip(angle, tables, strict=True)])
+
+
 JOINTS: dict[str, Oracle] = {
     "joint-stiffness": Oracle(joint=lambda given, p: given.torque / p["k_nm_per_rad"]),
     "preload-softening": Oracle(joint=_softer, step=_turned, nothing={"ratio": 1.0}),
@@ -129,5 +136,6 @@ JOINTS: dict[str, Oracle] = {
     ),
     "joint-coupling": Oracle(joint=_coupled, nothing={"coupling": 0.0}, on_base=True, sample=_correlated),
     "posture-stiffness": Oracle(joint=_posture, nothing={"softer": 0.0, "cos2": 0.0, "sin2": 0.0}, on_base=True),
+    "joint-angle-error": Oracle(angle=_wrong_angle, nothing={"error_rad": 0.0}, without_load=True),
     "gravity-compensator": Oracle(torque=_compensated, nothing={"moment_nm": 0.0}, sample=_pinned),
 }

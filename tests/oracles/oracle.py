@@ -50,6 +50,7 @@ class Oracle:
     Attributes:
         joint: deflection (n,) that the effect adds.
         twist: place, values -> (6,).
+        angle: commanded angles (n,) -> (n,) rad, whatever the load.
         torque: angles (n,) -> (n,); mass: joints -> [(link, kg, com)].
         wrench_reading: shown (6,), turn to the tool (3, 3), values -> (6,).
         position_reading: position (3,), time s, values -> (3,).
@@ -63,6 +64,7 @@ class Oracle:
 
     joint: Callable[[Joints, Numbers], Floats] | None = None
     twist: Callable[[Place, Numbers], Floats] | None = None
+    angle: Callable[[Floats, Numbers], Floats] | None = None
     torque: Callable[[Floats, Numbers], Floats] | None = None
     mass: Callable[[int, Numbers], list[tuple[int, float, Floats]]] | None = None
     wrench_reading: Callable[[Floats, Floats, Numbers], Floats] | None = None

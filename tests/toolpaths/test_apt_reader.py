@@ -10,6 +10,8 @@ import pytest
 
 from toolpaths.errors import ReadError
 from toolpaths.readers import read_toolpath
+from toolpaths.readers.apt_words import EVENTS, PASSED
+from toolpaths.readers.apt_words import REFUSED as REFUSED_WORDS
 from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 
@@ -114,9 +116,43 @@ def test_circles_of_real_files_join_their_lines_smoothly(shared: Path) -> None:
 
 
 REFUSED = {
-    "CYCLE/DRILL,MMPM,250": (3, "CYCLE/DRILL,MMPM,250: a canned cycle"),
-    "CUTCOM/LEFT,XYPLAN": (3, "cutter compensation"),
-    "GODLTA/1,2,3": (3, "GODLTA"),
+    "CYCLE/DRILL,MMPM,250": (3, "CYCLE/DRILL,MMPM,250: FEDTO (or DEPTH) and RAPTO"),
+    "CYCLE": (3, "read are DRILL, CSINK"),
+    "CYCLE/TAP,FEDTO,5,RAPTO,2,MMPR,1": (3, "the spindle has to turn with the feed"),
+    "CYCLE/DRILL,FEDTO,-5,RAPTO,2,MMPM,100": (3, "a depth below 0"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,-6,MMPM,100": (3, "RAPTO lies below"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2,MMPM,0": (3, "a feed above 0"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2,MMPM,1,IPM,1": (3, "two words for the same"),
+    "CYCLE/DRILL,FEDTO,5,DEPTH,5,RAPTO,2": (3, "two words for the same"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2,FEDTO,6": (3, "FEDTO,6: each of"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2,CSINK,6": (3, "CSINK,6: each of"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO": (3, "RAPTO,: each of"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,1E999": (3, "RAPTO,1E999: each of"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2,DWELL,-1": (3, "a dwell of 0"),
+    "CYCLE/DEEP,FEDTO,5,RAPTO,2,INCR,0": (3, "a step above 0"),
+    "CYCLE/DEEP,FEDTO,5,RAPTO,2,SUBPECK,1": (3, "a step above 0"),
+    "CYCLE/DEEP,FEDTO,5,RAPTO,2,INCR,1E-300": (3, "more than 200 pecks"),
+    "CYCLE/DEEP,FEDTO,398.5,RAPTO,2,INCR,2": (3, "more than 200 pecks"),
+    "CYCLE/BORE,DRAG,FEDTO,5,RAPTO,2": (3, "DRAG,FEDTO: each of"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2\nRAPID": (4, "a drilling cycle is in force"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2\nFROM/0,0,9": (4, "a drilling cycle is in force"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2\nGODLTA/0,0,9": (4, "a drilling cycle is in force"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2\nLOADTL/2": (4, "CYCLE/OFF is missing"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2\nCIRCLE/0,2,3,0,0,1": (4, "a drilling cycle is in force"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2,MMPM,9\nFEDRAT/5,MMPM": (4, "another feed within a cycle"),
+    "RAPID\nCYCLE/DRILL,FEDTO,5,RAPTO,2,MMPM,9": (4, "a cycle between RAPID"),
+    "CYCLE/DRILL,FEDTO,5,RAPTO,2,MMPR,.1\nGOTO/1,2,3": (4, "no speed in RPM"),
+    "CUTCOM/LEFT,XYPLAN": (3, "the cutter is not in the file"),
+    "CUTTER/0,0\nCUTCOM/LEFT": (4, "the cutter has diameter 0"),
+    "CUTTER/5,0\n$$-> CUTCOM_GEOMETRY_TYPE / OUTPUT_ON_PROFILE\nCUTCOM/RIGHT": (5, "OUTPUT_ON_PROFILE"),
+    "CUTTER/5,0\nCUTCOM/NORMDS": (4, "LEFT, RIGHT, ON or OFF"),
+    "CUTTER/5,0\nCUTCOM/LEFT,NORMDS": (4, "only ADJUST"),
+    "CUTCOM": (3, "LEFT, RIGHT, ON or OFF"),
+    "GODLTA/1,2": (3, "1 or 3 or 6 numbers"),
+    "GOHOME": (3, "the place of home"),
+    "MOVARC/0,0,0,0,0,1,5,ANGLE,90": (3, "arcs in this form"),
+    "SET/MODE,INCR": (3, "absolute coordinates"),
+    "PARTNO/TWO": (3, "Two programs?"),
     "GOFWD/C1,PAST,L1": (3, "APT source"),
     "NURBS/1": (3, "splines"),
     "FROBNICATE/1": (3, "FROBNICATE/1: this reader does not know the word"),
@@ -144,8 +180,22 @@ REFUSED = {
     "CSYS/1,0,0,0,0,1,0,0,0,0,1,0": (3, "comes after poses"),
     "TRNTYP/PART,0,0,0": (3, "TRNTYP/WORLD"),
     "MULTAX/MAYBE": (3, "MULTAX"),
-    "CIRCLE/0,0,0,0,0,1": (3, "6 values"),
-    "CIRCLE/0,0,0,0,0,1,1,.1,.1,1,1,TIMES,2": (3, "helices"),
+    "CSYS/1,0,0,0,0,1,0,0,0,0,1": (3, "12 numbers"),
+    "CSYS/1,0,0,0,0,1,0,0,0,0,2,0": (3, "three rows of a rotation"),
+    "$$-> CSYS / 1,0,0,0,0,1,0,0,0,0,1,0\n$$-> CSYS / 1,0,0,5, $\n 0,1,0,0,0,0,1,0": (4, "a second coordinate system"),
+    "$$*CATIA0\n$$ A\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 0\n$$*CATIA0\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 5": (
+        11,
+        "a second coordinate system",
+    ),
+    "CIRCLE/0,0,0,0,0": (3, "5 values"),
+    "CIRCLE/0,0,0,0,0,1,1,.1,.1,1,1,TIMES,0": (3, "TIMES with a number above 0"),
+    "CIRCLE/0,0,0,0,0,1,1,.1,.1,1,1,TIMES,101": (3, "TIMES with a number above 0"),
+    "CIRCLE/0,2,3,0,0,1,1,.1,.1,1,1,TIMES,2\nGOTO/-1,2,5": (3, "TIMES,2, but the end lies 0.5 of a turn"),
+    "CIRCLE/0,2,3,0,0,1\nGOTO/-1.1,2,3": (3, "the ends lie 1 and 1.1 from its centre"),
+    "CIRCLE/1,2,3,0,0,1\nGOTO/1,2,3": (3, "the ends lie 0 and 0"),
+    "CIRCLE/0,2,3,0,0,1\nCIRCLE/0,2,3,0,0,1": (3, "no GOTO follows"),
+    "CIRCLE/0,2,3,0,0,1\nFROM/-1,2,3": (4, "a start between a circle"),
+    "RAPID\nCIRCLE/0,2,3,0,0,1": (4, "RAPID between"),
     "CIRCLE/0,2,3,0,0,1,5,.1,.1,1,1\nGOTO/-1,2,3": (3, "radius 5"),
     "CIRCLE/0,2,3,0,0,2,1,.1,.1,1,1\nGOTO/-1,2,3": (3, "length 2"),
     "CIRCLE/0,2,3,0,0,1,1,.1,.1,1,1\nRAPID\nGOTO/-1,2,3": (3, "RAPID between"),
@@ -154,6 +204,8 @@ REFUSED = {
     "GOTO/1,2,3,1,0,0\nMULTAX/OFF\nGOTO/1,2,3": (5, "no tool axis"),
     "GOTO/1,2,3,1,0,0\nTOOL PATH/B\nGOTO/1,2,3": (5, "no tool axis"),
     "TOOL PATH/B\nTOOL PATH/C": (4, "before END-OF-PATH"),
+    "TOOL PATH/B\nEND-OF-PATH\nGOTO/1,1,1": (5, "a move outside a path"),
+    "TOOL PATH/B\nCYCLE/DRILL,FEDTO,5,RAPTO,7": (4, "a depth above 0 lies above the point in CLSF"),
     "FINI\nGOTO/1,2,3": (4, "after FINI"),
     "!!!": (3, "not an APT statement"),
 }
@@ -183,6 +235,11 @@ def test_refused_by_line_and_word(tmp_path: Path, text: str, expected: tuple[int
         ("UNITS/MM\nGOTO/1,2,$\n", 2, "continued"),
         ("UNITS/MM\nFINI\n", None, "no move"),
         ("MSYS/0,0,0,1,0,0,1,0,0\n", 1, "right angles"),
+        ("UNITS/MM\nGODLTA/1,2,3\nFINI\n", 2, "says from where"),
+        ("UNITS/MM\nCIRCLE/1,2,3,0,0,1\nFINI\n", 2, "says where it starts"),
+        ("UNITS/MM\nCSYS/1,0,0,0,0,1,0,0,0,0,1,0\nCSYS/1,0,0,9,0,1,0,0,0,0,1,0\n", 3, "without TRNTYP/WORLD"),
+        ("%\nO1000\nG21 G90\n", 1, "not an APT statement"),
+        ("G21 G90\nG1 X5\n", 1, "G21/G90: this reader does not know the word"),
     ],
 )
 def test_head_and_end(tmp_path: Path, text: str, line: int | None, word: str) -> None:
@@ -191,16 +248,175 @@ def test_head_and_end(tmp_path: Path, text: str, line: int | None, word: str) ->
     assert caught.value.line == line and word in str(caught.value)
 
 
-def test_real_files(shared: Path) -> None:
-    folder = shared / "data/cam"
-    path = read_toolpath(folder / "clsf_nx/ust_a.cls")
-    assert len(path) == 546 and path.kind.sum() == 508 and (path.tool == 2).all()
-    np.testing.assert_allclose(path.position[0] * 1e3, [0, 222.6719, -177.5], atol=1e-12)
-    np.testing.assert_allclose(path.axis[:2], [[0, 0, -1]] * 2, atol=0)
-    assert len(np.unique(path.axis.round(7), axis=0)) == 63  # as data/INDEX.md says
-    np.testing.assert_allclose(path.feed[path.kind == CUT], 0.25 / 60, rtol=1e-14)
-    lines = {"clsf_nx/cutcom.clsf": 17, "clsf_nx/deep_drill.clsf": 7, "apt_solidworkscam/RotateThin.apt": 20}
-    for name, line in lines.items():
-        with pytest.raises(ReadError) as caught:
-            read_toolpath(folder / name)
-        assert caught.value.line == line
+def corners(path: Toolpath) -> list[list[float]]:
+    """Poses that are no points of an arc, mm."""
+    return (path.position[path.row % 1 == 0] * 1e3).round(9).tolist()
+
+
+def test_relative_moves(tmp_path: Path) -> None:
+    text = (
+        "UNITS/MM\nFROM/1,2,30,0.6,0,0.8\nGODLTA/1,-2,3\nGODLTA/-10\nRAPID\nGODLTA/0,0,20,0,0,1\nGODLTA/2.5\n"
+        "GOHOME/1,2,80\nFINI\n"
+    )
+    path = read(tmp_path, text)
+    assert corners(path) == [[1, 2, 30], [2, 0, 33], [-4, 0, 25], [-4, 0, 45], [-4, 0, 47.5], [1, 2, 80]]
+    np.testing.assert_array_equal(path.kind, [RAPID, CUT, CUT, RAPID, CUT, RAPID])
+    np.testing.assert_allclose(path.axis, [[0.6, 0, 0.8]] * 3 + [[0, 0, 1]] * 3, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("radius", ["", ",10"])
+@pytest.mark.parametrize(
+    ("axis", "end", "middle", "sweep"),
+    [  # counterclockwise about the axis, as SolidWorks CAM writes it
+        ("0,0,1", "0,10,0", [math.sqrt(50), math.sqrt(50), 0], 0.5),
+        ("0,0,-1", "0,10,0", [-math.sqrt(50), -math.sqrt(50), 0], 1.5),
+        ("0,-1,0", "0,0,10", [math.sqrt(50), 0, math.sqrt(50)], 0.5),
+        ("0,0,1", "10,0,0", [-10, 0, 0], 2.0),
+        ("0,0,1", "-10,0,4", [0, 10, 2], 1.0),
+    ],
+)
+def test_circle_of_six_and_seven_numbers(
+    tmp_path: Path, radius: str, axis: str, end: str, middle: list[float], sweep: float
+) -> None:
+    text = f"UNIT/MM\nFEDRAT/100.,MMPM\nGOTO/10,0,0\nCIRCLE/0,0,0,{axis}{radius}\nFEDRAT/60,MMPM\nGOTO/{end}\nFINI\n"
+    path = read(tmp_path, text, chord=1e-6)
+    np.testing.assert_allclose(path.position[-1] * 1e3, [float(v) for v in end.split(",")], atol=1e-12)
+    np.testing.assert_allclose(path.position[len(path) // 2] * 1e3, middle, atol=0.5)
+    rise = float(end.split(",")[2]) if axis[0:3] == "0,0" else 0.0
+    length = np.linalg.norm(np.diff(path.position, axis=0), axis=1).sum() * 1e3
+    np.testing.assert_allclose(length, math.hypot(sweep * math.pi * 10, rise), rtol=1e-3)
+    np.testing.assert_allclose(path.feed[1:], 1e-3, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("end", "times", "turns"), [("10,0,9", "3", 3.0), ("0,-10,9", "2.25", 2.25), ("10,0,1", "1", 1)]
+)
+def test_helix_of_several_turns(tmp_path: Path, end: str, times: str, turns: float) -> None:
+    circle = f"CIRCLE/0,0,0,0,0,1,10,0.06,0.5,8,1,TIMES,{times}"
+    path = read(tmp_path, f"FEDRAT/MMPM,100\nGOTO/10,0,0\n{circle}\nGOTO/{end}\nFINI\n", chord=1e-6)
+    mm = path.position * 1e3
+    angle = np.unwrap(np.arctan2(mm[:, 1], mm[:, 0]))
+    assert angle[-1] == pytest.approx(-2 * math.pi * turns) and (np.diff(angle) < 0).all()
+    np.testing.assert_allclose(mm[:, 2], float(end.split(",")[2]) * angle / angle[-1], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(mm[:, :2], axis=1), 10, rtol=1e-12)
+
+
+HOLES = {  # heights after the start at 40 above the point 1, 2, 3: rapids as they are, cuts in brackets
+    "DRILL,FEDTO,8,RAPTO,2,MMPM,60": [2, [-8], 2],
+    "DRILL,FEDTO,8,MMPM,60,RAPTO,2,RTRCTO,25,DWELL,0": [2, [-8], 25],
+    "DRILL,DEPTH,8,MMPM,60,CLEAR,2,RETURN,1": [2, [-8], 2],
+    "CSINK,FEDTO,1,MMPM,60,RAPTO,2,RTRCTO,AUTO": [2, [-1], 40],
+    "FACE,FEDTO,1,MMPM,60,RAPTO,2,AUTO": [2, [-1], 40],
+    "DRILL,FEDTO,8,MMPM,60,RAPTO,2,RTRCTO,25,MANUAL": [2, [-8], 25],
+    "DRILL,FEDTO,8,MMPM,60,RAPTO,2,RTRCTO,50": [50, 2, [-8], 50],
+    "DEEP,FEDTO,8,INCR,4,MMPM,60,RAPTO,2": [2, [-2], 2, -1.6, [-6], 2, -5.6, [-8], 2],
+    "DEEP2,FEDTO,8,1STPECK,5,SUBPECK,2,MMPM,60,RAPTO,1": [1, [-4], 1, -3.8, [-6], 1, -5.8, [-8], 1],
+    "BRKCHP,FEDTO,8,STEP,5,MMPM,60,RAPTO,2,RTRCTO,9": [2, [-3], -2.5, [-8], 9],
+    "DEEP,FEDTO,8,INCR,50,MMPM,60,RAPTO,2": [2, [-8], 2],
+    "DEEP,FEDTO,8,MMPM,60,RAPTO,2": [2, [-8], 2],
+    "BORE,FEDTO,8,MMPM,60,RAPTO,2,RTRCTO,9": [2, [-8], [2], 9],
+    "REAM,FEDTO,8,MMPM,60,RAPTO,2": [2, [-8], [2]],
+    "DRILL,FEDTO,0,MMPM,60,RAPTO,2": [2, [0], 2],
+}
+
+
+@pytest.mark.parametrize("tilted", [False, True])
+@pytest.mark.parametrize("words", HOLES)
+def test_drilling_cycles(tmp_path: Path, words: str, tilted: bool) -> None:
+    axis = np.array([0.0, 0.6, 0.8]) if tilted else np.array([0.0, 0.0, 1.0])
+    point, start = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0]) + 40 * axis
+    given = ",".join(map(str, [*start, *axis]))
+    text = f"UNITS/MM\nRAPID\nGOTO/{given}\nCYCLE/INIT\nCYCLE/{words}\nGOTO/1,2,3\nCYCLE/OFF\nGOTO/0,0,90\nFINI\n"
+    path = read(tmp_path, text.replace("GOTO/0,0,90", "FEDRAT/30,MMPM\nGOTO/0,0,90"))
+    heights = [h for item in HOLES[words] for h in (item if isinstance(item, list) else [item])]
+    kinds = [CUT if isinstance(item, list) else RAPID for item in HOLES[words]]
+    expected = [start, *(point + h * axis for h in heights), [0, 0, 90]]
+    np.testing.assert_allclose(path.position * 1e3, expected, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(path.kind, [RAPID, *kinds, CUT])
+    np.testing.assert_allclose(path.feed[path.kind == CUT] * 6e4, [60] * sum(kinds) + [30], rtol=1e-12)
+    np.testing.assert_array_equal(path.line[1:-1], [6] * len(kinds))
+    np.testing.assert_array_equal(path.axis, [axis] * len(path))
+
+
+def test_between_holes_up_then_across(tmp_path: Path) -> None:
+    """From a low hole to a high one the tool first leaves along its axis; to a low one it goes across first."""
+    cycle = "CYCLE/DRILL,FEDTO,5,RAPTO,2,MMPM,60"
+    text = f"UNITS/MM\n{cycle}\nGOTO/0,0,0\nGOTO/10,0,30\nGOTO/20,0,0\nCYCLE/OFF\nFINI\n"
+    expected = [[0, 0, 2], [0, 0, -5], [0, 0, 2], [0, 0, 32], [10, 0, 32], [10, 0, 25], [10, 0, 32], [20, 0, 32]]
+    assert corners(read(tmp_path, text)) == [*expected, [20, 0, 2], [20, 0, -5], [20, 0, 2]]
+
+
+def test_nx_cycle_in_a_second_frame_with_dwell(tmp_path: Path) -> None:
+    """MSYS turned about x: its z is y of the first; FEDTO of CLSF is a height; the feed per turn is the cycle's."""
+    text = (
+        "TOOL PATH/A\nMSYS/0,0,0,1,0,0,0,1,0\nSPINDL/RPM,500,CLW\nRAPID\nGOTO/0,0,50\nEND-OF-PATH\n"
+        "TOOL PATH/B\nMSYS/5,0,0,1,0,0,0,0,-1\nCYCLE/DRILL,DEEP,RAPTO,3,FEDTO,-7,STEP,6,DWELL,REV,4,IPR,.1\n"
+        "GOTO/1,2,3,0,0,1\nCYCLE/OFF\nEND-OF-PATH\n"
+    )
+    path = read(tmp_path, text)
+    expected = np.array([[0, 0, 50], [6, 6, -2], [6, 0, -2], [6, 6, -2], [6, 0.6, -2], [6, -4, -2], [6, 6, -2]])
+    np.testing.assert_allclose(path.position, expected * 25.4e-3, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(path.axis, [[0, 0, 1]] + [[0, 1, 0]] * 6, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(path.feed[path.kind == CUT], 0.1 * 500 * 25.4e-3 / 60, rtol=1e-14)
+    assert [(e.pose, e.word) for e in path.events if "DELAY" in e.word] == [(6, "DELAY/REV,4")]
+
+
+def test_spindle_off_and_on(tmp_path: Path) -> None:
+    head = "UNITS/MM\nSPINDL/RANGE,2,RPM,1000\nSPINDL/OFF\nFEDRAT/.2,MMPR\n"
+    with pytest.raises(ReadError, match="no speed in RPM"):
+        read(tmp_path, f"{head}GOTO/1,1,1\nFINI\n")
+    path = read(tmp_path, f"{head}SPINDL/ON\nGOTO/1,1,1\nFINI\n")
+    np.testing.assert_allclose(path.feed, [0.2 / 60], rtol=1e-14)
+
+
+def test_second_csys(tmp_path: Path) -> None:
+    """Under TRNTYP/WORLD coordinates stay; after the part is turned over the axis must be named."""
+    turned = "CSYS/-1,0,0,0,0,1,0,0,0,0,-1,0"
+    head = f"UNITS/MM\nTRNTYP/WORLD,0,0,0\nCSYS/1,0,0,-9,0,1,0,0,0,0,1,5\nGOTO/1,2,3\n{turned}\n"
+    path = read(tmp_path, f"{head}GOTO/4,5,-6,0,0,-1\n{turned}\nGOTO/7,8,-9\nFINI\n")
+    assert corners(path) == [[1, 2, 3], [4, 5, -6], [7, 8, -9]]
+    np.testing.assert_array_equal(path.axis, [[0, 0, 1], [0, 0, -1], [0, 0, -1]])
+    with pytest.raises(ReadError, match="no tool axis") as caught:
+        read(tmp_path, f"{head}GOTO/4,5,-6\nFINI\n")
+    assert caught.value.line == 6
+
+
+def test_creo_dialect(tmp_path: Path) -> None:
+    system = "$$-> CSYS / 1.0, 0.0, 0.0, 0.0, $\n      0.0, 1.0, 0.0, 0.0, $\n      0.0, 0.0, 1.0, 0.0\n"
+    text = (
+        f"$$*         Pro/CLfile  Version\n$$-> MFGNO / MFG0001\nPARTNO / MFG0001\nMACHIN / UNCX01, 1\nUNITS / MM\n"
+        f"LOADTL / 4, OSETNO, 4\n$$-> CUTTER / 10.000000\n{system}SPINDL / RPM, 5000.000000,  CLW\nCUTCOM / LEFT\n"
+        f"RAPID\nGOTO / 1.5, -2.0, 30.0\n{system}CYCLE / DRILL, DEPTH, 4.0, MMPM, 120.0, CLEAR, 2.0\n"
+        "GOTO / 10.0, 20.0, 5.0\nCYCLE / OFF\nFINI\n"
+    )
+    path = read(tmp_path, text)
+    assert corners(path) == [[1.5, -2, 30], [10, 20, 30], [10, 20, 7], [10, 20, 1], [10, 20, 7]]
+    assert (path.tool == 4).all() and path.line.tolist() == [14, 19, 19, 19, 19]
+    np.testing.assert_allclose(path.feed[path.kind == CUT] * 6e4, [120])
+
+
+def test_cutcom_is_kept_and_changes_no_pose(tmp_path: Path) -> None:
+    text = "UNITS/MM\nCUTTER/8,0\nGOTO/1,2,3\nCUTCOM/LEFT,XYPLAN,ADJUST,3\nGOTO/4,5,6\nCUTCOM/OFF\nGOTO/7,8,9\nFINI\n"
+    path = read(tmp_path, text)
+    assert corners(path) == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+    words = [(e.pose, e.word) for e in path.events if "CUTCOM" in e.word]
+    assert words == [(1, "CUTCOM/LEFT,XYPLAN,ADJUST,3"), (2, "CUTCOM/OFF")]
+
+
+def test_every_word_is_on_one_list() -> None:
+    assert not EVENTS & PASSED and not (EVENTS | PASSED) & set(REFUSED_WORDS)
+    assert all(word == word.upper() and why for word, why in REFUSED_WORDS.items())
+
+
+@pytest.mark.parametrize("word", sorted(EVENTS | PASSED))
+def test_words_that_change_nothing(tmp_path: Path, word: str) -> None:
+    path = read(tmp_path, f"UNITS/MM\nGOTO/1,2,3\n{word}/SOME,1\nGOTO/4,5,6\nFINI\n")
+    assert corners(path) == [[1, 2, 3], [4, 5, 6]]
+    assert [e.word for e in path.events] == ([f"{word}/SOME,1"] if word in EVENTS else [])
+
+
+@pytest.mark.parametrize("word", sorted(REFUSED_WORDS))
+def test_words_that_are_refused_with_a_reason(tmp_path: Path, word: str) -> None:
+    with pytest.raises(ReadError) as caught:
+        read(tmp_path, f"UNITS/MM\nGOTO/1,2,3\n{word}/1\nGOTO/4,5,6\nFINI\n")
+    assert caught.value.line == 3 and REFUSED_WORDS[word] in str(caught.value)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from toolpaths.errors import ReadError
-from toolpaths.readers import read_toolpath
+from toolpaths.readers import gcode, read_toolpath
+from toolpaths.readers.gcode_rotary import Machine
 from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 HEAD = "G21 G90 G17\nG0 X0 Y0 Z0\nF600\n"
@@ -147,13 +148,47 @@ REFUSED = {
     "G41 D1 X5": (4, "G41"),
     "G1 X1 E0.5": (4, "3D printer"),
     "M104 S200": (4, "3D printers"),
-    "G92 X0": (4, "G92"),
-    "G55": (4, "G55"),
-    "G93": (4, "G93"),
-    "G81 X1 Z-3 R2": (4, "canned cycle"),
-    "G90.1": (4, "absolute arc centres"),
-    "G43.4 H1": (4, "tool vectors"),
-    "G5.1 Q1": (4, "spline"),
+    "G92": (4, "G92 without X, Y or Z"),
+    "G92 X1 A3": (4, "G92 with A"),
+    "G52 X1\nG92 X0": (5, "G92 on top of G52"),
+    "G28 G91 Z0\nG90\nG92 Z5": (6, "where Z is, is not known"),
+    "G28 G91 Z0\nG90\nG1 X5": (6, "a cutting move, but where Z is"),
+    "G55": (4, "G55 after G54"),
+    "G54.1 P2": (4, "G54.1 P2 after G54"),
+    "G93\nG1 X1": (5, "a feed in every block under G93"),
+    "G95\nG1 X1 F.1": (5, "needs an S above 0"),
+    "G95\nG1 X1 S500": (5, "needs a feed, none is given"),
+    "G94 G95": (4, "two words for feed mode"),
+    "G81 X1 Z-3": (4, "needs R"),
+    "G81 X1 R2": (4, "needs Z"),
+    "G81 X1 Z3 R2": (4, "R lies below the bottom"),
+    "G83 X1 Z-3 R2": (4, "needs Q"),
+    "G73 X1 Z-3 R2 Q0": (4, "Q0 mm"),
+    "G83 X1 Z-300 R2 Q0.01": (4, "Q0.01 mm"),
+    "G81 X1 Z-3 R2 L0": (4, "0 repetitions"),
+    "G81 X1 Z-3 R2 L99999": (4, "moves, at most"),
+    "G81 X1 Z-3 R2\nR3": (5, "no X, Y or Z"),
+    "G81 X1 Z-3 R2\nG82 X3": (5, "needs R"),
+    "G81 X1 Z-3 R2\nG18 X3": (5, "the plane changes"),
+    "G81 X1 Z-3 R2\nG91 X3": (5, "needs R"),
+    "G93 G81 X1 Z-3 R2 F1": (4, "canned cycle in G93"),
+    "G84 X1 Z-3 R2": (4, "a canned cycle other than"),
+    "L3": (4, "L3: read only with canned cycles"),
+    "G90.1 G2 X5 I2.5": (4, "without J: with G90.1 both"),
+    "G43.4 H1\nG1 X1 I0 J0 K0": (5, "no length"),
+    "G43.4 H1\nG1 X1 I1 J0 K1\nG49\nX5": (7, "tilted and G43.4 is off"),
+    "G43.4 H1\nG1 X1 I1 J0 K1\nG81 Z-3 R2": (6, "tool vectors"),
+    "G5.1 X1 I2": (4, "spline"),
+    "G5.1 Q1 X3": (4, "spline"),
+    "G68.2 X0 Y0 Z0": (4, "tilted work plane"),
+    "G10 L2 P1 X0": (4, "writes offsets"),
+    "G4 P1 X5": (4, "dwell into a block of its own"),
+    "O100 sub": (4, "O-word"),
+    "o<drill> call [1]": (4, "O-word"),
+    "IF [#1 EQ 2] GOTO 10": (4, "macro statement (IF)"),
+    "#1=5": (4, "variable"),
+    "G1 X-#1": (4, "variable"),
+    "G1 C90": (4, "rotary axis"),
     "G17.1": (4, "G17.1"),
     "G65 P100": (4, "macro"),
     "M98 P100": (4, "subprogram"),
@@ -181,7 +216,9 @@ REFUSED = {
     "G28 X1": (4, "G28 by way of a point"),
     "G53 G1 X1": (4, "rapid retract"),
     "G43 Z5\nH1": (5, "H1 without G43"),
-    "G2 X5 I2.5 P2": (4, "P2"),
+    "G2 X5 I2.5 P1.5": (4, "P1.5"),
+    "G2 X5 I2.5 P0": (4, "P0"),
+    "G1 X5 P2": (4, "P2"),
     "T1.5 M6": (4, "T1.5"),
     "G20\nG1 X1": (5, "needs a feed"),
     "O2\nG1 X1": (4, "second program"),
@@ -222,6 +259,92 @@ def test_head_and_end(tmp_path: Path, text: str, line: int, word: str) -> None:
     assert caught.value.line == line and word in str(caught.value)
 
 
+def test_shifts_of_the_origin(tmp_path: Path) -> None:
+    text = HEAD + (
+        "G0 X10 Y5\nG92 X0 Z1\nG1 X3 Z4\nG92.2\nX3\nG92.3\nX4\nG92.1\nX5\nG52 X100 Y-20\nX1 Y1\n"
+        "G91 X2\nG90 G52 X0\nX7\nM30\n"
+    )
+    expected = [[0, 0, 0], [10, 5, 0], [13, 5, 3], [3, 5, 3], [14, 5, 3], [5, 5, 3], [101, -19, 3], [103, -19, 3],
+                [7, -19, 3]]  # fmt: skip
+    np.testing.assert_allclose(ends(read(tmp_path, text)), expected, atol=1e-12)
+
+
+def test_g92_at_the_head_says_where_the_tool_is(tmp_path: Path) -> None:
+    path = read(tmp_path, "G21\nG92 X5 Y6 Z7\nG91 G0 X1\nG90 Y2\nM30\n")
+    np.testing.assert_allclose(ends(path), [[6, 6, 7], [6, 2, 7]], atol=1e-12)
+
+
+def test_one_coordinate_system_is_the_work_object(tmp_path: Path) -> None:
+    for word in ("G54", "G55", "G59.3", "G54.1 P7"):
+        np.testing.assert_allclose(ends(read(tmp_path, f"G21 {word}\nG0 X1 Y2 Z3\n{word}\nX4\nM30\n"))[-1], [4, 2, 3])
+
+
+def test_several_coordinate_systems_need_their_offsets(tmp_path: Path) -> None:
+    file = tmp_path / "two.nc"
+    file.write_text("G21 G54\nG0 X1 Y2 Z3\nG55\nX4\nG52 X1\nX4\nM30\n")
+    machine = Machine(systems={"G54": (0.0, 0.0, 0.0), "G55": (0.1, 0.2, -0.3)})
+    path = gcode.read(file, str(file), 1e-5, machine)
+    np.testing.assert_allclose(path.position * 1e3, [[1, 2, 3], [104, 2, 3], [105, 2, 3]], atol=1e-12)
+    with pytest.raises(ReadError, match=r"two.nc:3: G55: the machine's offsets name only G54"):
+        gcode.read(file, str(file), 1e-5, Machine(systems={"G54": (0.0, 0.0, 0.0)}))
+
+
+def test_feeds_by_time_and_by_turn(tmp_path: Path) -> None:
+    text = HEAD + (
+        "G93 G1 X30 Z40 F2\nG2 X50 I10 F3 P2\nG1 X50 F9\nG95 S1200 F.1 X0\nS600\nX1\nG94 F90 X2\nG20 X.1 F2\n"
+        "G95 F.01 X.2\nM30\n"
+    )
+    path = read(tmp_path, text)
+    feed = path.feed[path.row == np.round(path.row)][1:] * 6e4  # mm/min
+    arc = 3 * np.pi * 10 * 3
+    np.testing.assert_allclose(feed, [50 * 2, arc, arc, 120, 60, 90, 50.8, 600 * 0.254], rtol=1e-12)
+
+
+def test_arcs_with_several_turns_and_absolute_centres(tmp_path: Path) -> None:
+    path = read(tmp_path, HEAD + "G92 X100\nG0 X110\nG90.1 G3 X100 Y10 Z3 I100 J0 P3\nM30\n", chord=1e-6)
+    flat = path.position[1:, :2] * 1e3
+    np.testing.assert_allclose(np.linalg.norm(flat, axis=1), 10, rtol=1e-12)
+    angle = np.unwrap(np.arctan2(flat[:, 1], flat[:, 0]))
+    np.testing.assert_allclose(angle[-1], 4.5 * np.pi, rtol=1e-12)
+    np.testing.assert_allclose(path.position[1:, 2] * 1e3, 3 * angle / (4.5 * np.pi), atol=1e-12)
+
+
+def test_drilling(tmp_path: Path) -> None:
+    text = (
+        "G21 G90 F100\nG0 X0 Y0 Z10\nG98 G81 X5 Z-3 R2\nG99 X7\nG80\nG0 Z20\nG83 Y1 Z-1.5 R1 Q1\nG91 G82 X1 Z-2 R-1 P.5 K2\n"
+        "G80 G90\nG85 X0 Z0 R4\nM30\n"
+    )
+    path = read(tmp_path, text)
+    expected = [
+        (0, 0, 10), (5, 0, 10), (5, 0, 2), (5, 0, -3), (5, 0, 10), (7, 0, 10), (7, 0, 2), (7, 0, -3), (7, 0, 2),
+        (7, 0, 20), (7, 1, 20), (7, 1, 1), (7, 1, 0), (7, 1, 1), (7, 1, 0.254), (7, 1, -1), (7, 1, 1), (7, 1, -0.746),
+        (7, 1, -1.5), (7, 1, 1), (8, 1, 19), (8, 1, 17), (8, 1, 19), (9, 1, 19), (9, 1, 17), (9, 1, 19),
+        (0, 1, 19), (0, 1, 4), (0, 1, 0), (0, 1, 4),
+    ]  # fmt: skip
+    np.testing.assert_allclose(path.position * 1e3, expected, atol=1e-12)
+    cuts = [k for k in range(len(expected)) if path.kind[k] == CUT]
+    assert cuts == [3, 7, 12, 15, 18, 21, 24, 28, 29]
+    np.testing.assert_allclose(path.feed[cuts], 100 / 6e4)
+    assert np.isnan(path.feed[path.kind == RAPID]).all()
+
+
+def test_tool_vectors(tmp_path: Path) -> None:
+    text = (
+        "G21 G90\nT1 M6\nG43.4 H1\nG0 X0 Y0 Z10 I0 J0 K1\nG1 Z0 F100\nX5 I.6 K.8\nX6\nG2 X8 I1\nG1 Y3 I0 J-3 K4\nG0 Z50\n"
+        "G49\nG53 G0 Z0\nM30\n"
+    )
+    path = read(tmp_path, text)
+    whole = path.row == np.round(path.row)
+    expected = [[0, 0, 1]] * 2 + [[0.6, 0, 0.8]] * 3 + [[0, -0.6, 0.8]] * 2
+    np.testing.assert_allclose(path.axis[whole], expected, atol=1e-15)
+    np.testing.assert_allclose(path.axis[~whole], [0.6, 0, 0.8] * np.ones((sum(~whole), 1)), atol=1e-15)
+
+
+def test_compensated_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ReadError, match=r"part.nc:2: 'compensated by toolpath-compensator': done already"):
+        read(tmp_path, "%\n(compensated by toolpath-compensator)\n" + HEAD + "M30\n%\n")
+
+
 def test_real_files(shared: Path) -> None:
     folder = shared / "data/cam"
     path = read_toolpath(folder / "gcode_fusion/1110_wall_265bit.nc")
@@ -230,6 +353,7 @@ def test_real_files(shared: Path) -> None:
     np.testing.assert_allclose(path.position[:, 2].min() * 1e3, -13.3, atol=1e-9)  # ZMIN of its header
     path = read_toolpath(folder / "gcode_cncjs/tball-pocket.gcode")
     assert path.line[-1] > 40_000 and len(path) == 40_265
+    # a 3D print; G91 from nowhere; no units
     for name, line in {"sample.gcode": 10, "helical-thread-milling.gcode": 4, "arc-ijk.gcode": 2}.items():
         with pytest.raises(ReadError) as caught:
             read_toolpath(folder / "gcode_cncjs" / name)

@@ -170,11 +170,19 @@ def test_tools_and_start_are_said(tmp_path):
 
 
 def test_split_jobs(tmp_path):
-    files = write_program(random_program(10001, 8), tmp_path / "big.jbi").files
-    assert [f.name for f in files] == ["big.jbi", "big_001.jbi", "big_002.jbi", "big_003.jbi"]
-    assert inform_reader.read(files[0]).names == ["BIG", "BIG_001", "BIG_002", "BIG_003"]
-    part = inform_reader.read(files[2])
-    assert len(part.moves) == 5000 and part.moves[0].position.rconf != []
+    """A job ends behind a rapid where it can: the arm stands where one job calls the next."""
+    p = random_program(10001, 8)
+    kind = np.ones(10001, dtype=np.uint8)
+    kind[[0, 4000, 7500, 10000]] = 0
+    p = changed(p, kind=kind, feed=np.full(10001, 0.02))
+    written = write_program(p, tmp_path / "big.jbi")
+    assert [f.name for f in written.files] == ["big.jbi", "big_001.jbi", "big_002.jbi", "big_003.jbi"]
+    assert inform_reader.read(written.files[0]).names == ["BIG", "BIG_001", "BIG_002", "BIG_003"]
+    lengths = [len(inform_reader.read(f).moves) for f in written.files]
+    assert lengths == [10002, 4001, 3500, 2500]
+    assert not any("ends in the cut" in str(f) for f in written.findings)
+    found = write_program(changed(p, kind=np.ones(10001, dtype=np.uint8)), tmp_path / "big.jbi").findings
+    assert any("ends in the cut" in str(f) for f in found)
 
 
 @pytest.mark.parametrize("stem", ["a.b", "a" * 33, "größe", "a b", "_a", "a+b"])
@@ -194,7 +202,7 @@ def test_longest_names(tmp_path):
 def test_too_many_lines(tmp_path):
     p = random_program(4000, 1)
     comments = tuple((i, "x" * 60) for i in range(4000))  # two lines each
-    with pytest.raises(WriteError, match="pose 0 .*more than 9999 lines"):
+    with pytest.raises(WriteError, match=r"pose 0 .*more than 9999 lines"):
         write_program(changed(p, comments=comments), tmp_path / "p.jbi")
     found = write_program(changed(p, comments=comments[:2900]), tmp_path / "p.jbi").findings
     assert not any("9999" in str(f) for f in found)

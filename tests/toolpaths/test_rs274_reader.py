@@ -1,48 +1,64 @@
-"""G-code against LinuxCNC's interpreter (``rs274 -g``): end points of every move, and the arcs between."""
+"""G-code against LinuxCNC's interpreter (``rs274 -g``): every move, its kind and feed, and the arcs between."""
 
 from __future__ import annotations
 
 import os
-import random
 import re
 import shutil
 import subprocess
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.oracles.random_gcode import RandomProgram
 from toolpaths.errors import ReadError
 from toolpaths.readers import read_toolpath
-from toolpaths.toolpath import Toolpath
+from toolpaths.toolpath import CUT, Toolpath
 
 pytestmark = pytest.mark.skipif(
     shutil.which("rs274") is None, reason="rs274 of LinuxCNC is missing (apt-get install linuxcnc-uspace)"
 )
-CALL = re.compile(r"N\S+\s+([A-Z_]+)\((.*)\)\s*$")
+CALL = re.compile(r"N\S+\s+([A-Z_0-9]+)\((.*)\)\s*$")
 FIRST_AXIS = {"XY": 0, "YZ": 1, "XZ": 2}
-Arc = tuple[int, int, np.ndarray, float]  # move, normal axis, center mm, turns (sign: about the axis)
+PRINTED_INCH = 4e-3  # mm: rs274 prints 4 decimals, inch blocks in inches, and shifts apart
 
 
-def reference(file: Path) -> tuple[np.ndarray, list[Arc]]:
-    """End points (N, 3) mm of all moves, and the arcs, as LinuxCNC's canonical calls say."""
+@dataclass
+class Reference:
+    """What LinuxCNC would do, mm: ends (N, 3), cut (N,), feed (N,) mm/min, arcs by move."""
+
+    ends: np.ndarray
+    cut: np.ndarray
+    feed: np.ndarray
+    arcs: dict[int, tuple[int, np.ndarray, float]]  # normal axis, centre, turns (sign: about the axis)
+
+
+def run(file: Path) -> str:
     # rs274 maps its tool table into a file in HOME: runs side by side would share it
     with tempfile.TemporaryDirectory() as home:
-        run = subprocess.run(
+        done = subprocess.run(
             ["rs274", "-g", str(file.resolve())],
-            capture_output=True,
-            text=True,
-            timeout=120,
-            cwd=home,
-            env={**os.environ, "HOME": home},
-        )
-    if run.returncode:
-        raise ReadError(str(file), None, run.stderr.strip() or run.stdout[-300:])
-    scale, plane, at = 1.0, "XY", np.zeros(3)
-    points: list[np.ndarray] = []
-    arcs: list[Arc] = []
-    for text in run.stdout.splitlines():
+            capture_output=True, text=True, timeout=120, cwd=home, env={**os.environ, "HOME": home},
+        )  # fmt: skip
+    if done.returncode:
+        raise ReadError(str(file), None, done.stderr.strip() or done.stdout[-300:])
+    return done.stdout
+
+
+def reference(file: Path) -> Reference:
+    """The canonical calls of LinuxCNC as moves; a move to where the tool is already is none."""
+    scale, plane, at, shift = 1.0, "XY", np.zeros(3), np.zeros(3)
+    feed, per_turn, speed = 0.0, False, 0.0
+    ends: list[np.ndarray] = []
+    cut: list[bool] = []
+    feeds: list[float] = []
+    arcs: dict[int, tuple[int, np.ndarray, float]] = {}
+    printed = run(file)
+    near = 5e-3 if "UNITS_INCH" in printed else 5e-5
+    for text in printed.splitlines():
         match = CALL.search(text)
         if match is None:
             continue
@@ -51,143 +67,107 @@ def reference(file: Path) -> tuple[np.ndarray, list[Arc]]:
             scale = 25.4 if "INCH" in arguments else 1.0
         elif name == "SELECT_PLANE":
             plane = arguments[-2:]
+        elif name == "SET_G92_OFFSET":
+            shift = np.array([float(v) for v in arguments.split(",")[:3]]) * scale
+        elif name == "SET_FEED_RATE":
+            feed = float(arguments) * scale
+        elif name == "SET_FEED_MODE":
+            per_turn = arguments.split(",")[1].strip() == "1"
+        elif name == "SET_SPINDLE_SPEED":
+            speed = float(arguments.split(",")[1])
         elif name in ("STRAIGHT_FEED", "STRAIGHT_TRAVERSE"):
-            at = np.array([float(v) for v in arguments.split(",")[:3]]) * scale
-            points.append(at)
+            to = np.array([float(v) for v in arguments.split(",")[:3]]) * scale + shift
+            if ends and np.abs(to - at).max() < near:
+                at = to
+                continue
+            at = to
+            ends.append(at)
+            cut.append(name == "STRAIGHT_FEED")
+            feeds.append(feed * (speed if per_turn else 1.0))
         elif name == "ARC_FEED":
             u, v, cu, cv, turns, w = (float(v) for v in arguments.split(",")[:6])
             first = FIRST_AXIS[plane]
             order = [first, (first + 1) % 3, (first + 2) % 3]
-            center = at.copy()
-            at = np.zeros(3)
-            at[order] = np.array([u, v, w]) * scale
+            center, to = np.zeros(3), np.zeros(3)
+            to[order] = np.array([u, v, w]) * scale
             center[order[:2]] = np.array([cu, cv]) * scale
-            arcs.append((len(points), order[2], center, turns))
-            points.append(at)
-    return np.array(points), arcs
+            at = to + shift
+            arcs[len(ends)] = order[2], center + shift, turns
+            ends.append(at)
+            cut.append(True)
+            feeds.append(feed * (speed if per_turn else 1.0))
+    return Reference(np.array(ends), np.array(cut), np.array(feeds), arcs)
 
 
-def check(path: Toolpath, points: np.ndarray, arcs: list[Arc], digits: float) -> None:
+def check(path: Toolpath, ref: Reference, digits: float) -> None:
     """The poses of the file are the end points; the points between lie on the arcs, in the right order."""
     poses = np.flatnonzero(path.row == np.round(path.row))
-    skipped = len(points) - len(poses)  # LinuxCNC starts at 0, 0, 0; the reader when it knows the position
     ours = path.position * 1e3
-    np.testing.assert_allclose(ours[poses], points[skipped:], rtol=0, atol=digits)
-    for move, normal, center, turns in arcs:
+    still = np.abs(np.diff(ours[poses], axis=0)).max(axis=1, initial=0) < (5e-3 if digits > 1e-3 else 5e-5)
+    poses = poses[np.concatenate([[True], ~(still & (np.diff(poses) == 1))])]
+    skipped = len(ref.ends) - len(poses)  # LinuxCNC starts at 0, 0, 0; the reader when it knows the position
+    assert 0 <= skipped < 4
+    np.testing.assert_allclose(ours[poses], ref.ends[skipped:], rtol=0, atol=digits)
+    np.testing.assert_array_equal(path.kind[poses] == CUT, ref.cut[skipped:])
+    cut = ref.cut[skipped:]
+    feed, expected = path.feed[poses][cut] * 6e4, ref.feed[skipped:][cut]
+    slow = (feed < 2.55) & (expected < 2.55)  # LinuxCNC takes 0.1 a minute as the least of inverse-time feeds
+    np.testing.assert_allclose(feed[~slow], expected[~slow], rtol=2e-3, atol=0.5)
+    for move, (normal, center, turns) in ref.arcs.items():
         a, b = poses[move - skipped - 1], poses[move - skipped]
         plane = [(normal + 1) % 3, (normal + 2) % 3]
         out = ours[a : b + 1][:, plane] - center[plane]
         radius = np.linalg.norm(out, axis=1)
-        assert np.ptp(radius) < 0.02 and radius.max() < radius[0] + 0.02
+        assert np.ptp(radius) < 0.02
         angle = np.unwrap(np.arctan2(out[:, 1], out[:, 0])) * np.sign(turns)
-        assert (np.diff(angle) > -1e-9).all() and angle[-1] - angle[0] < 2 * np.pi + 1e-6
+        assert (np.diff(angle) > -1e-9).all()
+        sweep, whole = angle[-1] - angle[0], 2 * np.pi * (abs(turns) - 1)
+        assert whole - 1e-6 < sweep < whole + 2 * np.pi + 1e-6
+        sagitta = radius[:-1] * (1 - np.cos(np.diff(angle) / 2))
+        assert sagitta.max() < 0.0105  # mm: the chord tolerance, and what rs274 does not print
         rise = ours[a : b + 1, normal]
-        share = (angle - angle[0]) / max(angle[-1] - angle[0], 1e-9)
+        share = (angle - angle[0]) / max(sweep, 1e-9)
         expected = rise[0] + share * (rise[-1] - rise[0])
         np.testing.assert_allclose(rise, expected, rtol=0, atol=2e-3 + 1e-4 * np.ptp(rise))
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "gcode_fusion/1110_wall_265bit.nc",
-        "gcode_fusion/1121_btn8copies_20bit.nc",
-        "gcode_cncjs/tball-pocket.gcode",
-        "gcode_cncjs/tball.gcode",
-    ],
-)
+REAL = [
+    "gcode_fusion/1110_wall_265bit.nc", "gcode_fusion/1121_btn8copies_20bit.nc", "gcode_cncjs/tball-pocket.gcode",
+   
+    "gcode_cncjs/tball.gcode",
+]  # fmt: skip
+ENDED = ["jsdc", "g2-arc", "circle-inch", "arc-xy-plane", "arc-xz-plane", "arc-yz-plane", "arc-ijk"]  # no M2 in these
+#: What rs274 takes and this reader does not, and why: it needs to know units, or compensates the cutter itself.
+REFUSED = {
+    "gcode_cncjs/Circle_Diamond_Square_Calibration.gcode": "",
+    "gcode_cncjs/helical-thread-milling.gcode": "G4[12]",
+    "gcode_cncjs/sample.gcode": "3D printer",
+}
+
+
+@pytest.mark.parametrize("name", REAL)
 def test_real_files_agree(shared: Path, name: str) -> None:
     file = shared / "data/cam" / name
-    points, arcs = reference(file)
-    path = read_toolpath(file)
-    assert int(path.row[-1]) + 1 >= len(points) - 3
-    check(path, points, arcs, 1e-4)
+    check(read_toolpath(file), reference(file), 1e-4)
 
 
-def test_unfinished_real_files_agree_once_they_end(shared: Path, tmp_path: Path) -> None:
-    for name in (
-        "jsdc.gcode",
-        "g2-arc.gcode",
-        "circle-inch.gcode",
-        "arc-xz-plane.gcode",
-        "arc-yz-plane.gcode",
-    ):
-        text = (shared / "data/cam/gcode_cncjs" / name).read_text()
-        head = "" if "G21" in text or "G20" in text else "G21\nG0 X0 Y0 Z0\n"
-        file = tmp_path / f"{name}.nc"
-        file.write_text(f"{head}{text}\nM2\n")
-        check(read_toolpath(file), *reference(file), 1e-4 if "inch" not in name else 2e-3)
+@pytest.mark.parametrize("name", ENDED)
+def test_unfinished_real_files_agree_once_they_end(shared: Path, tmp_path: Path, name: str) -> None:
+    text = (shared / "data/cam/gcode_cncjs" / f"{name}.gcode").read_text()
+    head = "" if "G21" in text or "G20" in text else "G21\nG0 X0 Y0 Z0\n"
+    file = tmp_path / f"{name}.nc"
+    file.write_text(f"{head}{text}\nM2\n")
+    check(read_toolpath(file), reference(file), PRINTED_INCH if "inch" in name else 1e-4)
 
 
-def random_program(seed: int) -> str:
-    """Some hundred blocks of modal words, planes, units, relative moves, arcs of both forms."""
-    rng = random.Random(seed)
-
-    def number(low: float, high: float) -> str:
-        value = f"{rng.uniform(low, high):.4f}"
-        return rng.choice([value, value.rstrip("0"), f"{float(value):+.4f}"])
-
-    def some(letters: str, low: float, high: float) -> str:
-        kept = [c for c in letters if rng.random() < 0.6] or [letters[0]]
-        return " ".join(f"{c}{number(low, high)}" for c in kept)
-
-    lines = [f"G21 G90 G17 G40 (seed {seed})", "G0 X1 Y-2 Z3", "F500"]
-    for _ in range(150):
-        size = 20.0 if lines[-1] else 1.0
-        pick = rng.random()
-        if pick < 0.08:
-            lines.append(rng.choice(["G17", "G18", "G19"]))
-        elif pick < 0.14:
-            lines.append(rng.choice(["G90", "G91"]))
-        elif pick < 0.18:
-            lines.append(rng.choice(["G20 F20", "G21 F500"]))
-        elif pick < 0.4:
-            lines.append(f"{rng.choice(['G0', 'g1', 'G01', 'G1 F99'])} {some('XYZ', -size, size)}")
-        elif pick < 0.5:
-            lines.append(f"N{len(lines)} G{rng.choice([0, 1])}{some('XYZ', -size, size)} ; tail")
-        else:
-            lines.append(arc(rng, lines))
-    return "\n".join(lines) + "\nM2\n"
-
-
-def arc(rng: random.Random, lines: list[str]) -> str:
-    """An arc block for the plane in force; in G90 a full turn, whose end is right wherever it starts."""
-    plane = next((w for line in reversed(lines) for w in ("G17", "G18", "G19") if w in line.upper()), "G17")
-    relative = (
-        next((w for line in reversed(lines) for w in ("G90", "G91") if w in line.upper()), "G90") == "G91"
-    )
-    word = rng.choice(["G2", "G3", "G02", "G03"])
-    (u, i), (v, j), w = {
-        "G17": (("X", "I"), ("Y", "J"), "Z"),
-        "G18": (("Z", "K"), ("X", "I"), "Y"),
-        "G19": (("Y", "J"), ("Z", "K"), "X"),
-    }[plane]
-    if rng.random() < 0.4 or not relative:  # a full circle or a helix turn, right in G90 too
-        rise = f" {w}{rng.uniform(-1, 1):.4f}" if rng.random() < 0.5 else ""
-        return f"{word} {i}{rng.uniform(0.5, 9):.4f} {j}{rng.uniform(-9, 9):.4f}{rise}"
-    radius, a = rng.uniform(1, 20), rng.uniform(0, 2 * np.pi)
-    b = a + rng.uniform(0.2, 6.0) * rng.choice([-1, 1])
-    du, dv = radius * (np.cos(b) - np.cos(a)), radius * (np.sin(b) - np.sin(a))
-    if rng.random() < 0.5:
-        sign = rng.choice(["", "-"])
-        return f"{word} {u}{du:.4f} {v}{dv:.4f} R{sign}{max(radius, np.hypot(du, dv) / 2 + 0.01):.4f}"
-    return f"{word} {u}{du:.5f} {v}{dv:.5f} {i}{-radius * np.cos(a):.5f} {j}{-radius * np.sin(a):.5f}"
-
-
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", range(6))
 def test_random_modal_programs_agree(tmp_path: Path, block: int) -> None:
     agreed = 0
     for seed in range(block * 10, block * 10 + 10):
+        program = RandomProgram(seed)
         file = tmp_path / f"random{seed}.ngc"
-        file.write_text(random_program(seed))
-        try:
-            points, arcs = reference(file)
-        except ReadError as problem:
-            with pytest.raises(ReadError):
-                read_toolpath(file)
-            print(problem)
-            continue
-        # printed with 4 decimals, inch blocks in inches; relative moves add up what is cut off
-        check(read_toolpath(file), points, arcs, 1.5e-3 if "G20" in file.read_text() else 1e-4)
-        agreed += len(points)
-    assert agreed > 500
+        file.write_text(program.text)
+        ref = reference(file)
+        check(read_toolpath(file), ref, PRINTED_INCH if "G20" in program.text.upper() else 1e-4)
+        agreed += len(ref.ends)
+    assert agreed > 1000

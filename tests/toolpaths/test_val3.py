@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import robodk.robomath as robomath
+from scipy.spatial.transform import Rotation
 
 from tests.oracles import val3_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
@@ -51,13 +52,23 @@ def test_what_a_controller_reads(n, tmp_path):
     speed = np.where(program.kind == 1, program.feed, 0.5) * 1e3
     np.testing.assert_allclose([m.mdesc["tmax"] for m in lines], speed, atol=0.51e-5)
     assert {m.target["fatherId"] for m in lines} == {"fWork[0]"}
-    assert {(m.target["shoulder"], m.target["elbow"], m.target["wrist"]) for m in lines} == {("ssame", "esame", "wsame")}
+    configs = {(m.target["shoulder"], m.target["elbow"], m.target["wrist"]) for m in lines}
+    assert configs == {("ssame", "esame", "wsame")}
 
 
 def test_angles_are_robodks(tmp_path):
     """Away from gimbal lock, digit by digit; in lock one angle is 0 by everybody's choice."""
-    program = random_program(2000, 77)
-    lines = written(program, tmp_path).moves[1:]
+    program = random_program(2000, 77, lock=False)
+    g = np.random.default_rng(5)
+    angles = g.uniform(-180, 180, (2000, 3))
+    angles[:, 1] = g.choice([-90.0, 90.0], 2000) + g.choice([0.0, 1e-9, 1e-7, 1e-5, 1e-3], 2000) * g.normal(size=2000)
+    rotation = program.rotation.copy()
+    rotation[::3] = Rotation.from_euler("XYZ", angles[::3], degrees=True).as_matrix()  # the lock of moving axes x, y, z
+    program = changed(program, rotation=rotation)
+    app = written(program, tmp_path)
+    lines = app.moves[1:]
+    read = np.array([val3_reader.pose(app, m.target)[:3, :3] for m in lines])
+    np.testing.assert_allclose(read, program.rotation, atol=3e-7)
     ours = np.array([[m.target[k] for k in ("rx", "ry", "rz")] for m in lines])
     matrices = np.tile(np.eye(4), (2000, 1, 1))
     matrices[:, :3, :3] = program.rotation
@@ -80,7 +91,8 @@ def test_frames_and_start(tmp_path):
     assert list(app.moves[0].target.values()) == [0, -100, 100, 0, 45, 0]
     assert app.moves[0].mdesc["vel"] == 20 and app.moves[2].mdesc["vel"] == 100
     # the points in world, through the father frame
-    np.testing.assert_allclose(val3_reader.in_world(app, app.moves[2].target)[:3, 3], [1489.7564, -215.9404, 846.271], atol=1e-3)
+    first = val3_reader.in_world(app, app.moves[2].target)[:3, 3]
+    np.testing.assert_allclose(first, (WORKOBJECT @ [0, 0, 0.05, 1])[:3] * 1e3, atol=1e-4)
 
 
 def test_speed_and_rounding_hold_where_they_stand(tmp_path):
@@ -99,7 +111,8 @@ def test_tool_change_waits_for_a_key_and_takes_the_other_tool(tmp_path):
     ((at, text),) = app.said
     assert at == 1 + 3 and text == "mount tool 2 (b'/ ]] ), then press a key"
     assert [m.tool["z"] for m in app.moves[1:]] == [250, 250, 250, 300, 300, 300, 300]
-    assert [m.mdesc["blend"] for m in app.moves[1:]] == ["off", "Cartesian", "off", "off", "Cartesian", "Cartesian", "off"]
+    stands = [m.mdesc["blend"] == "off" for m in app.moves[1:]]
+    assert stands == [True, False, True, True, False, False, True]
 
 
 def test_parts_are_programs_of_one_application(tmp_path):
@@ -112,7 +125,10 @@ def test_parts_are_programs_of_one_application(tmp_path):
     assert len(app.programs["big_002"]) == 5000 and len(app.moves) == 10002
 
 
-@pytest.mark.parametrize("stem", ["1110_wall", "a-b", "a" * 16, "start", "Stop", "tool", "größe", "a b", "pMove001", "fWork"])
+NO_NAMES = ["1110_wall", "a-b", "a" * 16, "start", "Stop", "tool", "größe", "a b", "pMove001", "fWork"]
+
+
+@pytest.mark.parametrize("stem", NO_NAMES)
 def test_names(stem, tmp_path):
     with pytest.raises(WriteError, match="is no VAL3 name"):
         write_program(small(), tmp_path / f"{stem}.pgx")

@@ -18,6 +18,7 @@ import numpy as np
 
 from toolpaths.programs.inform_moves import Moves, angles_text, moves, rconf
 from toolpaths.programs.inform_read import read_back as read_back
+from toolpaths.programs.parts import part_findings, parts
 from toolpaths.programs.program import ERROR, WARNING, Finding, Floats, Program
 from toolpaths.programs.text import plain
 from toolpaths.rotation import motoman_from_matrix
@@ -47,8 +48,8 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
             "write CSV for this arm",
         )  # fmt: skip
         return
-    parts = -(-len(program) // MOVES_PER_JOB)
-    limit = _NAME_LIMIT - (len(f"_{parts:03d}") if parts > 1 else 0)
+    count = len(parts(program, MOVES_PER_JOB))
+    limit = _NAME_LIMIT - (len(f"_{count:03d}") if count > 1 else 0)
     if not re.fullmatch(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{limit - 1}}}", path.stem):
         yield Finding(
             ERROR, path.name, f"{path.stem!r} is no INFORM name: letters, digits, _ and -, at most {limit} characters",
@@ -112,12 +113,12 @@ def _branch_findings(program: Program) -> Iterator[Finding]:
 
 def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
     n = len(program)
-    for first in range(0, n, MOVES_PER_JOB):
-        said = _before(program, slice(first, first + MOVES_PER_JOB)).values()
-        lines = min(MOVES_PER_JOB, n - first) + sum(text.count("\n") for text in said) + _said(program).count("\n") + 3
-        if lines > LINES:
+    for block in parts(program, MOVES_PER_JOB):
+        said = "".join(_before(program, block).values())
+        if block.stop - block.start + said.count("\n") + _said(program).count("\n") + 3 > LINES:
             what = f"more than {LINES} lines of moves and comments in a job"
-            yield Finding(ERROR, program.place(first), what, "take comments out")
+            yield Finding(ERROR, program.place(block.start), what, "take comments out")
+    yield from part_findings(program, MOVES_PER_JOB, "give the toolpath a rapid there")
     if n > STEPS:
         yield Finding(
             WARNING, path.name, f"{n} moves: the jobs of a DX200 hold {STEPS} steps together",
@@ -127,19 +128,16 @@ def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
 
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     """One job, or a main one that calls numbered ones."""
-    n, per, stem = len(program), MOVES_PER_JOB, path.stem
-    words = moves(program)
+    stem, words, blocks = path.stem, moves(program), parts(program, MOVES_PER_JOB)
     head = _said(program) + "MOVJ C00000 VJ=10.00 PL=0\n"
-    if n <= per:
-        whole = slice(0, n)
-        body = chain((head,), _moves(program, words, whole, 1))
-        yield path.name, _job(stem, program.name, n + 1, _positions(program, words, whole, 1), body)
+    if len(blocks) == 1:
+        body = chain((head,), _moves(program, words, blocks[0], 1))
+        yield path.name, _job(stem, program.name, len(program) + 1, _positions(program, words, blocks[0], 1), body)
         return
-    names = [f"{stem}_{i:03d}" for i in range(1, -(-n // per) + 1)]
+    names = [f"{stem}_{i:03d}" for i in range(1, len(blocks) + 1)]
     calls = "".join(f"CALL JOB:{name.upper()}\n" for name in names)
     yield path.name, _job(stem, program.name, 1, _positions(program, words, slice(0, 0), 1), iter((head + calls,)))
-    for i, name in enumerate(names):
-        block = slice(i * per, min((i + 1) * per, n))
+    for name, block in zip(names, blocks, strict=True):
         positions, text = _positions(program, words, block, 0), _moves(program, words, block, 0)
         yield name + path.suffix, _job(name, program.name, block.stop - block.start, positions, text)
 

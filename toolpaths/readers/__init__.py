@@ -18,6 +18,7 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g"),
     "apt": (".apt", ".cl", ".cls", ".clsf", ".cldata"),
     "csv": (".csv",),
+    "rapid": (".mod", ".prg"),
 }
 READERS: dict[str, str] = {suffix: name for name, group in SUFFIXES.items() for suffix in group}
 

@@ -55,16 +55,15 @@ class Cycle:
             self.key = key
             self._words.clear()
         self._words.update({k: words[k] for k in ("XYZ"[normal], "R", "Q", "P") if k in words})
-        start = self._level if back else at[normal]
         r, bottom = self._needed("R"), self._needed("XYZ"[normal])
         if relative:
-            r += start
+            r += self._level
             bottom += r
         if r < bottom:
             raise ValueError(f"R lies below the bottom of the hole ({r * 1e3:g} and {bottom * 1e3:g} mm)")
         hole = list(self._hole(r, bottom))
         repeats = self._repeats(words, len(hole) + 4)
-        return self._all(words, at, (start, r), hole, repeats, relative, back)
+        return self._all(words, at, (self._level, r), hole, repeats, relative, back)
 
     def _needed(self, letter: str) -> float:
         if letter not in self._words:
@@ -107,17 +106,19 @@ class Cycle:
         back: bool,
     ) -> Iterator[Step]:
         normal, here = self._normal, list(at)
-        level, r = heights
-        if level < r:
+        initial, r = heights
+        # the level of the way to the hole: as it is where that is above R
+        level = here[normal] if here[normal] > r else initial if back else r
+        if initial < r:
             level = here[normal] = r
             yield RAPID_MARK, (here[0], here[1], here[2])
-        out = CUT_MARK if self.key == 850 else RAPID_MARK
+        clear = max(initial, r) if back else r
+        out = [(CUT_MARK, r)] if self.key == 850 else []
         for _ in range(repeats):
             for k in ((normal + 1) % 3, (normal + 2) % 3):
                 value = words.get("XYZ"[k], 0.0 if relative else here[k])
                 here[k] = here[k] + value if relative else value
-            clear = level if back else r
-            for kind, height in ((RAPID_MARK, level), (RAPID_MARK, r), *hole, (out, clear)):
+            for kind, height in ((RAPID_MARK, level), (RAPID_MARK, r), *hole, *out, (RAPID_MARK, clear)):
                 here[normal] = height
                 yield kind, (here[0], here[1], here[2])
             level = clear

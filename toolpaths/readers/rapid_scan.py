@@ -26,6 +26,7 @@ _REFUSED = {
     "WHILE": "a loop that ends when a condition says so", "TEST": "a choice made while the program runs",
     "GOTO": "a jump", "CONNECT": "an interrupt",
 }  # fmt: skip
+_DEEPEST = 60
 DATA, CALL, LOOP, CHOICE, COMMENT = "data", "call", "loop", "choice", "comment"
 
 
@@ -95,6 +96,7 @@ class Scanner:
         self.text, self.source, self.at = text, source, 0
         self._lines = [m.end() for m in re.finditer(r"\r\n|\n|\r|\f", text)]
         self.module = Source()
+        self._depth = 0
 
     def line(self, at: int) -> int:
         """The line of a place, counted from 1."""
@@ -214,14 +216,16 @@ class Scanner:
 
     def _block(self, kind: str) -> tuple[list[Statement], str]:
         """Statements up to the word that ends the block, and that word; ``at`` is behind it."""
-        begin, out = self.at, []
+        out: list[Statement] = []
         ends = _ENDS[kind]
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            self.refuse(self.at, f"blocks more than {_DEEPEST} deep")
         while (word := self._word(out)) not in ends:
             if word in ("ENDMODULE", "ENDPROC", "ENDIF", "ENDFOR", "PROC", "ELSE", "ELSEIF", "MODULE"):
                 self.refuse(self.at, f"{word}, but {ends[-1] if kind != 'PROC' else ends[0]} is missing before it")
             out.append(self._statement(word))
-        if self.at <= begin and not out:
-            self.at = begin
+        self._depth -= 1
         self.at += len(word)
         return out, word
 

@@ -65,9 +65,9 @@ class RobotMoves:
 
     @property
     def main_frame(self) -> int:
-        """The frame that the toolpath is given in: that of the first cutting move."""
-        cut = np.flatnonzero(self.mark["kind"] == CUT)
-        return int(self.mark["frame"][cut[0] if len(cut) else 0])
+        """The frame that the toolpath is given in: that of most cutting moves, of equals the first."""
+        cut = self.mark["kind"] == CUT
+        return int(np.argmax(np.bincount(self.mark["frame"][cut if cut.any() else slice(None)])))
 
     def from_main(self) -> list[tuple[Floats, Floats]]:
         """Per frame: rotation (3, 3) and origin (3,) of the main frame in it."""

@@ -1,0 +1,215 @@
+"""KRL text as subprograms and declarations, each with its place in the text."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+from toolpaths.errors import ReadError
+
+_LINE = re.compile(r"[^\r\n\f\x1a]+")
+_CODE = re.compile(r'(?:[^;"]++|"[^"]*+"|"[^"]*+$)*+')
+_DEF = re.compile(r"(?:GLOBAL\s+)?DEF\s+([A-Za-z_$][\w$]*)\s*\(([^)]*)\)\s*$", re.I)
+_DEFFCT = re.compile(r"(?:GLOBAL\s+)?DEFFCT\s", re.I)
+_DECLARED = re.compile(
+    r"(?:(?:DECL|GLOBAL|CONST)\s+)*([A-Za-z_]\w*)\s+([A-Za-z_$][\w$]*)\s*(\[[^\]]*\])?\s*(?:=\s*(?=\S)|$)", re.I
+)
+_DECL = re.compile(r"(?:DECL|INT|REAL|BOOL|CHAR|FRAME|POS|E6POS|AXIS|E6AXIS|GLOBAL\s+DECL)\s", re.I)
+_IF = re.compile(r"IF\s+(.*\S)\s+THEN\s*$|IF\s*(\(.*\))\s*THEN\s*$", re.I)
+_FOR = re.compile(r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s*$", re.I)
+_WORD = re.compile(r"[A-Za-z_$&#]+\w*")
+_REFUSED = {
+    "WHILE": "a loop that ends when a condition says so", "REPEAT": "a loop that ends when a condition says so",
+    "LOOP": "a loop without end", "SWITCH": "a choice made while the program runs", "GOTO": "a jump",
+    "SPLINE": "a spline block",
+}  # fmt: skip
+_DEEPEST = 60
+PLAIN, LOOP, CHOICE, COMMENT = "plain", "loop", "choice", "comment"
+
+
+@dataclass(slots=True)
+class Statement:
+    """A line, or a block with more inside.
+
+    Attributes:
+        kind: PLAIN, LOOP, CHOICE or COMMENT.
+        start, end: place of the line's code in the text, without blanks and comment.
+        body: inside of a loop; branches of a choice.
+        terms: of a loop: variable, from, to, step; of branches: the condition.
+    """
+
+    kind: str
+    start: int
+    end: int
+    body: list[Statement] = field(default_factory=list)
+    terms: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Declaration:
+    """A declared name: type in upper case, and the place of its value, (-1, -1) where it has none."""
+
+    type: str
+    name: str
+    start: int
+    end: int
+    value: tuple[int, int]
+
+
+class Scanner:
+    """Scans a .src with the text of its .dat behind it.
+
+    Args:
+        text: of the .src, one character a byte.
+        source: its name, as the user gave it.
+        values: text of the .dat.
+        beside: name of the .dat.
+    """
+
+    def __init__(self, text: str, source: str, values: str = "", beside: str = "") -> None:
+        self.border = len(text)
+        self.text, self.source, self.beside = text + "\n" + values, source, beside
+        self._lines = [m.end() for m in re.finditer(r"\r\n|\n|\r|\f", self.text)]
+        self.declared: dict[str, Declaration] = {}
+        self.routines: dict[str, list[Statement]] = {}
+        self.first = ""
+        self.header_end = 0
+        self._depth = 0
+        self._codes = self._code(3 if text.startswith("\xef\xbb\xbf") else 0, self.border)
+        self._at = 0
+
+    def line(self, at: int) -> int:
+        """The line of a place in its file, counted from 1."""
+        n = bisect_right(self._lines, at) + 1
+        return n - bisect_right(self._lines, self.border) if at > self.border else n
+
+    def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
+        """Raise ReadError for a place in the text."""
+        raise ReadError(self.beside if at > self.border else self.source, self.line(at), problem, remedy)
+
+    def _code(self, first: int, last: int) -> list[tuple[int, int, bool]]:
+        """Start and end of the code of every line that has some, and of comments (True)."""
+        out = []
+        for found in _LINE.finditer(self.text, first, last):
+            whole, start = found[0], found.start()
+            code = whole
+            if ";" in whole and (match := _CODE.match(whole)):
+                code = match[0]
+            if bare := code.strip():
+                at = start + len(code) - len(code.lstrip())
+                out.append((at, at + len(bare), False))
+            elif len(code) < len(whole):
+                out.append((start + len(code), found.end(), True))
+        return out
+
+    def scan(self) -> None:
+        """Find subprograms and declarations.
+
+        Raises:
+            ReadError: no DEF, or a file that is cut off.
+        """
+        for start, end, comment in self._code(self.border + 1, len(self.text)):
+            if not comment and (match := _DECLARED.match(self.text, start, end)):
+                self._declare(match, end)
+        while self._at < len(self._codes):
+            start, end, comment = self._codes[self._at]
+            text = self.text[start:end]
+            self._at += 1
+            if comment or text.startswith("&"):
+                continue
+            if match := _DEF.match(text):
+                self._subprogram(match, start, end)
+            elif _DEFFCT.match(text):
+                while self._at < len(self._codes) and self._upper(self._at) != "ENDFCT":
+                    self._at += 1
+                self._at += 1
+            elif text.upper().startswith("EXT"):
+                continue
+            else:
+                remedy = "Give the .src of one program."
+                self.refuse(start, f"{text[:40]!r}: a KRL program begins with DEF and ends with END", remedy)
+        if not self.first:
+            raise ReadError(self.source, None, "no DEF: not a KRL program", "Give the .src of one program.")
+
+    def _upper(self, index: int) -> str:
+        start, end, comment = self._codes[index]
+        return "" if comment else self.text[start:end].upper()
+
+    def _declare(self, match: re.Match[str], end: int) -> None:
+        name = match[2].upper()
+        value = (match.end(), end) if "=" in match[0] else (-1, -1)
+        if name in self.declared:
+            first = self.line(self.declared[name].start)
+            self.refuse(match.start(), f"{match[2]} is declared twice, first in line {first}", "Keep one of them.")
+        self.declared[name] = Declaration(match[1].upper(), match[2], match.start(), end, value)
+
+    def _subprogram(self, match: re.Match[str], start: int, end: int) -> None:
+        name = match[1].upper()
+        if name in self.routines:
+            self.refuse(start, f"DEF {match[1]} stands twice", "Two programs in one file: give one of them.")
+        body, word = self._block(("END",), start, "END")
+        if not self.first:
+            self.first, self.header_end = name, end
+        self.routines[name] = body
+        if match[2].strip():
+            self.routines[name] = []
+
+    def _block(self, ends: tuple[str, ...], begin: int, last: str) -> tuple[list[Statement], str]:
+        """Statements up to the line that ends the block, and that line in upper case."""
+        out: list[Statement] = []
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            self.refuse(begin, f"blocks more than {_DEEPEST} deep")
+        while self._at < len(self._codes):
+            start, end, comment = self._codes[self._at]
+            self._at += 1
+            if comment:
+                out.append(Statement(COMMENT, start, end))
+                continue
+            text = self.text[start:end]
+            word = text.upper()
+            if word in ends:
+                self._depth -= 1
+                return out, word
+            if word in ("END", "ENDFCT", "ELSE", "ENDIF", "ENDFOR") or _DEF.match(text):
+                self.refuse(start, f"{text[:30]}, but {last} is missing before it", "The file may be cut off.")
+            out.append(self._statement(start, end, text))
+        self.refuse(begin, f"the file is cut off: {last} is missing", "Give the whole file.")
+
+    def _statement(self, start: int, end: int, text: str) -> Statement:
+        word = _WORD.match(text)
+        first = word[0].upper() if word else ""
+        if first in _REFUSED:
+            why = f"{first}: {_REFUSED[first]}: not known before it runs"
+            self.refuse(start, why, "Write the moves one by one.")
+        if first == "FOR":
+            return self._loop(start, text)
+        if first == "IF":
+            return self._choice(start, text)
+        if _DECL.match(text) and (match := _DECLARED.match(self.text, start, end)):
+            if match[2].upper() in self.declared and "=" not in match[0]:
+                return Statement(COMMENT, start, start)
+            self._declare(match, end)
+            return Statement(COMMENT, start, start)
+        return Statement(PLAIN, start, end)
+
+    def _loop(self, start: int, text: str) -> Statement:
+        match = _FOR.match(text)
+        if not match:
+            self.refuse(start, "FOR needs a variable, = , TO")
+        body, _ = self._block(("ENDFOR",), start, "ENDFOR")
+        return Statement(LOOP, start, start, body, (match[1].upper(), match[2], match[3], match[4] or ""))
+
+    def _choice(self, start: int, text: str) -> Statement:
+        match = _IF.match(text)
+        if not match:
+            self.refuse(start, "IF without THEN at the end of the line")
+        out = Statement(CHOICE, start, start)
+        body, end = self._block(("ELSE", "ENDIF"), start, "ENDIF")
+        out.body.append(Statement(CHOICE, start, start, body, (match[1] or match[2],)))
+        if end == "ELSE":
+            body, _ = self._block(("ENDIF",), start, "ENDIF")
+            out.body.append(Statement(CHOICE, start, start, body, ("TRUE",)))
+        return out

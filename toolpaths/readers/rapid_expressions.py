@@ -1,0 +1,272 @@
+"""Expressions of RAPID, worked out where they consist of constants."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable
+from typing import Protocol
+
+from toolpaths.readers.rapid_values import FUNCTIONS, RECORDS, Runtime, Value, fits
+
+_TOKEN = re.compile(
+    r'(?P<space>[\s\x1a]++|![^\n\r]*+)|(?P<number>(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)'
+    r'|(?P<name>[A-Za-z_]\w*+)|(?P<string>"(?:[^"\n\r]|"")*+")|(?P<mark>:=|<=|>=|<>|[-+*/=<>,()\[\]{}.\\])'
+)
+_DEEPEST = 40
+_COMPARE: dict[str, Callable[[Value, Value], bool]] = {
+    "=": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge,
+}  # fmt: skip
+
+
+class ExpressionError(Exception):
+    """What stands there is no expression that can be worked out."""
+
+
+class Scope(Protocol):
+    """Where names are looked up."""
+
+    def look_up(self, name: str) -> tuple[str, Value]:
+        """Type and value of a name; ExpressionError where it is not declared."""
+        ...
+
+
+class Expression:
+    """A piece of text, worked out from left to right.
+
+    Args:
+        text: the piece.
+        scope: what its names mean.
+    """
+
+    def __init__(self, text: str, scope: Scope) -> None:
+        self.scope, self.at, self._depth = scope, 0, 0
+        self.tokens: list[tuple[str, str]] = []
+        at = 0
+        while at < len(text):
+            match = _TOKEN.match(text, at)
+            if not match:
+                raise ExpressionError(f"{text[at : at + 20]!r} cannot be read")
+            if match.lastgroup != "space":
+                self.tokens.append((str(match.lastgroup), match[0]))
+            at = match.end()
+
+    def whole(self) -> Value:
+        """The value of the whole piece."""
+        value = self.value()
+        if self.at < len(self.tokens):
+            raise ExpressionError(f"{self.peek()!r} is not expected here")
+        return value
+
+    def peek(self) -> str:
+        """The next token, upper case; empty at the end."""
+        return self.tokens[self.at][1].upper() if self.at < len(self.tokens) else ""
+
+    def take(self, expected: str = "") -> str:
+        """The next token as written."""
+        if self.at >= len(self.tokens) or (expected and self.peek() != expected):
+            found = repr(self.tokens[self.at][1]) if self.at < len(self.tokens) else "the end"
+            raise ExpressionError(f"{expected or 'a value'!r} expected, found {found}")
+        self.at += 1
+        return self.tokens[self.at - 1][1]
+
+    def value(self) -> Value:
+        """OR, XOR, AND, NOT, comparison, sum."""
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise ExpressionError(f"brackets more than {_DEEPEST} deep")
+        left = self._all()
+        while self.peek() in ("OR", "XOR"):
+            word = self.take().upper()
+            left = _logic(word, left, self._all())
+        self._depth -= 1
+        return left
+
+    def _all(self) -> Value:
+        left = self._not()
+        while self.peek() == "AND":
+            self.take()
+            left = _logic("AND", left, self._not())
+        return left
+
+    def _not(self) -> Value:
+        if self.peek() != "NOT":
+            return self._comparison()
+        self.take()
+        value = self._comparison()
+        return value if isinstance(value, Runtime) else not _truth(value)
+
+    def _comparison(self) -> Value:
+        left = self._sum()
+        if self.peek() not in _COMPARE:
+            return left
+        compare, right = _COMPARE[self.take()], self._sum()
+        if unknown := _runtime(left, right):
+            return unknown
+        try:
+            return compare(left, right)
+        except TypeError:
+            raise ExpressionError("values of different types are compared") from None
+
+    def _sum(self) -> Value:
+        left = self._product()
+        while self.peek() in ("+", "-"):
+            sign = self.take()
+            left = _added(left, self._product(), 1.0 if sign == "+" else -1.0)
+        return left
+
+    def _product(self) -> Value:
+        left = self._signed()
+        while self.peek() in ("*", "/", "DIV", "MOD"):
+            word = self.take().upper()
+            left = _product(word, left, self._signed())
+        return left
+
+    def _signed(self) -> Value:
+        sign = 1.0
+        while self.peek() in ("+", "-"):
+            sign = -sign if self.take() == "-" else sign
+        value = self._primary()
+        return value if sign > 0 else _product("*", -1.0, value)
+
+    def _primary(self) -> Value:
+        if self.at >= len(self.tokens):
+            raise ExpressionError("a value is missing")
+        kind, word = self.tokens[self.at]
+        if kind == "number":
+            self.at += 1
+            return float(word)
+        if kind == "string":
+            self.at += 1
+            return word[1:-1]
+        if kind == "name":
+            return self._named()
+        close = {"[": "]", "(": ")"}.get(word)
+        if close is None:
+            raise ExpressionError(f"{word!r} where a value is expected")
+        self.at += 1
+        values = [self.value()]
+        while close == "]" and self.peek() == ",":
+            self.at += 1
+            values.append(self.value())
+        self.take(close)
+        return values if close == "]" else values[0]
+
+    def _named(self) -> Value:
+        name = self.take()
+        if name.upper() in ("TRUE", "FALSE"):
+            return name.upper() == "TRUE"
+        if self.peek() == "(":
+            return self._call(name)
+        kind, value = self.scope.look_up(name)
+        while self.peek() in (".", "{"):
+            kind, value = self._part(kind, value, name)
+        return value
+
+    def _part(self, kind: str, value: Value, name: str) -> tuple[str, Value]:
+        if self.take() == "{":
+            indices = [self.value()]
+            while self.peek() == ",":
+                self.take()
+                indices.append(self.value())
+            self.take("}")
+            for index in indices:
+                value = item(value, index, name)
+            return kind, value
+        part = self.take().lower()
+        place, inner = component(kind, part)
+        return inner, value if isinstance(value, Runtime) else value[place]
+
+    def _call(self, name: str) -> Value:
+        self.take("(")
+        values: list[Value] = []
+        options: dict[str, Value] = {}
+        while self.peek() != ")":
+            if self.peek() == ",":
+                self.take()
+            if self.peek() == "\\":
+                self.take()
+                option = self.take().lower()
+                options[option] = self.value() if self.peek() == ":=" and self.take() else True
+            elif self.peek() not in (")", ","):
+                values.append(self.value())
+        self.take(")")
+        return _called(name, values, options)
+
+
+def item(value: Value, index: Value, name: str) -> Value:
+    """An element of an array, counted from 1."""
+    if unknown := _runtime(value, index):
+        return unknown
+    if not isinstance(value, list) or not isinstance(index, float) or not 1 <= index <= len(value) or index % 1:
+        raise ExpressionError(f"{name} has no element {index}")
+    return value[int(index) - 1]
+
+
+def component(kind: str, part: str) -> tuple[int, str]:
+    """Place and type of a component of a record type."""
+    for place, (name, inner) in enumerate(RECORDS.get(kind, ())):
+        if name == part:
+            return place, inner
+    raise ExpressionError(f"{kind} has no component {part}")
+
+
+def _called(name: str, values: list[Value], options: dict[str, Value]) -> Value:
+    if name.lower() not in FUNCTIONS:
+        return Runtime(f"{name}(...)")
+    if unknown := _runtime(*values, *options.values()):
+        return unknown
+    function, kinds = FUNCTIONS[name.lower()]
+    for k, value in enumerate(values):
+        if not fits(kinds[k] if k < len(kinds) else "num", value):
+            raise ExpressionError(f"{name}: argument {k + 1} is not of the right type")
+    try:
+        return function(*values, **options)
+    except (TypeError, ValueError, ArithmeticError) as e:
+        raise ExpressionError(f"{name}: {e}") from None
+
+
+def _runtime(*values: Value) -> Runtime | None:
+    return next((v for v in values if isinstance(v, Runtime)), None)
+
+
+def _truth(value: Value) -> bool:
+    if not isinstance(value, bool):
+        raise ExpressionError("TRUE or FALSE expected")
+    return value
+
+
+def _logic(word: str, left: Value, right: Value) -> Value:
+    if unknown := _runtime(left, right):
+        return unknown
+    a, b = _truth(left), _truth(right)
+    return (a and b) if word == "AND" else (a or b) if word == "OR" else a != b
+
+
+def _added(left: Value, right: Value, sign: float) -> Value:
+    if unknown := _runtime(left, right):
+        return unknown
+    if isinstance(left, float) and isinstance(right, float):
+        return left + sign * right
+    if isinstance(left, str) and isinstance(right, str) and sign > 0:
+        return left + right if len(left) + len(right) <= 1000 else Runtime("a long text")
+    if fits("pos", left) and fits("pos", right):
+        return [a + sign * b for a, b in zip(left, right, strict=True)]
+    raise ExpressionError("+ or - between values that cannot be added")
+
+
+def _product(word: str, left: Value, right: Value) -> Value:
+    if unknown := _runtime(left, right):
+        return unknown
+    if fits("pos", left):
+        left, right = right, left
+    if fits("pos", right) and isinstance(left, float) and word == "*":
+        return [left * v for v in right]
+    if not isinstance(left, float) or not isinstance(right, float):
+        raise ExpressionError(f"{word} between values that are no numbers")
+    try:
+        if word == "*":
+            return left * right
+        return left / right if word == "/" else left // right if word == "DIV" else left % right
+    except (ZeroDivisionError, OverflowError):
+        raise ExpressionError("division by zero") from None
