@@ -1,7 +1,7 @@
 # make demo   set up and run the main job on the example
 # make test   set up and run everything that guards main
 # make bench  ratios of speed (docs/performance.md)
-# make effects-report  diagnosis of every effect on three arms (docs/effects-report.md; an hour on two cores)
+# make effects-report  diagnosis of every effect on three arms (docs/effects-report.md; over an hour on two cores)
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin

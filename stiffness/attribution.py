@@ -1,9 +1,9 @@
 """Attribution: where a residual sits and what it follows, without the catalogue.
 
-Every joint may turn, and every place may move, by any blend of simple features of a reading: constant, its load, its
-angles, the way it was approached, the order of loads, time, temperature, further columns. How much of the residual of
-set-ups left out a place explains that way is its share; how much one column explains, wherever it acts, is the column's.
-Noise explains nothing that it has not seen, so a column of noise has no share.
+Every joint may turn, and every place may move, by any blend of simple features of a reading: constant, load, angles,
+the way it was approached, the order of loads, time, temperature, further columns. How much of the residual of
+set-ups left out a place explains that way is its share; how much one column explains, wherever it acts, is the
+column's. Noise explains nothing that it has not seen, so a column of noise has no share.
 """
 
 from __future__ import annotations
@@ -143,7 +143,8 @@ def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) 
 
 def _without_columns(f: Features) -> Features:
     keep = [i for i, c in enumerate(f.column) if not c or c[0] == "a" or c == "state"]
-    return Features(f.values[:, keep], *(tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint)))  # type: ignore[arg-type]
+    return Features(f.values[:, keep], *(tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint)))  # type:
+    ignore[arg-type]
 
 
 def _ledger(

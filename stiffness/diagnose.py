@@ -51,8 +51,8 @@ def diagnose(sessions: Sequence[Session], model: ComplianceModel, say: Say = lam
     for s in sessions:
         if s.gravity != model.gravity:
             raise StiffnessError(
-                f"{s.source}: gravity = {s.gravity!r}, but the model {model.source} was made with {model.gravity!r}: what "
-                "its stiffness carries is not the same"
+                f"{s.source}: gravity = {s.gravity!r}, but the model {model.source} was made with {model.gravity!r}: "
+                "what its stiffness carries is not the same"
             )
     notes = []
     believed = []
@@ -109,8 +109,8 @@ class _Case:
             if doubtful is None:
                 break
             self.notes.append(
-                f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear structure in "
-                "the same place: not added"
+                f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
+                "structure in the same place: not added"
             )
             additions = [a for a in additions if a is not doubtful]
             fit = search.bench.fit(additions, fit)
@@ -139,8 +139,8 @@ class _Case:
         ):
             return True, points
         self.notes.append(
-            f"the residual is {misfit:.2f} times the noise, but readings of one state do not agree on it and it follows "
-            "nothing that was looked at: the instruments scatter more than their data sheet says"
+            f"the residual is {misfit:.2f} times the noise, but readings of one state do not agree on it and it "
+            "follows nothing that was looked at: the instruments scatter more than their data sheet says"
         )
         return False, points
 

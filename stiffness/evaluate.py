@@ -37,8 +37,8 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
 
     Args:
         register: states per block, evenly by position in the file, that estimate what belongs to the set-up (tracker
-            pose, roughly known reflectors, tracker drift where the model has one); all others are scored. Default 25 where the session is not
-            registered, else 0.
+            pose, roughly known reflectors, tracker drift where the model has one); all others are scored. Default 25
+            where the session is not registered, else 0.
 
     Raises:
         StiffnessError: the tracker's pose is unknown and nothing may estimate it.

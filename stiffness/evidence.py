@@ -114,7 +114,8 @@ class Evidence:
         for pull, rows in self.pulls.items():
             some = np.flatnonzero(rows[first])
             at = first[some]
-            out = self.reader.rest(pull, p, *(a[at] for a in given), self._x[at])
+            loads = q[at], wrench[at], point[at]
+            out = self.reader.rest(pull, p, *loads, state[at], payload[at], warm[at], self._x[at])
             x[some], torque[some] = out.x, out.torque
             found = (out.by_parameter, out.by_wrench, out.by_state, out.by_angle)
             for whole, part in zip(slopes, found, strict=True):
@@ -147,8 +148,8 @@ class Evidence:
             by_w[rows], by_state[rows] = out.by_wrench, out.by_state
             by_p[rows[:, None, None], np.arange(3)[:, None], tables.core] = out.by_parameter
             if len(tables.own):
-                shares = tables.slopes(s.q[rows], p)
-                by_p[rows[:, None, None], np.arange(3)[:, None], tables.own] = out.by_angle[:, :, tables.joint] * shares[:, None]
+                shares = out.by_angle[:, :, tables.joint] * tables.slopes(s.q[rows], p)[:, None]
+                by_p[rows[:, None, None], np.arange(3)[:, None], tables.own] = shares
         return base, by_p, by_w, by_state, link
 
     def _add_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> None:

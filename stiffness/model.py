@@ -111,8 +111,8 @@ def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
     unknown = [e for e in effects if e not in BY_NAME]
     if unknown:
         raise ModelError(
-            f"{name}: unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}; an effect of another package "
-            "needs that package installed beside this program (entry point compensator.effects)"
+            f"{name}: unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}; an effect of another "
+            "package needs that package installed beside this program (entry point compensator.effects)"
         )
     if "joint-stiffness" not in effects:
         raise ModelError(f"{name}: [effects.joint-stiffness] is missing: it is the base model of every other effect")

@@ -51,10 +51,10 @@ class Rest:
 
     Attributes:
         q: (N, n) rad.
-        x: (N, m) elastic coordinates, the start of the next call; behind them those of the sag that the controller knows.
+        x: (N, m) elastic coordinates, the start of the next call; behind them those of the sag that a controller knows.
         torque: (N, n) N*m.
-        by_parameter, by_wrench, by_state, by_angle: (N, m, P), (N, m, 6), (N, m, s), (N, m, n) slopes of ``x``; P without
-            the tables of laws of the angle alone, which act by way of ``by_angle``.
+        by_parameter, by_wrench, by_state, by_angle: (N, m, P), (N, m, 6), (N, m, s), (N, m, n) slopes of ``x``; P
+            without the tables of laws of the angle alone, which act by way of ``by_angle``.
     """
 
     q: Floats
@@ -165,7 +165,8 @@ class Reader:
         given = [ca.SX.sym(name, m) for name, m in (("q", s.robot.n), ("payload", 1), ("warm", 1), ("p", len(core)))]
         values = self.unknowns.values(self.tables.whole(given[3]), self.fixed)
         at = s.posture(given[0], ca.SX.zeros(s.n_x))
-        _, torque = s.law(at, given[0], self.weights(values, given[1]), (), None, values, given[2], ca.SX.zeros(s.robot.n))
+        none, weights = ca.SX.zeros(s.robot.n), self.weights(values, given[1])
+        _, torque = s.law(at, given[0], weights, (), None, values, given[2], none)
         (out,) = Kernel(ca.Function("resting", given, [ca.densify(torque)])).run(q, payload, warm, p[core])
         return out
 
@@ -180,7 +181,7 @@ class Reader:
             position = position - sag + rigid
             slopes[0] = slopes[0] - by_sag @ rest.by_parameter[:, m:]
             slopes[3] = slopes[3] - by_sag @ rest.by_angle[:, m:]
-        return Read(position, *slopes, rotation)
+        return Read(position, slopes[0], slopes[1], slopes[2], slopes[3], rotation)
 
     def _placed(self, q: Floats, x: Floats, link: int, reflector: Floats) -> tuple[Floats, Floats, Floats]:
         """Position (N, 3), its slopes (N, 3, n_x), and the rotation (N, 3, 3) of the link."""

@@ -1,4 +1,4 @@
-"""The table of docs/closed-loop.md: `python -m tests.closed_loop --out docs/closed-loop.md`, some ten minutes an arm."""
+"""The tables of docs/closed-loop.md: `python -m tests.closed_loop --out docs/closed-loop.md`, ten minutes an arm."""
 
 from __future__ import annotations
 
@@ -114,7 +114,8 @@ def main() -> None:
     parser.add_argument("--size", type=float, default=5.0, help="of the ailment, in noise floors")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    kept = [json.loads(line) for line in given.rows.read_text().splitlines()] if given.rows and given.rows.exists() else []
+    lines = given.rows.read_text().splitlines() if given.rows and given.rows.exists() else []
+    kept = [json.loads(line) for line in lines]
     done = {(r["arm"], r["scenario"], r["size"], r["seed"]): r for r in kept}
     rows = []
     for arm in given.arm or PLACES:

@@ -2,8 +2,8 @@
 
     acting = (1 + s) R(e) shown - b
 
-in the sensor's own axes: those that the session writes its wrench in, or those of the tool (``in_tool_axes`` = 1) where the
-session turned them. R(e) = 1 + [e]x turns force and moment alike.
+in the sensor's own axes: those that the session writes its wrench in, or those of the tool (``in_tool_axes`` = 1) where
+the session turned them. R(e) = 1 + [e]x turns force and moment alike.
 """
 
 from __future__ import annotations

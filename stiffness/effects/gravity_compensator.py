@@ -2,9 +2,9 @@
 
     tau_2 = -M sin(phi) (1 - l / sqrt(1 - e cos(phi)))        phi = q_2 - q_0
 
-the torque of a linear spring between two pins at the distances a and b from the axis of joint 2: M = k a b, l its free
-length over sqrt(a^2 + b^2), e = 2 a b / (a^2 + b^2), and q_0 the angle where both pins lie on one side. l = 0 is a spring
-whose force grows from zero with its length, and e is then of no account.
+the torque of a linear spring between two pins at the distances a and b from the axis of joint 2: M = k a b, l its
+free length over sqrt(a^2 + b^2), e = 2 a b / (a^2 + b^2), and q_0 the angle where both pins lie on one side. l = 0 is
+a spring whose force grows from zero with its length, and e is then of no account.
 """
 
 from __future__ import annotations

@@ -2,9 +2,10 @@
 
     dq_j = sum_k a_jk hat((q_j - q_k) / h)        hat(x) = max(0, 1 - |x|),  q_k every 3 deg of the whole turn
 
-a table with straight lines between its knots. What it is made of (transmission error of the gear, eccentricity or scale of
-an encoder) the table does not say. Found in laser-tracker data of a real UR10 (docs/real-ur10.md): 0.4 mrad RMS per joint, with waves
-of 15 to 25 deg, alike in July and November. Where nothing was measured a knot is zero: there the effect says nothing.
+a table with straight lines between its knots. What it is made of (transmission error of the gear, eccentricity or
+scale of an encoder) the table does not say. Found in laser-tracker data of a real UR10 (docs/real-ur10.md): 0.4 mrad
+RMS per joint, with waves of 15 to 25 deg, alike in July and November. Where nothing was measured a knot is zero:
+there the effect says nothing.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
 
 f is the friction torque on the link: it takes up the share b of every change of load until it slips at T (a stop
 operator: Visintin, Differential Models of Hysteresis, 1994; b = 1 sticks without yielding, less is a spring with a
-slider beside that of the joint). Loading and unloading differ by up to 2 T/K at the same command. A commanded move leaves
-the link behind the motor, f = -lag T in the direction of the move, within a travel of REVERSAL.
+slider beside that of the joint). Loading and unloading differ by up to 2 T/K at the same command. A commanded move
+leaves the link behind the motor, f = -lag T in the direction of the move, within a travel of REVERSAL.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     dq = a tanh(tau / T) + b tanh(tau / 4T)        (on top of joint-stiffness)
 
-a (rad) is the wind-up that is used up once the torque is well above T (N*m), b what more is used up above 4 T; the slope at
-zero torque is 1/K + a/T + b/4T and falls to 1/K: the smooth form of the reducer makers' three pieces K1 < K2 < K3 with
-breaks T1, T2 (Harmonic Drive, engineering data CHA, p. 83). Odd in torque, no memory.
+a (rad) is the wind-up that is used up once the torque is well above T (N*m), b what more is used up above 4 T; the
+slope at zero torque is 1/K + a/T + b/4T and falls to 1/K: the smooth form of the reducer makers' three pieces K1 < K2
+< K3 with breaks T1, T2 (Harmonic Drive, engineering data CHA, p. 83). Odd in torque, no memory.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     phi = diag(a) (m - c x f)        d = c x phi        c = inner + s (outer - inner)
 
-in the axes of the link's frame: m - c x f is the moment about the hinge c, at the share s of the way from the link's joint
-to the next one. A cantilever under an end force has its lumped hinge at s = 1/3, under an end moment at 1/2 (beam
-tables: F L^2 / 2EI and F L^3 / 3EI, M L / EI and M L^2 / 2EI). The last link is the place of tool-compliance.
+in the axes of the link's frame: m - c x f is the moment about the hinge c, at the share s of the way from the link's
+joint to the next one. A cantilever under an end force has its lumped hinge at s = 1/3, under an end moment at 1/2
+(beam tables: F L^2 / 2EI and F L^3 / 3EI, M L / EI and M L^2 / 2EI). The last link is the place of tool-compliance.
 """
 
 from __future__ import annotations

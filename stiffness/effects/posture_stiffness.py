@@ -3,8 +3,8 @@
     dq = (a (1 - cos(q - q0)) / 2 + c cos(2 q) + s sin(2 q)) tau/K          (on top of joint-stiffness)
 
 the first harmonic of the joint's angle: K is the stiffness at q0, where the joint is stiffest; half a turn away its
-compliance is larger by the share a. c and s are the second harmonic. What was identified in several postures is interpolated over the workspace
-(Berntsen, Bertheussen, Tyapin, section 6).
+compliance is larger by the share a. c and s are the second harmonic. What was identified in several postures is
+interpolated over the workspace (Berntsen, Bertheussen, Tyapin, section 6).
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 
     shown = x + g(t) (v + w x x)        g(t) = T (1 - exp(-t / T)), t for a long T
 
-v and w in the axes of the tracker (of the base where the session is registered). A tracker that warms up drifts by tenths of a
-millimetre in about two hours (Leica AT960; anchors.md, 6). It moves fixed targets as well, which no arm does.
+v and w in the axes of the tracker (of the base where the session is registered). A tracker that warms up drifts by
+tenths of a millimetre in about two hours (Leica AT960; anchors.md, 6). It moves fixed targets as well, which no arm
+does.
 """
 
 from __future__ import annotations

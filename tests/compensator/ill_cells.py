@@ -109,7 +109,7 @@ class Ill:
         poses: int = POSES,
         setups: int | None = None,
     ) -> Ill:
-        """Sessions of the healthy and of the ill cell, written into `folder`; setups: the first of the ill cell's only."""
+        """Sessions of the healthy and the ill cell, written into `folder`; setups: the first of the ill cell's only."""
         case = write(SCENARIOS[scenario], folder, seed, arm, size=size, sessions=("A_healthy", "D"))
         if setups is not None:
             _first(case.paths["D"].with_name("samples.csv"), setups)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import os
+import pickle
 import sys
 import tempfile
 import time
@@ -19,12 +20,12 @@ from tests.plant.cells import SCENARIOS
 
 SIZES = (3.0, 1.5, 6.0)
 QUICK = (  # one of every kind, for CI
+    ("ur10", "unknown brake"),  # takes longest
     ("ur10", "clean"),
     ("ur10", "backlash joint-1"),
     ("kuka-kr210-r2700", "base-compliance"),
     ("ur10", "tracker-drift"),
     ("ur10", "preload-softening joint-3 + payload"),
-    ("ur10", "unknown brake"),
 )
 
 
@@ -33,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     asked = _parser().parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         tasks = _tasks(asked, Path(asked.keep or folder))
-        rows = _run(tasks, asked.processes)
+        rows = _run(tasks, asked.processes, Path(asked.rows) if asked.rows else None)
     text = markdown(rows)
     if asked.out:
         Path(asked.out).write_text(text, encoding="utf-8")
@@ -51,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--keep", help="folder that keeps sessions and reads those that are there")
+    parser.add_argument("--rows", help="file that rows are added to; those that are there are not run again")
     parser.add_argument("--out", help="file to write; default: print")
     return parser
 
@@ -69,19 +71,35 @@ def _tasks(asked: argparse.Namespace, keep: Path) -> list[Task]:
     return out
 
 
-def _run(tasks: list[Task], processes: int) -> list[Row]:
+def _run(tasks: list[Task], processes: int, kept: Path | None) -> list[Row]:
     """Rows in the order of tasks, whoever is ready first."""
-    rows, begun = [], time.perf_counter()
+    rows, begun = _kept(kept), time.perf_counter()
+    missing = [t for t in tasks if _key(t) not in rows]
     with multiprocessing.get_context("spawn").Pool(processes, maxtasksperchild=20) as pool:
-        for k, row in enumerate(pool.imap(run, tasks), 1):
-            rows.append(row)
+        for k, row in enumerate(pool.imap(run, missing), 1):
+            rows[_key(row)] = row
+            if kept:
+                with kept.open("ab") as file:
+                    pickle.dump(row, file)
             wrong = "; ".join(misses(row)) or "met"
-            print(
-                f"{k}/{len(tasks)} {row.arm} {row.scenario} {row.size:g}: {row.verdict}, {wrong} ({row.seconds:.0f} s)",
-                file=sys.stderr, flush=True,
-            )  # fmt: skip
-    print(f"{time.perf_counter() - begun:.0f} s for {len(tasks)} cases", file=sys.stderr)
-    return rows
+            said = f"{row.arm} {row.scenario} {row.size:g}: {row.verdict}, {wrong} ({row.seconds:.0f} s)"
+            print(f"{k}/{len(missing)} {said}", file=sys.stderr, flush=True)
+    print(f"{time.perf_counter() - begun:.0f} s for {len(missing)} cases", file=sys.stderr)
+    return [rows[_key(t)] for t in tasks]
+
+
+def _key(of: Task | Row) -> tuple[str, str, int, float]:
+    return of.arm, of.scenario, of.seed, of.size
+
+
+def _kept(file: Path | None) -> dict[tuple[str, str, int, float], Row]:
+    """Rows of an earlier run."""
+    rows = list[Row]()
+    if file and file.exists():
+        with file.open("rb") as stream:
+            while stream.peek(1):
+                rows.append(pickle.load(stream))
+    return {_key(r): r for r in rows}
 
 
 if __name__ == "__main__":

@@ -72,6 +72,18 @@ def test_what_does_not(row: Row, word: str) -> None:
     assert "Not met" in markdown([row]) and "**missed**" in markdown([row])
 
 
+def test_what_was_learned_is_judged_by_the_floor() -> None:
+    """A table of a joint's angle may learn a ripple that is in no catalogue."""
+    ripple = replace(
+        GOOD, scenario="unknown ripple", truth=(("unknown", ("joint-3",)),), told=None,
+        named=(Named("joint-angle-error", ("joint-3",), ()),), distance=None,
+    )  # fmt: skip
+    assert misses(ripple) == []
+    assert misses(replace(ripple, named=(Named("joint-angle-error", ("joint-2",), ()),))) != []
+    assert misses(replace(ripple, after={"displacement": 3e-5, "absolute": 3e-5})) != []
+    assert misses(replace(ripple, scenario="unknown brake")) != []
+
+
 def test_numbers_count_where_they_can_be_compared() -> None:
     assert sure(GOOD) is True
     assert sure(replace(GOOD, distance=("gap", -3.2))) is False

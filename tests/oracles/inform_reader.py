@@ -2,10 +2,10 @@
 
 Sources: DX100 Data Transmission (HW0482494) and NX100 (HW0481924), 4.1 job data format: /JOB //NAME //POS ///NPOS
 ///TOOL ///POSTYPE ///RECTAN ///RCONF //INST ///DATE ///COMM ///ATTR ////FRAME ///GROUP1; 4.3 position data (turned
-about Rz, then Ry, then Rx); NX100 Instructions (RE-CSO-A031), 3.9 manipulator types; DX200 INFORM Language (MOVJ, MOVL,
-CALL, PAUSE, comments). Runs a job and those that it calls, and gives every move with the state of its position. It
-refuses what a controller would: a wrong number of positions, positions that no move uses or two do, V outside 0.1 to
-1500.0 mm/s or finer than 0.1, PL outside 0 to 8, names and comments over 32 characters, jobs over 9,999 lines.
+about Rz, then Ry, then Rx); DX200 INFORM Language (MOVJ, MOVL, CALL, PAUSE, comments). Runs a job and those that it
+calls, and gives every move with the state of its position. It refuses what a controller would: a wrong number of
+positions, positions that no move uses or two do, V outside 0.1 to 1500.0 mm/s or finer than 0.1, PL outside 0 to 8,
+names and comments over 32 characters, jobs over 9,999 lines.
 """
 
 from __future__ import annotations

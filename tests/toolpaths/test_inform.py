@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import robodk.robomath as robomath
@@ -78,28 +81,26 @@ def test_gimbal_lock_in_the_robot_frame(tmp_path):
 
 
 def test_rconf_by_hand():
-    """DX100 4.1.3: 0 flip / upper arm / front / R, T, S below 180 deg; NX100 3.9: flip where -90 < R <= 90."""
+    """DX100 4.1.3: flip, upper arm, front, R, T, S within 180 deg are 0; YMConnect: no flip where B is negative."""
     degrees = np.array([
-        [0.0, -10.0, 20.0, 0.0, 30.0, 0.0],
-        [0.0, -10.0, 20.0, 90.0, 30.0, 180.0],
-        [0.0, -10.0, 20.0, 90.001, 30.0, 180.001],
-        [0.0, -10.0, 20.0, -90.0, 30.0, -180.0],
-        [0.0, -10.0, 20.0, -89.999, 30.0, -179.999],
-        [181.0, -10.0, 20.0, 271.0, 30.0, 0.0],
-        [0.0, -10.0, 20.0, -271.0, 30.0, 0.0],
-        [0.0, -10.0, 20.0, 200.0, 30.0, 0.0],
-        [0.0, -10.0, 20.0, 0.0, 30.0, 0.0],
+        [0.0, -10.0, 20.0, 0.0, -90.0, 0.0],  # tool down in front: RCONF 1,0,0,0,0,0 in most jobs that controllers save
+        [0.0, -10.0, 20.0, 170.0, 90.0, 180.0],
+        [0.0, -10.0, 20.0, 90.0, 30.0, 180.001],
+        [0.0, -10.0, 20.0, -180.0, -30.0, -180.0],
+        [0.0, -10.0, 20.0, -179.999, 0.0, -179.999],
+        [181.0, -10.0, 20.0, 271.0, -1e-9, 0.0],  # prints as 0: not negative
+        [-180.0, -10.0, 20.0, -90.0, -0.001, 0.0],
         [0.0, -10.0, 20.0, 0.0, 30.0, 0.0],
         [0.0, -10.0, 20.0, 0.0, 30.0, 0.0],
         [0.0, -10.0, 20.0, 0.0, -30.0, 0.0],
     ])  # fmt: skip
-    branch = np.array([0, 0, 0, 0, 0, 0, 0, 0, 2, 4, 6, 1], dtype=np.int32)
-    program = changed(random_program(12, 1), joints=np.radians(degrees), configuration=branch)
+    branch = np.array([1, 0, 0, 1, 0, 0, 1, 2, 4, 7], dtype=np.int32)
+    program = changed(random_program(10, 1), joints=np.radians(degrees), configuration=branch)
     expected = [
-        "0,0,0,0,0,0", "0,0,0,0,0,0", "1,0,0,0,1,0", "1,0,0,0,1,0", "0,0,0,0,0,0", "0,0,0,1,0,1",
-        "0,0,0,1,0,0", "1,0,0,1,0,0", "0,1,0,0,0,0", "0,1,1,0,0,0", "0,0,1,0,0,0", "0,0,0,0,0,0",
+        "1,0,0,0,0,0", "0,0,0,0,0,0", "0,0,0,0,1,0", "1,0,0,1,1,0", "0,0,0,0,0,0",
+        "0,0,0,1,0,1", "1,0,0,0,0,1", "0,1,0,0,0,0", "0,0,1,0,0,0", "1,1,1,0,0,0",
     ]  # fmt: skip
-    assert rconf(program, slice(0, 12)) == [e + ",0" * 18 for e in expected]
+    assert rconf(program, slice(0, 10)) == [e + ",0" * 18 for e in expected]
 
 
 def test_head(tmp_path):
@@ -221,3 +222,13 @@ def test_comments_cannot_break_out(tmp_path):
     p = changed(small(), comments=((3, "x\r\nPAUSE\r\nEND"),), source="a\nPAUSE", name="N\r\nEND")
     run = written(p, tmp_path)
     assert run.pauses == [] and len(run.moves) == 9
+
+
+def test_the_page_shows_what_is_written(tmp_path, monkeypatch):
+    """docs/inform.md: its example runs, and writes the job that it shows."""
+    page = (Path(__file__).parents[2] / "docs" / "inform.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    exec(re.search(r"<!-- example -->\n```python\n(.*?)```", page, re.S)[1], {})
+    ((name, text),) = re.findall(r"<!-- (slot\.\w+) -->\n```\w+\n(.*?)```", page, re.S)
+    assert (tmp_path / name).read_text() == text
+    assert len(inform_reader.read(tmp_path / name).moves) == 5

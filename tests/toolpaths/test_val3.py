@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -167,3 +168,15 @@ def test_what_the_user_has_to_know(tmp_path):
     (tmp_path / "b").mkdir()
     found = write_program(random_program(55000, 1, lock=False), tmp_path / "b" / "big.pgx").findings
     assert any("about 10 MB of VAL3" in str(f) for f in found)
+
+
+def test_the_page_shows_what_is_written(tmp_path, monkeypatch):
+    """docs/val3.md: its example runs, and writes the files that it shows."""
+    page = (Path(__file__).parents[2] / "docs" / "val3.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    exec(re.search(r"<!-- example -->\n```python\n(.*?)```", page, re.S)[1], {})
+    shown = re.findall(r"<!-- (slot\.\w+) -->\n```\w+\n(.*?)```", page, re.S)
+    assert [name for name, _ in shown] == ["slot.pgx", "slot.dtx"]
+    for name, text in shown:
+        assert (tmp_path / name).read_text() == text
+    assert len(val3_reader.read(tmp_path / "slot.pjx").moves) == 4

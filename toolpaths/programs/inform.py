@@ -1,8 +1,8 @@
 """Yaskawa INFORM jobs (.jbi) for DX100 to YRC1000: Cartesian positions in the robot frame, MOVJ to the start, MOVL.
 
 A relative job (ATTR RJ): positions C00000 ... in mm and deg with RCONF, then one move for each. Sources: Yaskawa
-DX100 (HW0482494) and NX100 (HW0481924) "Data Transmission", job data format; NX100 (RE-CSO-A031), manipulator
-types; DX200 and YRC1000 INFORM Language manuals (MOVL: V in 0.1 mm/s, PL); jobs saved by controllers.
+DX100 (HW0482494) "Data Transmission", job data format; DX200 and YRC1000 INFORM Language manuals (MOVL: V in
+0.1 mm/s, PL); YMConnect SDK (figures of the arm); jobs saved by controllers.
 docs/inform.md says why what is written the way it is.
 """
 

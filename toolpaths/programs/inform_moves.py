@@ -71,18 +71,15 @@ def _stops(program: Program) -> npt.NDArray[np.bool_]:
 
 
 def rconf(program: Program, block: slice) -> list[str]:
-    """RCONF of each pose: flip, arm, front, R, T, S, then 18 that are not used.
+    """RCONF of each pose: no-flip, lower arm, rear, R, T, S beyond 180 deg, then 18 that are not used.
 
-    Sources: DX100 HW0482494, 4.1.3 (0 flip, upper arm, front, less than 180 deg); NX100 RE-CSO-A031, 3.9
-    (flip: -90 < R <= 90 deg, whole turns aside). The elbow is above the line from shoulder to wrist where
-    the wrist is in front of the lower arm, and with the arm reaching behind where it is behind it.
+    Sources: DX100 HW0482494, 4.1.3 (order; 0 is flip, upper arm, front, less than 180 deg); Yaskawa's YMConnect SDK,
+    ``Figure`` (no-flip: axis B negative; lower arm: the elbow bends beyond 180 deg; rear: the wrist is behind axis S).
+    The NX100 and older say flip by axis R (RE-CSO-A031, 3.9): jobs for those are not written.
     """
     degrees = np.round(np.degrees(program.joints[block]), 6) + 0.0
-    wrapped = 180.0 - np.mod(180.0 - degrees[:, 3], 360.0)
-    noflip = ~((wrapped > -90.0) & (wrapped <= 90.0))
     c = np.zeros(len(degrees), dtype=np.int64) if program.configuration is None else program.configuration[block]
-    rear = (c >> 2) & 1
-    lower = ((c >> 1) & 1) ^ rear
+    noflip, lower, rear = degrees[:, 4] < 0.0, (c >> 1) & 1, (c >> 2) & 1
     turned = ~((degrees > -180.0) & (degrees <= 180.0))
     bits = np.column_stack((noflip, lower, rear, turned[:, 3], turned[:, 5], turned[:, 0])).astype(np.int64)
     keys = bits @ (1 << np.arange(6))

@@ -19,6 +19,7 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "apt": (".apt", ".cl", ".cls", ".clsf", ".cldata"),
     "csv": (".csv",),
     "rapid": (".mod", ".prg"),
+    "krl": (".src",),
 }
 READERS: dict[str, str] = {suffix: name for name, group in SUFFIXES.items() for suffix in group}
 

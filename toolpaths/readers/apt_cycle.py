@@ -117,7 +117,7 @@ def _pairs(s: Statement, rest: list[str], feeds: Feeds) -> dict[str, float]:
             given.setdefault(key, math.inf)
             continue
         if key not in _KEYS or key in given or value is None or not -LARGEST < value < LARGEST:
-            problem = f"{key},{text}: each of {', '.join(sorted(_KEYS))} once, with a number, is read"
+            problem = f"{key[:20]},{text[:20]}: each of {', '.join(sorted(_KEYS))} once, with a number, is read"
             raise refusal(feeds.source, s, problem, "Output the drilling moves as GOTO.")
         given[key] = value
     if sum(word in given for word in FEED_WORDS) > 1 or any(sum(w in given for w in g) > 1 for g in _GROUPS):

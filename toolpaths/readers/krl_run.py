@@ -166,10 +166,12 @@ class Run(Scanner):
         if isinstance(value, Runtime) and "(line " not in value.reason:
             value = Runtime(f"{value.reason} (line {self.line(s.start)})"[:200])
         parts = [p.strip().upper() for p in match[3].split(".")[1:]]
-        if parts and not name.startswith("$"):
+        if parts and (not name.startswith("$") or name in ("$TOOL", "$BASE", "$LOAD")):
             self.names[name] = Variable(_with(self.look_up(name), parts, value), None)
         else:
             self.names[".".join([name, *parts])] = Variable(value, None)
+            if name == "$VEL" and not parts:
+                self.names.pop("$VEL.CP", None)
         if name in ("$TOOL", "$BASE", "$LOAD", "$VEL", "$APO", "$IPO_MODE"):
             if numbered := _NUMBERED.match(match[4]):
                 self.mover.numbered(name, int(numbered[2]))

@@ -1,0 +1,235 @@
+"""Laws of the angle alone, and the table that the catalogue has: values, chain, slopes, what was never learned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from stiffness.effects import BY_NAME
+from stiffness.effects.joint_angle_error import KNOTS, SPREAD
+from stiffness.evidence import Evidence
+from stiffness.identify import identify
+from stiffness.model import load_model, model_text
+from stiffness.predict import Predictor, Tool
+from stiffness.reading import Pull, Reader
+from stiffness.unknowns import start_values, unknowns
+from tests.contracts.effect_laws import N, sample
+from tests.contracts.test_effects_files import model_of
+from tests.oracles.effects import ORACLES
+from tests.plant import Arm, lab
+from tests.plant.lab_design import random_setups
+from tests.plant.wear import Situation, Wear
+from tests.plant.worn_plant import WornPlant
+from tests.stiffness import arms, session_desk
+
+Floats = npt.NDArray[np.float64]
+NAME = "joint-angle-error"
+EFFECT = BY_NAME[NAME]
+STIFF = "joint-stiffness"
+DEGREES = -180 + 3 * np.arange(KNOTS)
+
+
+def law(angle: Floats, table: Floats) -> Floats:
+    """dq (n,) rad at commanded angles (n,)."""
+    q = ca.SX.sym("q", len(angle))
+    if EFFECT.angle is None:
+        raise TypeError("no angle slot")
+    dq = EFFECT.angle(q, {"error_rad": ca.SX(ca.DM(table))})
+    return np.array(ca.Function("dq", [q], [ca.densify(dq)])(angle)).ravel()
+
+
+def oracle(angle: Floats, table: Floats) -> Floats:
+    """(N, n) rad at angles (N, n)."""
+    expected = ORACLES[NAME].angle
+    if expected is None:
+        raise TypeError("no oracle")
+    return np.array([expected(q, {"error_rad": table}) for q in angle])
+
+
+def waves(seed: int, size: float = 4e-4, joints: int = N) -> Floats:
+    """Smooth tables (joints x 120,): some waves of 15 ... 90 deg."""
+    rng, x = np.random.default_rng(seed), np.radians(DEGREES)
+    out = []
+    for _ in range(joints):
+        orders, phases = rng.integers(4, 24, 3), rng.uniform(0, 6, 3)
+        out.append(size * sum(np.sin(o * x + f) for o, f in zip(orders, phases, strict=True)) / 1.2)
+    return np.concatenate(out)
+
+
+# ------------------------------------------------------------------------------------------- values
+
+
+@pytest.mark.parametrize("turn", [0.0, 360.0, -360.0, 720.0])
+def test_at_its_knots_a_joint_errs_by_the_numbers_of_the_table(turn: float) -> None:
+    table = sample(EFFECT, 1)["error_rad"]
+    own = table.reshape(N, KNOTS)
+    for k in (0, 1, 57, 60, 118, 119):
+        got = law(np.full(N, np.radians(DEGREES[k] + turn)), table)
+        np.testing.assert_allclose(got, own[:, k], atol=1e-14)
+    low, high = np.radians(180 - 1e-9 + turn), np.radians(180 + 1e-9 + turn)
+    np.testing.assert_allclose(law(np.full(N, low), table), own[:, 0], atol=1e-10)  # +180 is -180
+    np.testing.assert_allclose(law(np.full(N, high), table), own[:, 0], atol=1e-10)
+
+
+def test_between_two_knots_it_is_their_weighted_mean() -> None:
+    table = np.zeros((N, KNOTS))
+    table[:, 60], table[:, 61], table[:, 119], table[:, 0] = 1e-3, 5e-3, -4e-3, 2e-3
+    for degrees, expected in ((0.75, 2e-3), (1.5, 3e-3), (2.7, 4.6e-3), (4.5, 2.5e-3), (177.75, -2.5e-3)):
+        np.testing.assert_allclose(law(np.full(N, np.radians(degrees)), table.ravel()), expected, rtol=1e-10)
+        again = law(np.full(N, np.radians(degrees - 720)), table.ravel())
+        np.testing.assert_allclose(again, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("joints", [4, 6, 7])
+def test_a_number_moves_its_own_joint_near_its_own_angle_alone(joints: int) -> None:
+    rng = np.random.default_rng(joints)
+    count = EFFECT.parameters[0].count(joints)
+    assert count == joints * 120
+    for site in EFFECT.sites(joints):
+        numbers = np.arange(count)[EFFECT.parameters[0].of_site(site.index)]
+        number = int(rng.choice(numbers))
+        table, k = np.zeros(count), (number - numbers[0])
+        table[number] = 3e-3
+        at = np.radians(DEGREES[k] + rng.uniform(-2.9, 2.9))
+        moved = law(np.full(joints, at), table)
+        assert np.flatnonzero(moved).tolist() == [site.index] and site.where == (f"joint-{(site.index or 0) + 1}",)
+        for far in (-3.1, 3.1, 90.0, 180.0):
+            assert not law(np.full(joints, np.radians(DEGREES[k] + far)), table).any()
+
+
+def test_its_slope_is_that_of_the_straight_line() -> None:
+    """By the angle: what the complementary steps of prediction and compensation use."""
+    table = sample(EFFECT, 2)["error_rad"]
+    own, q = table.reshape(N, KNOTS), ca.SX.sym("q", N)
+    assert EFFECT.angle is not None
+    dq = EFFECT.angle(q, {"error_rad": ca.SX(ca.DM(table))})
+    slope = np.array(ca.Function("s", [q], [ca.densify(ca.jacobian(dq, q))])(np.radians([1, -179, 178, 50, 400, -361])))
+    knots = [60, 0, 119, 76, 73, 59]
+    expected = [(own[j, (k + 1) % KNOTS] - own[j, k]) / np.radians(3) for j, k in enumerate(knots)]
+    np.testing.assert_allclose(slope, np.diag(expected), rtol=1e-9, atol=1e-12)
+
+
+# ------------------------------------------------------------------------------ what it leaves open
+
+
+def test_what_was_never_learned_is_left_open() -> None:
+    """Zero and open by SPREAD at knots nobody saw; by its standard deviation at the others."""
+    table, sd = np.zeros((N, KNOTS)), np.full((N, KNOTS), 2e-5)
+    table[:, 50:70], sd[:, 55] = 3e-4, 7e-5
+    degrees = np.array([[-15.0, -30.0, 0.0, 30.0, 27.0, -180.0]])  # knots 55, 50, 60, 70, 69, 0
+    assert EFFECT.unsure is not None
+    got = EFFECT.unsure(np.radians(degrees), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
+    np.testing.assert_allclose(got, [[7e-5, 2e-5, 2e-5, SPREAD, 2e-5, SPREAD]], rtol=1e-6)
+    turned = EFFECT.unsure(np.radians(degrees + 360), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
+    np.testing.assert_allclose(turned, got, rtol=1e-6)
+    outside = np.radians(np.random.default_rng(1).uniform(33, 320, (40, N)))
+    assert not np.any([law(q, table.ravel()) for q in outside])
+
+
+def test_without_standard_deviations_only_what_was_never_learned_is_open() -> None:
+    table = np.zeros((N, KNOTS))
+    table[2, :] = 1e-4
+    assert EFFECT.unsure is not None
+    got = EFFECT.unsure(np.radians(np.full((1, N), 12.0)), {"error_rad": table.ravel()}, {})
+    np.testing.assert_allclose(got, SPREAD * (np.arange(N) != 2)[None], rtol=1e-6)
+
+
+# ----------------------------------------------------------------------------------------- the chain
+
+
+def predictor(table: Floats, name: str = "ur10", stiffness: float = 1e12) -> Predictor:
+    values = {STIFF: {"k_nm_per_rad": np.full(6, stiffness)}, NAME: {"error_rad": table}}
+    held = Tool(np.eye(3), np.array([0.03, -0.05, 0.2]), 0.0, None)
+    return Predictor(arms.robot(name), arms.effects(NAME), values, held, gravity=arms.GRAVITY)
+
+
+def tcp(name: str, q: Floats) -> tuple[Floats, Floats]:
+    """(N, 3, 3) and (N, 3): kinematics alone."""
+    poses = np.array([arms.robot(name).pose(a) for a in q])
+    return poses[:, :3, :3], poses[:, :3, 3] + poses[:, :3, :3] @ np.array([0.03, -0.05, 0.2])
+
+
+@pytest.mark.parametrize("name", ["ur10", "abb-irb6600-175-255"])
+def test_a_rigid_arm_stands_where_its_joints_really_are(name: str) -> None:
+    table = waves(3, 1e-3)
+    q = arms.postures(arms.robot(name), 12, 4)
+    got = predictor(table, name).forward(q, np.zeros((12, 6)), np.zeros((12, 0)))
+    rotation, position = tcp(name, q + oracle(q, table))
+    np.testing.assert_allclose(got.position, position, atol=3e-8)  # 1e12 N*m/rad still gives way
+    np.testing.assert_allclose(got.rotation, rotation, atol=3e-8)
+    assert np.linalg.norm(position - tcp(name, q)[1], axis=1).max() > 1e-3
+
+
+def test_a_command_cancels_it() -> None:
+    """Commanded there, the TCP stands at the wanted pose; the command is off by the error at the command's angle."""
+    table = waves(5, 1e-3)
+    q = arms.postures(arms.robot("ur10"), 12, 6)
+    wanted, none = tcp("ur10", q), np.zeros((12, 0))
+    wrench = arms.wrenches(12, 60.0, 3)
+    for stiffness in (1e12, 4e4):
+        arm = predictor(table, stiffness=stiffness)
+        command = arm.command(*wanted, wrench, none, q)
+        assert command.converged.all()
+        back = arm.forward(command.q, wrench, none)
+        np.testing.assert_allclose(back.position, wanted[1], atol=1e-8)
+        np.testing.assert_allclose(back.rotation, wanted[0], atol=1e-8)
+        if stiffness > 1e9:
+            np.testing.assert_allclose(command.q + oracle(command.q, table), q, atol=2e-7)
+        assert np.abs(command.q - q).max() > 5e-4
+
+
+# ------------------------------------------------------------------------------------------- readings
+
+
+def at_rest(reader: Reader, p: Floats, q: Floats, wrench: Floats) -> tuple[Floats, Floats]:
+    """Positions (N, 3) of a reflector on the flange, and their slopes (N, 3, T) by the tables' numbers."""
+    count = len(q)
+    given = (q, wrench, np.zeros((count, 3)), np.zeros((count, 0)), np.zeros((count, 1)), np.zeros((count, 1)))
+    x = np.zeros((count, reader.n_x))
+    for _ in range(6):
+        rest = reader.rest(Pull(6, 6, False), p, *given, x)
+        x = rest.x
+    out = reader.seen(rest, 6, np.tile([0.1, 0.02, 0.15], (count, 1)))
+    return out.position, out.by_angle[:, :, reader.tables.joint] * reader.tables.slopes(q, p)[:, None]
+
+
+@pytest.mark.parametrize("calibrated_out", [False, True])
+def test_a_reading_moves_with_every_number_as_differences_say(calibrated_out: bool) -> None:
+    effects, q = arms.effects(NAME), arms.postures(arms.robot("ur10"), 4, 8)
+    fixed = start_values(effects, 6)
+    fixed[STIFF]["k_nm_per_rad"] = np.full(6, 3e4)
+    fixed[NAME]["error_rad"] = waves(9)
+    layout = unknowns(effects, 6)
+    held = Tool(np.eye(3), np.zeros(3), 3.0, np.array([0.0, 0.0, 0.1]))
+    reader = Reader(
+        arms.robot("ur10"), layout, fixed, held, gravity=arms.GRAVITY, calibrated_out=calibrated_out
+    )  # fmt: skip
+    p, wrench = layout.start(fixed), arms.wrenches(4, 60.0, 5)
+    assert len(reader.tables.core) == 6 and len(reader.tables.own) == 720
+    _, slopes = at_rest(reader, p, q, wrench)
+    felt = np.flatnonzero(np.abs(slopes).max(axis=(0, 1)) > 1e-3)
+    assert 6 * 2 < len(felt) <= 4 * 6 * 2  # two knots of every joint at every posture
+    for k in [*felt[::3].tolist(), 7]:
+        step = 1e-5 * (np.arange(len(p)) == reader.tables.own[k])
+        (up, _), (down, _) = at_rest(reader, p + step, q, wrench), at_rest(reader, p - step, q, wrench)
+        np.testing.assert_allclose(slopes[:, :, k], (up - down) / 2e-5, atol=2e-6 * np.abs(slopes).max())
+
+
+def erring(table: Floats, count: int, seed: int, folder: Path, lower: float, upper: float) -> lab.Notes:
+    """A session of an arm whose joints err by the table, read without load, joint 3 in (lower, upper) rad alone."""
+    arm = Arm.load(session_desk.ROBOT, tool=session_desk.TOOL)
+    own = table.reshape(6, KNOTS)
+
+    def wrong(at: Situation) -> Floats:
+        knots = np.radians(DEGREES)
+        return np.array([np.interp(a, knots, t, period=2 * np.pi) for a, t in zip(at.command, own, strict=True)])
+
+    plant = WornPlant(arm, Wear(np.full(6, 5e4), np.ones(6), np.zeros(6), np.zeros(6), laws=(wrong,)))
+    narrow = Arm.load(session_desk.ROBOT, tool=session_desk.TOOL)
+    narrow.lower[2], narrow.upper[2] = lower, upper
+    plan = random_setups(narrow, count, seed, directions=0)
+    return lab.measure(plant, plan, session_desk.TARGETS[:2], noise=lab.Noise(1.5e-5, 0.0, 0.0), seed=seed)

@@ -1,0 +1,77 @@
+"""What a filter in place has to change: per cutting move of a program, the poses that take its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpaths.programs.program import Floats, Program
+from toolpaths.programs.rewriting import SAME_PLACE, SAME_TURN
+from toolpaths.readers.robot_moves import ARC, RobotMoves
+from toolpaths.rotation import matrix_from_quaternion
+from toolpaths.toolpath import CUT
+
+
+@dataclass(frozen=True, repr=False)
+class Correction:
+    """New poses of one move, in the move's own frame; the last one is its end.
+
+    Attributes:
+        move: index of the move.
+        position: (K, 3) m.
+        rotation: (K, 3, 3).
+        poses: (K,) indices in the program.
+        moved: whether the end is another pose than the file has.
+    """
+
+    move: int
+    position: Floats
+    rotation: Floats
+    poses: tuple[int, ...]
+    moved: bool
+
+    def __repr__(self) -> str:
+        return f"Correction(move {self.move}, {len(self.poses)} poses)"
+
+
+def corrections(moves: RobotMoves, program: Program, row: Floats) -> list[Correction]:
+    """One per cutting move that changes, in the order of the moves.
+
+    A move changes where its end is another pose than the file has, or where poses are put in before its end; an arc
+    keeps the points that only stand for its roundness, unless one of its poses is corrected.
+    """
+    position, rotation = _in_own_frames(moves, program, row)
+    nominal = program.position if program.nominal_position is None else program.nominal_position
+    same = np.linalg.norm(program.position - nominal, axis=1) <= SAME_PLACE
+    owner = np.ceil(np.asarray(row) - 1e-9).astype(np.int64)
+    old_turn = np.full((len(moves), 3, 3), np.nan)
+    known = np.isfinite(moves.quaternion[:, 0])
+    old_turn[known] = matrix_from_quaternion(moves.quaternion[known])
+    out = []
+    starts = np.searchsorted(owner, np.arange(len(moves) + 1))
+    for move in np.flatnonzero(moves.mark["kind"] == CUT).tolist():
+        first, stop = int(starts[move]), int(starts[move + 1])
+        if first == stop:
+            continue
+        end = stop - 1
+        near = np.linalg.norm(position[end] - moves.position[move]) <= SAME_PLACE
+        moved = not (near and np.abs(rotation[end] - old_turn[move]).max() <= SAME_TURN)
+        arc = moves.mark["word"][move] == ARC
+        if moved or (stop - first > 1 and not (arc and same[first:stop].all())):
+            poses = tuple(range(first, stop))
+            out.append(Correction(move, position[first:stop], rotation[first:stop], poses, moved))
+    return out
+
+
+def _in_own_frames(moves: RobotMoves, program: Program, row: Floats) -> tuple[Floats, Floats]:
+    """Positions (M, 3) and rotations (M, 3, 3) of the program in the frame of the move that each belongs to."""
+    owner = np.minimum(np.ceil(np.asarray(row) - 1e-9).astype(np.int64), len(moves) - 1)
+    frame = moves.mark["frame"][owner]
+    position, rotation = program.position.copy(), program.rotation.copy()
+    for number, (turn, origin) in enumerate(moves.from_main()):
+        at = (frame == number) & (number != moves.main_frame)
+        if at.any():
+            position[at] = program.position[at] @ turn.T + origin
+            rotation[at] = turn @ program.rotation[at]
+    return position, rotation

@@ -1,0 +1,202 @@
+"""Values of URScript expressions that are known before a program runs: numbers, poses, lists, simple arithmetic.
+
+Source: Universal Robots, The URScript Programming Language (expressions, pose_trans, get_inverse_kin, d2r).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpaths.rotation import matrix_from_ur, ur_from_matrix
+from toolpaths.toolpath import Floats
+
+_TOKEN = re.compile(
+    r'\s*(?:((?:\d++\.?\d*+|\.\d++)(?:[eE][-+]?\d++)?)|(p\[)|([A-Za-z_]\w*+)|("[^"]*+")|(==|!=|<=|>=|[-+*/%()\[\],=<>]))'
+)
+_DEEPEST = 30
+_LARGEST = 1e9
+
+
+class RuntimeValueError(Exception):
+    """What an expression gives is not known before the program runs; the message says what of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Position m and rotation vector rad, in ``frame`` (4, 4) base -> frame, or in the base where that is None.
+
+    ``start`` and ``end`` are the place of its ``p[...]`` in the text, -1 where it was computed.
+    """
+
+    numbers: tuple[float, ...]
+    start: int = -1
+    end: int = -1
+    frame: Floats | None = None
+
+    def matrix(self) -> Floats:
+        """(4, 4) base -> pose."""
+        out = np.eye(4)
+        out[:3, 3] = self.numbers[:3]
+        out[:3, :3] = matrix_from_ur(np.array(self.numbers[3:]))
+        return out if self.frame is None else np.asarray(self.frame @ out)
+
+
+Value = float | bool | str | Pose | list["Value"]
+
+
+class Expression:
+    """Evaluates a piece of text.
+
+    Args:
+        text: the whole file.
+        start, end: the piece.
+        values: what names stand for; RuntimeValueError objects are raised when they are read.
+    """
+
+    def __init__(self, text: str, start: int, end: int, values: dict[str, Value | RuntimeValueError]) -> None:
+        self._text, self._end, self._values = text, end, values
+        self.at, self._depth = start, 0
+
+    def peek(self) -> str:
+        """The next token; '' at the end."""
+        m = _TOKEN.match(self._text, self.at, self._end)
+        return m[0].strip() if m else ""
+
+    def take(self, expected: str = "") -> str:
+        """The next token, which has to be ``expected``."""
+        m = _TOKEN.match(self._text, self.at, self._end)
+        token = m[0].strip() if m else ""
+        if m is None or (expected and token != expected):
+            found = self._text[self.at : self._end].strip()[:20]
+            raise RuntimeValueError(f"{found!r} where {expected or 'a value'!r} was expected")
+        self.at = m.end()
+        return token
+
+    def whole(self) -> Value:
+        """The value of all of the piece."""
+        value = self.value()
+        if rest := self._text[self.at : self._end].strip():
+            raise RuntimeValueError(f"{rest[:20]!r} is computed while the program runs")
+        return value
+
+    def value(self) -> Value:
+        """A sum."""
+        left = self._product()
+        while (sign := self.peek()) in ("+", "-"):
+            self.take()
+            right = self._product()
+            left = _number(left) + (1 if sign == "+" else -1) * _number(right)
+        return left
+
+    def arguments(self) -> list[tuple[str, Value]]:
+        """Arguments of a call behind its bracket: (name or '', value)."""
+        out: list[tuple[str, Value]] = []
+        while self.peek() != ")":
+            if out:
+                self.take(",")
+            at = self.at
+            name = self.take()
+            if self.peek() == "=":
+                self.take()
+            else:
+                self.at, name = at, ""
+            out.append((name, self.value()))
+        self.take(")")
+        return out
+
+    def _product(self) -> Value:
+        left = self._unary()
+        while (sign := self.peek()) in ("*", "/"):
+            self.take()
+            right = _number(self._unary())
+            if sign == "/" and right == 0.0:
+                raise RuntimeValueError("a division by 0")
+            left = _number(left) * right if sign == "*" else _number(left) / right
+        return left
+
+    def _unary(self) -> Value:
+        if self.peek() == "-":
+            self.take()
+            return -_number(self._unary())
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise RuntimeValueError("brackets nested too deep")
+        value = self._atom()
+        self._depth -= 1
+        return value
+
+    def _atom(self) -> Value:
+        start = self._text.find("p[", self.at, self._end)
+        token = self.take()
+        if token == "p[":
+            return self._pose(start)
+        if token == "(":
+            value = self.value()
+            self.take(")")
+            return value
+        if token == "[":
+            return self._list()
+        if token[0] == '"':
+            return token[1:-1]
+        if token[0].isdigit() or token[0] == ".":
+            number = float(token)
+            if not number <= _LARGEST:
+                raise RuntimeValueError(f"{token[:20]!r} is too large")
+            return number
+        if token[0].isalpha() or token[0] == "_":
+            return self._name(token)
+        raise RuntimeValueError(f"{token!r} where a value was expected")
+
+    def _list(self) -> list[Value]:
+        out: list[Value] = []
+        while self.peek() != "]":
+            if out:
+                self.take(",")
+            out.append(self.value())
+        self.take("]")
+        return out
+
+    def _pose(self, start: int) -> Pose:
+        numbers = tuple(_number(v) for v in self._list())
+        if len(numbers) != 6:
+            raise RuntimeValueError(f"a pose of {len(numbers)} numbers, 6 expected")
+        return Pose(numbers, start, self.at)
+
+    def _name(self, name: str) -> Value:
+        if name in ("True", "False"):
+            return name == "True"
+        if self.peek() == "(":
+            self.take("(")
+            return _called(name, [v for _, v in self.arguments()])
+        value = self._values.get(name)
+        if value is None:
+            raise RuntimeValueError(f"{name} has no value yet")
+        if isinstance(value, RuntimeValueError):
+            raise RuntimeValueError(f"{name}: {value}")
+        return value
+
+
+def _called(name: str, given: list[Value]) -> Value:
+    frame, inner = (given[0], given[1]) if len(given) == 2 else (None, None)
+    if name == "pose_trans" and isinstance(frame, Pose) and isinstance(inner, Pose):
+        if inner.frame is None:
+            return Pose(inner.numbers, inner.start, inner.end, frame.matrix())
+        placed = frame.matrix() @ inner.matrix()
+        return Pose((*placed[:3, 3].tolist(), *ur_from_matrix(placed[:3, :3]).tolist()))
+    if name == "get_inverse_kin" and given and isinstance(given[0], Pose):
+        return given[0]
+    if name in ("d2r", "r2d") and len(given) == 1:
+        return _number(given[0]) * (math.pi / 180.0 if name == "d2r" else 180.0 / math.pi)
+    raise RuntimeValueError(f"{name}() is computed while the program runs")
+
+
+def _number(value: Value) -> float:
+    if isinstance(value, bool) or not isinstance(value, float):
+        raise RuntimeValueError("a number was expected")
+    if not abs(value) <= _LARGEST:
+        raise RuntimeValueError("a number that is too large")
+    return value
