@@ -138,7 +138,15 @@ def load_job(path: str | Path) -> Job:
     Raises:
         CellError, RobotError, ModelError: one message each.
     """
-    cell = load_cell(path)
+    return job_of(load_cell(path))
+
+
+def job_of(cell: Cell) -> Job:
+    """The job of a cell that is loaded already.
+
+    Raises:
+        CellError, RobotError, ModelError: one message each.
+    """
     try:
         robot = load_robot(cell.robot, folder=cell.folder, base=cell.base, tip=cell.tip)
     except RobotError as e:
@@ -252,5 +260,3 @@ def check_cuts(toolpath: Toolpath) -> None:
     """
     if not np.any(toolpath.kind == CUT):
         raise CellError(f"{toolpath.source}: no cutting move (feed) in it: nothing to compensate")
-
-

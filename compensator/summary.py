@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from compensator.compensation import Compensation
 from compensator.state import spread_of_unknown
+from compensator.unsure import unsure_of
 from stiffness.effects import preload_softening
 from stiffness.preload import unknown, walk
 
@@ -86,6 +87,7 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
     """
     cut = c.cutting
     spread = spread_of_unknown(c.job, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
+    not_learned, left_open = unsure_of(c, q)
     return {
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
@@ -99,8 +101,10 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,
         "unknown_state": {"n_cut": int(np.sum(spread > 0)), "max_spread_mm": float(spread.max(initial=0.0) * 1e3)},
+        "not_learned": [part.as_dict() for part in not_learned],
+        "left_open_mm": statistics(left_open),
         "not_applied": list(c.job.not_applied),
-        "notes": list(c.job.notes),
+        "notes": [*c.job.notes, *map(str, not_learned)],
         "seconds": round(seconds, 3),
     }
 

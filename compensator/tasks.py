@@ -11,16 +11,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell import load_cell
 from compensator.compensation import Compensation
 from compensator.export import program_of
-from compensator.job import Job, load_job
+from compensator.filtering import Filtered, filter_program, verify_filtered
+from compensator.job import Job
 from compensator.outputs import Outputs, refuse_clashes
 from compensator.path import Planner
+from compensator.robot_program import job_for
 from compensator.solve import compensate, sampled, uncompensated
 from compensator.summary import as_json, summary
 from compensator.verify import verify
-from toolpaths.programs import format_of, write_program
+from toolpaths.programs import Written, format_of, write_program
+from toolpaths.programs.rewriting import filter_of, refuse_compensated
 from toolpaths.readers import read_toolpath
+from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
@@ -58,25 +63,36 @@ def compensate_file(
     began = time.monotonic()
     language = format_of(program, language)
     refuse_clashes((toolpath, cell), (program, report, json))
-    job, path = _loaded(toolpath, cell, say)
+    _refuse_compensated(toolpath)
+    job, path, source = _loaded(toolpath, cell, say)
+    in_place = filter_of(language) if source.language == language else None
     say("solving")
     result = compensate(job, path)
     with Outputs() as outputs:
         say(f"writing {language}")
         with outputs.writing(program) as staged:
-            written = write_program(program_of(result), staged, language)
-            say("verifying the written program")
-            checked = verify(result, staged, language)
+            written: Written | Filtered
+            if in_place is not None:
+                written = filter_program(result, source.row, toolpath, staged, in_place)
+                say("verifying the written program")
+                checked = verify_filtered(result, written, source, program)
+            else:
+                written = write_program(program_of(result), staged, language)
+                say("verifying the written program")
+                checked = verify(result, staged, language)
         for file in written.files:
             outputs.add(file, program.parent / file.name)
         numbers = summary(result, checked.error, result.command.q, time.monotonic() - began)
+        findings = written.changes if isinstance(written, Filtered) else written.findings
+        if isinstance(written, Filtered):
+            numbers["changes"] = [{"where": f.place, "what": f.what, "count": f.count} for f in findings]
         if report:
             _report(outputs, report, result, numbers, say, checked.error)
         if json:
             outputs.text(json, as_json(numbers))
         outputs.commit()
     files = tuple(program.parent / f.name for f in written.files) + tuple(f for f in (report, json) if f)
-    return Done(result, numbers, files, tuple(str(f) for f in written.findings))
+    return Done(result, numbers, files, tuple(str(f) for f in findings))
 
 
 def preview_file(
@@ -95,7 +111,7 @@ def preview_file(
     """
     began = time.monotonic()
     refuse_clashes((toolpath, cell), (csv, report, json))
-    job, path = _loaded(toolpath, cell, say)
+    job, path, _ = _loaded(toolpath, cell, say)
     say("predicting")
     planner = Planner(job.cell, job.robot, job.inverse, job.tools)
     result = uncompensated(job, planner.plan(sampled(job, path)))
@@ -115,11 +131,21 @@ def preview_file(
     return Done(result, numbers, tuple(f for f in (csv, report, json) if f), ())
 
 
-def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Any]:
+def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Toolpath, Toolpath]:
+    """The job, the path to solve, and what the reader gave."""
     say("reading the cell")
-    job = load_job(cell)
+    table = load_cell(cell)
     say(f"reading {toolpath.name}")
-    return job, read_toolpath(toolpath, chord=job.cell.sampling.chord / 1e3)
+    source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3)
+    return *job_for(table, source), source
+
+
+def _refuse_compensated(toolpath: Path) -> None:
+    try:
+        data = toolpath.read_bytes()
+    except OSError:
+        return  # the reader says what is wrong with it
+    refuse_compensated(data, str(toolpath))
 
 
 def _report(

@@ -143,8 +143,8 @@ def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) 
 
 def _without_columns(f: Features) -> Features:
     keep = [i for i, c in enumerate(f.column) if not c or c[0] == "a" or c == "state"]
-    return Features(f.values[:, keep], *(tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint)))  # type:
-    ignore[arg-type]
+    family, column, joint = (tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint))
+    return Features(f.values[:, keep], family, column, joint)  # type: ignore[arg-type]
 
 
 def _ledger(

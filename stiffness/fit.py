@@ -67,8 +67,10 @@ class Fit:
         return np.where(self.unknowns.inverse, ratio < DETERMINED, told)
 
     def values(self) -> dict[str, dict[str, Floats]]:
-        """Values per effect and parameter."""
-        return self.unknowns.values(self.parameters, self.fixed)
+        """Values per effect and parameter; a table is zero where no reading was."""
+        seen = np.diag(self.solution.information)[: len(self.unknowns)] > 0
+        tabled = np.array([u.parameter.each > 1 for u in self.unknowns.free], dtype=bool)
+        return self.unknowns.values(np.where(tabled & ~seen, 0.0, self.parameters), self.fixed)
 
     def deviations(self) -> dict[str, dict[str, Floats]]:
         """Standard deviations per effect and parameter, of the numbers in the model file; 0 where given."""
@@ -101,13 +103,19 @@ class Fit:
 
     def not_identified(self) -> list[str]:
         """What the data do not determine, in the user's words."""
-        out = []
+        out: list[str] = []
+        unseen: dict[tuple[str, str, int], list[int]] = {}
         diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * loose_sd(self.unknowns, LOADED) ** 2
         for u, ok, told in zip(self.unknowns.free, self.determined(), diagonal, strict=True):
             if not ok:
+                if u.parameter.each > 1:
+                    unseen.setdefault((u.parameter.meaning, u.effect, u.index // u.parameter.each + 1), []).append(u.index)
+                    continue
                 place = f"joint {u.index + 1}" if u.parameter.size == "joint" else f"number {u.index + 1}"
                 why = "no reading loads it" if told < 1 else "not told apart from other numbers, or from noise"
                 out.append(f"{u.parameter.meaning} ({u.effect}) of {place}: {why}")
+        for (meaning, effect, joint), rows in unseen.items():
+            out.append(f"{meaning} ({effect}) of joint {joint}: {len(rows)} numbers, angles that no reading has")
         return out
 
     def outlier_rows(self) -> list[tuple[str, int]]:
@@ -146,10 +154,11 @@ class Fit:
 
     def correlations(self) -> Correlations:
         """Between the robot's numbers as the solver sees them; an inverse turns the sign."""
-        n = len(self.unknowns)
-        turn = np.where(self.unknowns.inverse, -1.0, 1.0)
-        covariance = self.solution.covariance[:n, :n] * np.outer(turn, turn)
-        return Correlations.of(tuple(str(u) for u in self.unknowns.free), 0.5 * (covariance + covariance.T))
+        # tables are left out: hundreds of numbers, and their neighbours are what correlates
+        own = [k for k, u in enumerate(self.unknowns.free) if u.parameter.each == 1]
+        turn = np.where(self.unknowns.inverse[own], -1.0, 1.0)
+        covariance = self.solution.covariance[np.ix_(own, own)] * np.outer(turn, turn)
+        return Correlations.of(tuple(str(self.unknowns.free[k]) for k in own), 0.5 * (covariance + covariance.T))
 
 
 def columns_of(evidence: Sequence[Evidence], shared: int) -> list[slice]:

@@ -20,7 +20,7 @@ Bools = npt.NDArray[np.bool_]
 STEPS = 40
 STACKED = 256  # blocks per product
 NOTHING = 1e-6  # a gain in cost that no data can tell, relative
-SETTLED = 1e-4  # of a standard deviation: a smaller step ends the iteration
+SETTLED = 1e-3  # standard deviations: a smaller step ends the iteration
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,7 +96,7 @@ def solve(
     while steps < STEPS:
         steps += 1
         step = here.step(damping, low - vector, high - vector)
-        if np.all(np.abs(step) <= SETTLED * np.sqrt(np.diag(here.covariance()))):
+        if here.length(step) <= SETTLED:
             break
         there = _Linear.of(blocks(vector + step), vector + step, prior, weight)
         if not there.cost <= here.cost * (1 + 1e-9):
@@ -141,7 +141,7 @@ class _Linear:
         step, free = np.zeros(len(self.gradient)), np.ones(len(self.gradient), dtype=bool)
         while free.any():
             push = self.gradient[free] - curvature[np.ix_(free, ~free)] @ step[~free]
-            step[free] = inverse(curvature[np.ix_(free, free)]) @ push
+            step[free] = _solved(curvature[np.ix_(free, free)], push)
             bounded = np.clip(step, low, high)
             leaves = free & (bounded != step)
             step = bounded
@@ -150,8 +150,22 @@ class _Linear:
             free &= ~leaves
         return step
 
+    def length(self, step: Floats) -> float:
+        """Of a step, in standard deviations."""
+        return float(max(float(step @ self.information @ step + self.weight @ step**2), 0.0) ** 0.5)
+
     def covariance(self) -> Floats:
         return inverse(self.information + np.diag(self.weight))
+
+
+def _solved(matrix: Floats, right: Floats) -> Floats:
+    """Solution of a symmetric positive system, scaled to a unit diagonal; the pseudo-inverse where rounding ate it."""
+    scale = 1 / np.sqrt(np.diag(matrix))
+    try:
+        factor = linalg.cho_factor(matrix * np.outer(scale, scale), check_finite=False)
+    except linalg.LinAlgError:
+        return inverse(matrix) @ right
+    return np.asarray(scale * linalg.cho_solve(factor, scale * right, check_finite=False))
 
 
 def inverse(matrix: Floats) -> Floats:

@@ -51,7 +51,8 @@ class Rest:
 
     Attributes:
         q: (N, n) rad.
-        x: (N, m) elastic coordinates, the start of the next call; behind them those of the sag that a controller knows.
+        x: (N, m) elastic coordinates, the start of the next call; behind them those of the sag that a
+            controller knows, and of the arm without any load.
         torque: (N, n) N*m.
         by_parameter, by_wrench, by_state, by_angle: (N, m, P), (N, m, 6), (N, m, s), (N, m, n) slopes of ``x``; P
             without the tables of laws of the angle alone, which act by way of ``by_angle``.
@@ -120,7 +121,7 @@ class Reader:
     @property
     def n_x(self) -> int:
         """How many elastic coordinates a reading has."""
-        return self.statics.n_x * (2 if self.calibrated_out else 1)
+        return self.statics.n_x * (3 if self.calibrated_out else 1)
 
     @cached_property
     def sight(self) -> Sight:
@@ -176,11 +177,11 @@ class Reader:
         position, slope, rotation = self._placed(rest.q, rest.x[:, :m], link, reflector)
         slopes = [slope @ by[:, :m] for by in (rest.by_parameter, rest.by_wrench, rest.by_state, rest.by_angle)]
         if self.calibrated_out:
-            sag, by_sag, _ = self._placed(rest.q, rest.x[:, m:], link, reflector)
-            rigid, _, _ = self._placed(rest.q, np.zeros_like(rest.x[:, m:]), link, reflector)
-            position = position - sag + rigid
-            slopes[0] = slopes[0] - by_sag @ rest.by_parameter[:, m:]
-            slopes[3] = slopes[3] - by_sag @ rest.by_angle[:, m:]
+            sag, by_sag, _ = self._placed(rest.q, rest.x[:, m : 2 * m], link, reflector)
+            straight, by_straight, _ = self._placed(rest.q, rest.x[:, 2 * m :], link, reflector)
+            position = position - sag + straight
+            for k, by in ((0, rest.by_parameter), (3, rest.by_angle)):
+                slopes[k] = slopes[k] - by_sag @ by[:, m : 2 * m] + by_straight @ by[:, 2 * m :]
         return Read(position, slopes[0], slopes[1], slopes[2], slopes[3], rotation)
 
     def _placed(self, q: Floats, x: Floats, link: int, reflector: Floats) -> tuple[Floats, Floats, Floats]:
@@ -208,10 +209,11 @@ class Reader:
             coordinates, torque = s.law(posture, q, weights, load, own, values, warm, by_angle)
         new_x = coordinates
         if self.calibrated_out:
-            sag, declared = x[s.n_x :], self.weights(values, None)
+            sag, declared = x[s.n_x : 2 * s.n_x], self.weights(values, None)
             for _ in range(SWEEPS):
                 sag, _ = s.law(s.posture(q, sag), q, declared, (), None, values, warm, by_angle)
-            new_x = ca.vertcat(coordinates, sag)
+            straight = s.unloaded(q, values, warm, by_angle)
+            new_x = ca.vertcat(coordinates, sag, straight)
         outputs = [new_x, torque, *(ca.jacobian(new_x, v) for v in (core, w, state, error))]
         dense = [ca.densify(ca.vec(o)) for o in outputs]
         return Kernel(ca.Function("rest", [q, w, point, state, payload, warm, error, core, x], dense))

@@ -229,9 +229,15 @@ class Statics:
         dq = self.joint_deflection(tau, q, state, values, temperature, angle_error)
         return ca.vertcat(dq, *(twists[k] for k in self.places)), tau
 
-    def unloaded(self, q: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float = 0.0) -> ca.SX:
+    def unloaded(
+        self,
+        q: ca.SX,
+        values: Mapping[str, Values],
+        temperature: ca.SX | float = 0.0,
+        angle_error: ca.SX | None = None,
+    ) -> ca.SX:
         """Elastic coordinates (n_x,) of an arm that carries nothing: kinematic offsets, growth by heat."""
-        dq = self.joint_deflection(ca.SX.zeros(self.robot.n), q, None, values, temperature)
+        dq = self.joint_deflection(ca.SX.zeros(self.robot.n), q, None, values, temperature, angle_error)
         return ca.vertcat(dq, *(self._yielded(k, ca.SX.zeros(6), values, temperature) for k in self.places))
 
     def _yielded(self, place: int, wrench: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float) -> ca.SX:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from compensator.errors import CompensatorError
 from stiffness.errors import StiffnessError
 from tests.compensator.ill_cells import PLACES, Errors, Ill, acting, cancelled
 
@@ -23,8 +24,8 @@ def row(scenario: str, arm: str, size: float, seed: int) -> Row:
     """One ill cell, all of its programs run on the plant. Errors in um."""
     with tempfile.TemporaryDirectory() as folder:
         ill = Ill.make(scenario, arm, Path(folder), size=size, seed=seed)
-        before, joints, refined = ill.errors(None), ill.errors(ill.at_hand), ill.errors(ill.refined)
-        found = ill.diagnosis
+        before, joints, found = ill.errors(None), ill.errors(ill.at_hand), ill.diagnosis
+        refined = _tried(ill, "refined", before)
         out: Row = {
             "scenario": scenario,
             "arm": arm,
@@ -34,9 +35,9 @@ def row(scenario: str, arm: str, size: float, seed: int) -> Row:
             "added": [f"{a.effect} {' '.join(a.where)}" for a in found.added],
             "none": _row(before),
             "joints": _row(joints),
-            "refined": _row(refined),
+            "refined": refined,
             "cancelled_joints": cancelled(before, joints),
-            "cancelled": cancelled(before, refined),
+            "cancelled": refined.get("cancelled", 0.0),
         }
         if out["cancelled"] < WELL:
             out |= {which: _tried(ill, which, before) for which in ("told", "quiet")}
@@ -46,8 +47,8 @@ def row(scenario: str, arm: str, size: float, seed: int) -> Row:
 def _tried(ill: Ill, which: str, before: Errors) -> Row:
     try:
         errors = ill.errors(getattr(ill, which))
-    except StiffnessError as e:
-        return {"problem": str(e)}
+    except (StiffnessError, CompensatorError) as e:
+        return {"problem": str(e).replace(f"{ill.folder}/", "")}
     return {**_row(errors), "cancelled": cancelled(before, errors)}
 
 
@@ -63,6 +64,10 @@ def table(rows: Sequence[Row]) -> list[str]:
     for r in rows:
         c = r["refined"]
         shown = f"{100 * r['cancelled']:.2f} %"
+        if "problem" in c:
+            means = [f"{r[k]['mean']:.0f}" for k in ("none", "joints")]
+            out.append("| " + " | ".join([r["scenario"], *means, *["-"] * 3, "**refused**", c["problem"]]) + " | | |")
+            continue
         doubt = f"{c['doubtful']} of {c['poses'] + c['doubtful']}, {c['doubtful_max']:.0f}" if c["doubtful"] else ""
         cells = [
             r["scenario"],
@@ -87,6 +92,8 @@ def limits(r: Row) -> str:
         return "no fit: " + (told.get("problem") or quiet.get("problem"))
     if r["cancelled"] < TARGET <= told["cancelled"]:
         return f"the diagnosis: one who is told the effect cancels {100 * told['cancelled']:.2f} %"
+    if quiet["mean"] > 1.5 * r["refined"]["mean"]:
+        return f"the fit: one who is told the effect leaves {told['mean']:.1f}, without noise {quiet['mean']:.1f}"
     law = quiet["mean"] / min(told["mean"], r["refined"]["mean"])
     name = "law of the effect" if law > 0.5 else "noise of the session"
     return f"{name}: readings without noise leave {quiet['mean']:.1f}"

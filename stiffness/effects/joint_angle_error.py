@@ -44,7 +44,7 @@ def _unsure(angle: Floats, p: Numbers, sd: Numbers) -> Floats:
     low = np.floor(u).astype(int) % KNOTS
     share = u - np.floor(u)
     joint = np.arange(n)
-    return np.asarray(np.hypot((1 - share) * table[joint, low], share * table[joint, (low + 1) % KNOTS]))
+    return np.asarray((1 - share) * table[joint, low] + share * table[joint, (low + 1) % KNOTS])
 
 
 EFFECT = Effect(

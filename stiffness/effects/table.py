@@ -22,7 +22,8 @@ def markdown() -> str:
 
 
 def _size(p: Parameter) -> str:
-    return _SIZES.get(p.size, str(p.size))
+    words = _SIZES.get(p.size, str(p.size))
+    return words if p.each == 1 else words.replace("one", str(p.each))
 
 
 def _bounds(p: Parameter) -> str:

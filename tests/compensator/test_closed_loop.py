@@ -26,7 +26,7 @@ CASES = (
     ("thermal-drift all", ABB),
 )
 POSES = 60
-SETUPS = 20
+SETUPS = 16
 MICROMETRE = 1e-6
 
 

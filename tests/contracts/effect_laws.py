@@ -144,7 +144,7 @@ class Law:
 
 
 def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tuple[Law, Floats]]:
-    """The slots angle, torque, mass and readings, where filled, each with a point (argument and parameters) to look at."""
+    """The slots angle, torque, mass and readings, where filled, each with a point (argument and parameters)."""
     rng = np.random.default_rng(5)
     tail = list(values.values())
     out: dict[str, tuple[Law, Floats]] = {}

@@ -9,14 +9,18 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from compensator.tasks import compensate_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
 from stiffness.evidence import Evidence
-from stiffness.identify import identify
+from stiffness.fit import Fit
+from stiffness.identify import fitted
 from stiffness.model import load_model, model_text
 from stiffness.predict import Predictor, Tool
 from stiffness.reading import Pull, Reader
-from stiffness.unknowns import start_values, unknowns
+from stiffness.session import load_session
+from stiffness.unknowns import Unknowns, start_values, unknowns
+from tests.compensator.small_jobs import ABB, files
 from tests.contracts.effect_laws import N, sample
 from tests.contracts.test_effects_files import model_of
 from tests.oracles.effects import ORACLES
@@ -126,7 +130,7 @@ def test_what_was_never_learned_is_left_open() -> None:
     np.testing.assert_allclose(got, [[7e-5, 2e-5, 2e-5, SPREAD, 2e-5, SPREAD]], rtol=1e-6)
     turned = EFFECT.unsure(np.radians(degrees + 360), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
     np.testing.assert_allclose(turned, got, rtol=1e-6)
-    outside = np.radians(np.random.default_rng(1).uniform(33, 320, (40, N)))
+    outside = np.radians(np.random.default_rng(1).uniform(33, 320, (6, N)))
     assert not np.any([law(q, table.ravel()) for q in outside])
 
 
@@ -182,6 +186,21 @@ def test_a_command_cancels_it() -> None:
         assert np.abs(command.q - q).max() > 5e-4
 
 
+def test_a_compensated_path_lies_on_the_part(tmp_path: Path) -> None:
+    """From files to files: kinematics alone, at the angles where the joints of the written commands really are."""
+    table = waves(7, 8e-4)
+    effects = {STIFF: {"k_nm_per_rad": [1e12] * 6}, NAME: {"error_rad": table.tolist()}}
+    job = files(tmp_path, {"gravity": "uncompensated"}, {"effects": effects})
+    done = compensate_file(job.toolpath, job.cell, job.out / "a.csv")
+    result, cut = done.result, done.result.cutting
+    q, wanted, point = result.command.q[cut], result.path.position[cut], result.job.tools[0].position
+    poses = np.array([arms.robot(ABB).pose(a) for a in q + oracle(q, table)])
+    reached = poses[:, :3, 3] + poses[:, :3, :3] @ point
+    assert np.linalg.norm(reached - wanted, axis=1).max() < 2e-7
+    assert done.report["predicted_error_mm"]["before"]["max"] > 0.5
+    assert done.report["predicted_error_mm"]["after"]["max"] < 2e-3  # the written program has so many digits
+
+
 # ------------------------------------------------------------------------------------------- readings
 
 
@@ -197,17 +216,14 @@ def at_rest(reader: Reader, p: Floats, q: Floats, wrench: Floats) -> tuple[Float
     return out.position, out.by_angle[:, :, reader.tables.joint] * reader.tables.slopes(q, p)[:, None]
 
 
-@pytest.mark.parametrize("calibrated_out", [False, True])
-def test_a_reading_moves_with_every_number_as_differences_say(calibrated_out: bool) -> None:
+def test_a_reading_moves_with_every_number_as_differences_say() -> None:
     effects, q = arms.effects(NAME), arms.postures(arms.robot("ur10"), 4, 8)
     fixed = start_values(effects, 6)
     fixed[STIFF]["k_nm_per_rad"] = np.full(6, 3e4)
     fixed[NAME]["error_rad"] = waves(9)
     layout = unknowns(effects, 6)
     held = Tool(np.eye(3), np.zeros(3), 3.0, np.array([0.0, 0.0, 0.1]))
-    reader = Reader(
-        arms.robot("ur10"), layout, fixed, held, gravity=arms.GRAVITY, calibrated_out=calibrated_out
-    )  # fmt: skip
+    reader = Reader(arms.robot("ur10"), layout, fixed, held, gravity=arms.GRAVITY, calibrated_out=False)
     p, wrench = layout.start(fixed), arms.wrenches(4, 60.0, 5)
     assert len(reader.tables.core) == 6 and len(reader.tables.own) == 720
     _, slopes = at_rest(reader, p, q, wrench)
@@ -219,17 +235,83 @@ def test_a_reading_moves_with_every_number_as_differences_say(calibrated_out: bo
         np.testing.assert_allclose(slopes[:, :, k], (up - down) / 2e-5, atol=2e-6 * np.abs(slopes).max())
 
 
-def erring(table: Floats, count: int, seed: int, folder: Path, lower: float, upper: float) -> lab.Notes:
-    """A session of an arm whose joints err by the table, read without load, joint 3 in (lower, upper) rad alone."""
-    arm = Arm.load(session_desk.ROBOT, tool=session_desk.TOOL)
-    own = table.reshape(6, KNOTS)
+def erring(table: Floats, count: int, seed: int, bend: float) -> lab.Notes:
+    """A session of an arm whose joints err by the table, without load; joint 3 stays within +-``bend`` rad."""
+    arm, own = Arm.load(session_desk.ROBOT, tool=session_desk.TOOL), table.reshape(6, KNOTS)
 
     def wrong(at: Situation) -> Floats:
         knots = np.radians(DEGREES)
         return np.array([np.interp(a, knots, t, period=2 * np.pi) for a, t in zip(at.command, own, strict=True)])
 
-    plant = WornPlant(arm, Wear(np.full(6, 5e4), np.ones(6), np.zeros(6), np.zeros(6), laws=(wrong,)))
+    wear = Wear(np.full(6, 5e4), np.ones(6), np.zeros(6), np.zeros(6), laws=(wrong,))
     narrow = Arm.load(session_desk.ROBOT, tool=session_desk.TOOL)
-    narrow.lower[2], narrow.upper[2] = lower, upper
+    narrow.lower[2], narrow.upper[2] = -bend, bend
     plan = random_setups(narrow, count, seed, directions=0)
-    return lab.measure(plant, plan, session_desk.TARGETS[:2], noise=lab.Noise(1.5e-5, 0.0, 0.0), seed=seed)
+    noise = lab.Noise(1.5e-5, 0.0, 0.0)
+    return lab.measure(WornPlant(arm, wear), plan, session_desk.TARGETS[:2], noise=noise, seed=seed)
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Evidence, Fit, Floats]:
+    """The tables of joints 3 and 5, found in readings of an arm that errs in these two."""
+    truth = waves(11).reshape(6, KNOTS)
+    truth[[0, 1, 3, 5]] = 0.0
+    notes = erring(truth.ravel(), 150, 5, 1.0)
+    session = load_session(notes.write(tmp_path_factory.mktemp("erring"), "ur10"))
+    effects = arms.effects(NAME)
+    fixed = start_values(effects, 6)
+    fixed[STIFF]["k_nm_per_rad"] = np.full(6, 5e4)
+    free = [u for u in unknowns(effects, 6).free if u.effect == NAME and u.index // KNOTS in (2, 4)]
+    layout = Unknowns(effects, 6, tuple(free))
+    evidence = Evidence(session, layout, fixed)
+    return evidence, fitted(layout, fixed, (evidence,), 0.0, None, ()), truth.ravel()
+
+
+def test_slopes_of_the_evidence_are_those_of_differences(learned: tuple[Evidence, Fit, Floats]) -> None:
+    evidence, fit, _ = learned
+    p, station = fit.parameters, fit.station(0)
+    seen = evidence.predict(p, station)
+    felt = np.flatnonzero(np.abs(seen.by_parameter).max(axis=(0, 1)) > 0.02)
+    assert len(felt) > 60
+    for k in felt[::15].tolist():
+        step = 1e-5 * (np.arange(len(p)) == k)
+        up, down = (evidence.predict(p + s, station).position for s in (step, -step))
+        np.testing.assert_allclose(seen.by_parameter[:, :, k], (up - down) / 2e-5, atol=1e-5)
+
+
+def test_a_smooth_table_is_found_where_it_was_seen(learned: tuple[Evidence, Fit, Floats]) -> None:
+    _, fit, truth = learned
+    mine = np.r_[2 * KNOTS : 3 * KNOTS, 4 * KNOTS : 5 * KNOTS]
+    value, sd = (d[NAME]["error_rad"][mine] for d in (fit.values(), fit.deviations()))
+    covered = sd < 0.2 * SPREAD
+    assert covered.sum() > 80 and np.sqrt(np.mean(truth[mine][covered] ** 2)) > 3e-4
+    z = (value - truth[mine]) / sd
+    assert np.abs(z[covered]).max() < 3.5 and np.sqrt(np.mean(z[covered] ** 2)) < 1.3
+    left, there = (np.sqrt(np.mean(v[covered] ** 2)) for v in (value - truth[mine], truth[mine]))
+    assert left < 0.2 * there
+
+
+def test_knots_that_nobody_saw_stay_zero_and_open(learned: tuple[Evidence, Fit, Floats]) -> None:
+    evidence, fit, truth = learned
+    value, sd = (d[NAME]["error_rad"][2 * KNOTS : 3 * KNOTS] for d in (fit.values(), fit.deviations()))
+    seen = np.degrees(np.abs(evidence.samples.q[:, 2]).max())
+    outside = np.abs(DEGREES) > seen + 3
+    assert outside.sum() > 70 and np.abs(truth[2 * KNOTS : 3 * KNOTS][outside]).max() > 3e-4
+    assert np.abs(value[outside]).max() < 1e-15
+    np.testing.assert_allclose(sd[outside], SPREAD * fit.solution.misfit, rtol=1e-6)
+    assert EFFECT.unsure is not None
+    q = np.zeros((1, 6))
+    q[0, 2] = np.radians(120.0)
+    left = EFFECT.unsure(q, fit.values()[NAME], fit.deviations()[NAME])
+    assert left[0, 2] == pytest.approx(SPREAD, rel=0.05)
+
+
+def test_a_model_file_keeps_table_and_deviations(learned: tuple[Evidence, Fit, Floats], tmp_path: Path) -> None:
+    _, fit, _ = learned
+    path = tmp_path / "model.toml"
+    values = fit.values()[NAME]
+    path.write_text(model_text(model_of(EFFECT, values)), encoding="utf-8")
+    back = load_model(path)
+    assert back.values[NAME]["error_rad"].tobytes() == values["error_rad"].tobytes()
+    text = path.read_text(encoding="utf-8")
+    assert text.count("error_rad = [") == 2 and len(back.values[NAME]["error_rad"]) == 720

@@ -12,7 +12,7 @@ PLANES = {"G17": 2, "G18": 1, "G19": 0}
 class RandomProgram:
     """Lines of one program; ``text`` is all of it."""
 
-    def __init__(self, seed: int, blocks: int = 120) -> None:
+    def __init__(self, seed: int, blocks: int = 120, *, shifts: bool = True) -> None:
         self.rng = random.Random(seed)
         self.at, self.shift, self.kept = [1.0, -2.0, 30.0], [0.0] * 3, [0.0] * 3
         self.shifted_by, self.suspended = "", False
@@ -20,7 +20,8 @@ class RandomProgram:
         self.mode, self.motion, self.cycle = "G94", "", ""
         self.needs_feed = False
         self.lines = [f"G21 G90 G17 G40 (seed {seed})", "M3 S1200", "G0 X1 Y-2 Z30", "F500"]
-        choices = [self.line] * 6 + [self.arc] * 6 + [self.drill] * 2 + [self.modal] * 5 + [self.origin, self.noise]
+        choices = [self.line] * 6 + [self.arc] * 6 + [self.drill] * 2 + [self.modal] * 5 + [self.noise]
+        choices += [self.origin] if shifts else []
         for _ in range(blocks):
             self.rng.choice(choices)()
         self.text = "\n".join(self.lines) + "\nM2\n"

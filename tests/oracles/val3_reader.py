@@ -48,6 +48,7 @@ class Application:
     data: dict = field(default_factory=dict)
     moves: list = field(default_factory=list)
     said: list = field(default_factory=list)
+    moving: bool = False  # moves are queued: the program runs ahead of the arm until waitEndMove()
 
 
 def read(project: Path) -> Application:
@@ -62,6 +63,7 @@ def read(project: Path) -> Application:
         load_data(app, project.with_name(entry.get("file")))
     assert {"start", "stop"} <= set(app.programs), "an application has start() and stop()"
     run(app, "start", 0)
+    assert not app.moving, "start() ends before the arm does"
     return app
 
 
@@ -119,12 +121,16 @@ def number(text: str) -> float:
 def run(app: Application, name: str, depth: int) -> None:
     assert name in app.programs and depth < 10, name
     for line in app.programs[name]:
-        if line.startswith("//") or re.fullmatch(r"(?:userPage|cls|get|waitEndMove|resetMotion)\(\)", line):
+        if line.startswith("//"):
             continue
-        if m := re.fullmatch(r"call (\w+)\(\)", line):
+        if m := re.fullmatch(r"(?:userPage|cls|get|waitEndMove|resetMotion)\(\)", line):
+            app.moving &= m[0] != "waitEndMove()"
+            assert not app.moving, "a message while the arm is still on its way"
+        elif m := re.fullmatch(r"call (\w+)\(\)", line):
             run(app, m[1], depth + 1)
         elif m := re.fullmatch(r"(movej|movel)\((\w+)\[(\d+)\],(\w+)\[(\d+)\],(\w+)\[(\d+)\]\)", line):
             target = at(app, m[2], m[3], "jointRx" if m[1] == "movej" else "pointRx")
+            app.moving = True
             app.moves.append(Move(m[1], target, at(app, m[4], m[5], "tool"), at(app, m[6], m[7], "mdesc")))
         elif m := re.fullmatch(r'putln\("([^"\\]{0,128})"\)', line):
             app.said.append((len(app.moves), m[1]))

@@ -191,6 +191,7 @@ REFUSED = {
     "CIRCLE/0,0,0,0,0,1,1,.1,.1,1,1,TIMES,0": (3, "TIMES with a number above 0"),
     "CIRCLE/0,0,0,0,0,1,1,.1,.1,1,1,TIMES,101": (3, "TIMES with a number above 0"),
     "CIRCLE/0,2,3,0,0,1,1,.1,.1,1,1,TIMES,2\nGOTO/-1,2,5": (3, "TIMES,2, but the end lies 0.5 of a turn"),
+    "CIRCLE/0,2,3,0,0,1,TIMES,5E-4\nGOTO/1,2,3": (3, "TIMES,0.0005, but the end lies 1 of a turn"),
     "CIRCLE/0,2,3,0,0,1\nGOTO/-1.1,2,3": (3, "the ends lie 1 and 1.1 from its centre"),
     "CIRCLE/1,2,3,0,0,1\nGOTO/1,2,3": (3, "the ends lie 0 and 0"),
     "CIRCLE/0,2,3,0,0,1\nCIRCLE/0,2,3,0,0,1": (3, "no GOTO follows"),
@@ -232,6 +233,7 @@ def test_refused_by_line_and_word(tmp_path: Path, text: str, expected: tuple[int
         ("GOTO/1,2,3\nUNITS/MM\nFINI\n", 2, "unit changes"),
         ("UNITS/MM\nGOTO/1,2,3\n", None, "cut off: FINI or END-OF-PATH"),
         ("UNITS/MM\nTOOL PATH/A\nGOTO/1,2,3\n", None, "cut off: END-OF-PATH"),
+        ("UNITS/MM\nTOOL PATH/A\nGOTO/1,2,3\nEND-OF-PATH\nTOOL PATH/B\nGOTO/1,2,3\n", None, "cut off: END-OF-PATH"),
         ("UNITS/MM\nGOTO/1,2,$\n", 2, "continued"),
         ("UNITS/MM\nFINI\n", None, "no move"),
         ("MSYS/0,0,0,1,0,0,1,0,0\n", 1, "right angles"),
@@ -311,6 +313,7 @@ HOLES = {  # heights after the start at 40 above the point 1, 2, 3: rapids as th
     "DRILL,FEDTO,8,MMPM,60,RAPTO,2,RTRCTO,50": [50, 2, [-8], 50],
     "DEEP,FEDTO,8,INCR,4,MMPM,60,RAPTO,2": [2, [-2], 2, -1.6, [-6], 2, -5.6, [-8], 2],
     "DEEP2,FEDTO,8,1STPECK,5,SUBPECK,2,MMPM,60,RAPTO,1": [1, [-4], 1, -3.8, [-6], 1, -5.8, [-8], 1],
+    "DEEP2,FEDTO,8,1STPECK,.25,SUBPECK,5,MMPM,60,RAPTO,2": [2, [1.75], 2, [-3.25], 2, -2.75, [-8], 2],
     "BRKCHP,FEDTO,8,STEP,5,MMPM,60,RAPTO,2,RTRCTO,9": [2, [-3], -2.5, [-8], 9],
     "DEEP,FEDTO,8,INCR,50,MMPM,60,RAPTO,2": [2, [-8], 2],
     "DEEP,FEDTO,8,MMPM,60,RAPTO,2": [2, [-8], 2],
@@ -344,6 +347,46 @@ def test_between_holes_up_then_across(tmp_path: Path) -> None:
     text = f"UNITS/MM\n{cycle}\nGOTO/0,0,0\nGOTO/10,0,30\nGOTO/20,0,0\nCYCLE/OFF\nFINI\n"
     expected = [[0, 0, 2], [0, 0, -5], [0, 0, 2], [0, 0, 32], [10, 0, 32], [10, 0, 25], [10, 0, 32], [20, 0, 32]]
     assert corners(read(tmp_path, text)) == [*expected, [20, 0, 2], [20, 0, -5], [20, 0, 2]]
+
+
+def test_auto_retract_is_the_height_before_the_cycle(tmp_path: Path) -> None:
+    """Or, over a hole that is higher, RAPTO of that hole."""
+    cycle = "CYCLE/DRILL,FEDTO,5,RAPTO,2,RTRCTO,AUTO,MMPM,60"
+    text = f"UNITS/MM\nRAPID\nGOTO/0,0,20\n{cycle}\nGOTO/0,0,0\nGOTO/10,0,30\nGOTO/20,0,0\nCYCLE/OFF\nFINI\n"
+    expected = [[0, 0, 20], [0, 0, 2], [0, 0, -5], [0, 0, 20], [0, 0, 32], [10, 0, 32], [10, 0, 25], [10, 0, 32]]
+    expected += [[20, 0, 32], [20, 0, 2], [20, 0, -5], [20, 0, 20]]
+    assert corners(read(tmp_path, text)) == expected
+
+
+def test_auto_retract_with_another_axis_is_rapto(tmp_path: Path) -> None:
+    """The height before the cycle was along another axis: nothing that the tool could go back to."""
+    cycle = "CYCLE/DRILL,FEDTO,5,RAPTO,2,RTRCTO,AUTO,MMPM,60"
+    path = read(tmp_path, f"UNITS/MM\nRAPID\nGOTO/0,0,50\n{cycle}\nGOTO/-90,1,2,1,0,0\nCYCLE/OFF\nFINI\n")
+    assert corners(path) == [[0, 0, 50], [-88, 1, 2], [-95, 1, 2], [-88, 1, 2]]
+    np.testing.assert_array_equal(path.axis[1:], [[1, 0, 0]] * 3)
+
+
+@pytest.mark.parametrize(
+    ("begun", "word"),
+    [("CIRCLE/0,0,0,0,0,1", "between a circle and its end"), ("CYCLE/DRILL,FEDTO,1,RAPTO,1", "a drilling cycle")],
+)
+def test_frame_must_not_change_in_the_middle(tmp_path: Path, begun: str, word: str) -> None:
+    first, second = "MSYS/0,0,0,1,0,0,0,1,0", "MSYS/0,0,7,1,0,0,0,1,0"
+    text = f"UNITS/MM\nFEDRAT/60,MMPM\n{first}\nGOTO/1,0,0\n{begun}\n%s\nGOTO/-1,0,0\nFINI\n"
+    assert len(read(tmp_path, text % first)) > 3
+    with pytest.raises(ReadError, match=word) as caught:
+        read(tmp_path, text % second)
+    assert caught.value.line == 6
+
+
+def test_end_of_path_ends_cycle_and_rapid(tmp_path: Path) -> None:
+    text = (
+        "UNITS/MM\nTOOL PATH/A\nCYCLE/DRILL,FEDTO,-5,RAPTO,2,MMPM,60\nGOTO/0,0,0\nEND-OF-PATH\n"
+        "TOOL PATH/B\nGOTO/7,8,9\nRAPID\nEND-OF-PATH\nTOOL PATH/C\nGOTO/1,2,3\nEND-OF-PATH\n"
+    )
+    path = read(tmp_path, text)
+    assert corners(path) == [[0, 0, 2], [0, 0, -5], [0, 0, 2], [7, 8, 9], [1, 2, 3]]
+    np.testing.assert_array_equal(path.kind, [RAPID, CUT, RAPID, CUT, CUT])
 
 
 def test_nx_cycle_in_a_second_frame_with_dwell(tmp_path: Path) -> None:

@@ -88,9 +88,7 @@ def test_position_is_known_only_after_x_y_and_z(tmp_path: Path) -> None:
         ("G91 G17", "X10 Y0 Z0", "G3 X-10 Y10 I-10 J0", [0, 10, 0], [math.sqrt(50), math.sqrt(50), 0]),
     ],
 )
-def test_arcs(
-    tmp_path: Path, plane: str, start: str, arc: str, end: list[float], middle: list[float]
-) -> None:
+def test_arcs(tmp_path: Path, plane: str, start: str, arc: str, end: list[float], middle: list[float]) -> None:
     path = read(tmp_path, f"G21 G90\nG0 {start}\n{plane} F100\n{arc}\nM30\n", chord=1e-7)
     np.testing.assert_allclose(path.position[-1] * 1e3, end, rtol=0, atol=1e-12)
     near = np.linalg.norm(path.position * 1e3 - middle, axis=1).min()
@@ -311,7 +309,8 @@ def test_arcs_with_several_turns_and_absolute_centres(tmp_path: Path) -> None:
 
 def test_drilling(tmp_path: Path) -> None:
     text = (
-        "G21 G90 F100\nG0 X0 Y0 Z10\nG98 G81 X5 Z-3 R2\nG99 X7\nG80\nG0 Z20\nG83 Y1 Z-1.5 R1 Q1\nG91 G82 X1 Z-2 R-1 P.5 K2\n"
+        "G21 G90 F100\nG0 X0 Y0 Z10\nG98 G81 X5 Z-3 R2\nG99 X7\nG80\nG0 Z20\nG83 Y1 Z-1.5 R1 Q1\n"
+        "G91 G82 X1 Z-2 R-1 P.5 K2\n"
         "G80 G90\nG85 X0 Z0 R4\nM30\n"
     )
     path = read(tmp_path, text)
@@ -330,7 +329,8 @@ def test_drilling(tmp_path: Path) -> None:
 
 def test_tool_vectors(tmp_path: Path) -> None:
     text = (
-        "G21 G90\nT1 M6\nG43.4 H1\nG0 X0 Y0 Z10 I0 J0 K1\nG1 Z0 F100\nX5 I.6 K.8\nX6\nG2 X8 I1\nG1 Y3 I0 J-3 K4\nG0 Z50\n"
+        "G21 G90\nT1 M6\nG43.4 H1\nG0 X0 Y0 Z10 I0 J0 K1\nG1 Z0 F100\nX5 I.6 K.8\nX6\nG2 X8 I1\n"
+        "G1 Y3 I0 J-3 K4\nG0 Z50\n"
         "G49\nG53 G0 Z0\nM30\n"
     )
     path = read(tmp_path, text)
@@ -341,7 +341,7 @@ def test_tool_vectors(tmp_path: Path) -> None:
 
 
 def test_compensated_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ReadError, match=r"part.nc:2: 'compensated by toolpath-compensator': done already"):
+    with pytest.raises(ReadError, match=r"part.nc:2: this program is compensated already"):
         read(tmp_path, "%\n(compensated by toolpath-compensator)\n" + HEAD + "M30\n%\n")
 
 

@@ -130,6 +130,9 @@ def test_a_pose_is_passed_only_where_half_a_segment_may_be_rounded(tmp_path):
         step = np.column_stack((np.cos(heading), np.sin(heading), 0 * heading)) * 1e-3
         p = changed(p, position=np.cumsum(step, axis=0), kind=np.ones(60, dtype=np.uint8), feed=np.full(60, 0.02))
         (tmp_path / str(degrees)).mkdir()
+        found = write_program(p, tmp_path / str(degrees) / "part1.jbi").findings
+        stands = [f for f in found if "stands in the cut" in f.what]
+        assert [(f.place, f.count) for f in stands] == ([] if passes else [("pose 1 (random.nc:2)", 58)])
         levels = [m.level for m in lines_of(written(p, tmp_path / str(degrees)))]
         assert levels == [0] + [None if passes else 0] * 58 + [0]
 

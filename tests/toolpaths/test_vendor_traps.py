@@ -114,6 +114,7 @@ def test_read_back_loses_less_than_a_micrometre(language, tmp_path):
     write_program(p, target(tmp_path, language))
     back = read_back(target(tmp_path, language))
     assert np.linalg.norm(back.position - p.position, axis=1).max() < 1e-6
+    np.testing.assert_allclose(back.rotation, p.rotation, atol=1.7e-6)
 
 
 @pytest.mark.parametrize("language", ROBOTS)

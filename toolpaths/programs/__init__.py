@@ -27,7 +27,7 @@ FORMATS: dict[str, str | None] = {
     "urscript": "toolpaths.programs.urscript",
     "val3": "toolpaths.programs.val3",
     "inform": "toolpaths.programs.inform",
-    "gcode": None,
+    "gcode": "toolpaths.programs.gcode",
     "csv": "toolpaths.programs.csv",
 }
 

@@ -98,10 +98,7 @@ class _Work:
         number = self.next
         self.next += 1
         start, end = self._span(c.move, "target_start", "target_end")
-        if start >= 0:
-            old = self._with_values(self.text[start:end], self._values(c, k))
-        else:
-            old = self._cartesian(c, k)
+        old = self._with_values(self.text[start:end], self._values(c, k)) if start >= 0 else self._cartesian(c, k)
         self.records.append(re.sub(r"P\[\d+(?::[^\]\r\n]*)?\]", f"P[{number}]", old, count=1) + self.eol)
         return number
 
@@ -121,7 +118,7 @@ class _Work:
         return _JOINTS.sub(f"CONFIG : '{config}',{self.eol}\t{body}", found[0], count=1)
 
     def _values(self, c: Correction, k: int) -> Floats:
-        """X, Y, Z mm and W, P, R deg; angles by whole turns next to those of the file, as near as they come."""
+        """X, Y, Z mm and W, P, R deg."""
         angles = np.degrees(fanuc_from_matrix(c.rotation[k]))
         return np.concatenate((c.position[k] * 1e3, angles))
 

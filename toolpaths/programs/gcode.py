@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.programs.program import WARNING, Finding, Floats, Program, ReadBack
+from toolpaths.programs.rewriting import MARKER
 from toolpaths.programs.text import number, plain
-from toolpaths.readers.gcode import MARKER, parse
+from toolpaths.readers.gcode import parse
 from toolpaths.readers.text import load_lines
 from toolpaths.rotation import rpy_from_matrix
 from toolpaths.toolpath import CUT
@@ -30,8 +31,8 @@ _FEED = 4  # decimals of mm/min
 def findings(program: Program, path: Path) -> Iterator[Finding]:
     """What G-code cannot say."""
     yield Finding(
-        WARNING, path.name, "G-code carries position and vector of the tool: the turn about it and the arm configuration "
-        "are left to the controller",
+        WARNING, path.name, "G-code carries position and vector of the tool: the turn about it and the arm "
+        "configuration are left to the controller",
         "compare the joint angles on the controller with those of the program as csv",
     )  # fmt: skip
 
@@ -96,7 +97,9 @@ def _lines(program: Program, block: slice, before: dict[int, str], last: _Last) 
     columns = [_column(" X", _XYZ, table[:, 0], new[:, 0]), _column(" Y", _XYZ, table[:, 1], new[:, 1]),
                _column(" Z", _XYZ, table[:, 2], new[:, 2]), _column(" I", _IJK, table[:, 3], new[:, 3]),
                _column(" J", _IJK, table[:, 4], new[:, 4]), _column(" K", _IJK, table[:, 5], new[:, 5])]  # fmt: skip
-    feeds = [f" F{number(f, _FEED)}" if n else "" for f, n in zip(table[:, 6].tolist(), new[:, 6].tolist(), strict=True)]
+    feeds = [
+        f" F{number(f, _FEED)}" if n else "" for f, n in zip(table[:, 6].tolist(), new[:, 6].tolist(), strict=True)
+    ]
     motion = [f" G{int(m)}" if n else "" for m, n in zip(table[:, 7].tolist(), new[:, 7].tolist(), strict=True)]
     exact = np.zeros(len(table), dtype=np.bool_) if program.exact is None else program.exact[block]
     stop = _column_exact(exact, last[1])

@@ -58,6 +58,7 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
     yield from _speed_findings(program)
     yield from _tool_findings(program)
     yield from _branch_findings(program)
+    yield from _corner_findings(program)
     yield from _size_findings(program, path)
 
 
@@ -108,6 +109,20 @@ def _branch_findings(program: Program) -> Iterator[Finding]:
         yield Finding(
             WARNING, program.place(int(np.argmax(at))), "the arm reaches behind its axis 1",
             "check RCONF of the first move before running", int(at.sum()),
+        )  # fmt: skip
+
+
+def _corner_findings(program: Program) -> Iterator[Finding]:
+    """Poses in the middle of a cut where the arm has to stand although nobody asked for it."""
+    cut = program.kind == CUT
+    inside = moves(program).stop[1:-1] & cut[1:-1] & cut[2:] & (np.diff(program.tool) == 0)[1:]
+    if program.exact is not None:
+        inside = inside & ~program.exact[1:-1]
+    if inside.any():
+        yield Finding(
+            WARNING, program.place(int(np.argmax(inside)) + 1),
+            "the arm stands in the cut (PL=0): a job cannot say how far to round a corner",
+            "sample curves more finely, or set PL by hand", int(inside.sum()),
         )  # fmt: skip
 
 

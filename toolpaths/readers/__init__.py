@@ -20,6 +20,8 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "csv": (".csv",),
     "rapid": (".mod", ".prg"),
     "krl": (".src",),
+    "fanuc": (".ls",),
+    "urscript": (".script",),
 }
 READERS: dict[str, str] = {suffix: name for name, group in SUFFIXES.items() for suffix in group}
 
@@ -45,11 +47,19 @@ def read_toolpath(path: str | os.PathLike[str], *, chord: float = 1e-5) -> Toolp
     """
     if not 0.0 < chord < 1.0:
         raise ValueError(f"chord = {chord} m: a length above 0 and below 1 m is needed")
+    return reader_of(path).read(Path(path), os.fspath(path), chord)
+
+
+def reader_of(path: str | os.PathLike[str]) -> Reader:
+    """The reader for the suffix of a file.
+
+    Raises:
+        ReadError: there is none.
+    """
     source = os.fspath(path)
     name = READERS.get(Path(source).suffix.lower())
     if name is None:
         known = "; ".join(f"{n}: {' '.join(s)}" for n, s in SUFFIXES.items())
         suffix = repr(Path(source).suffix) if Path(source).suffix else "a file without suffix"
         raise ReadError(source, None, f"no reader for {suffix}", f"Known: {known}")
-    reader = cast(Reader, import_module(f"toolpaths.readers.{name}"))
-    return reader.read(Path(source), source, chord)
+    return cast(Reader, import_module(f"toolpaths.readers.{name}"))

@@ -167,22 +167,24 @@ class _Run:
         if feed == 0.0:
             raise self._refused(s, f"the speed {speed}{unit} is not above 0", "Correct the speed.")
         zone = 0.0 if term == "FINE" else float(term[2:]) if term[:2] in ("CD", "CR") else float("nan")
-        self._append(s, word, record, via, feed, zone)
+        kind = RAPID if word == "J" or speed is None else CUT
+        self._append(s, word, kind, record, via, (feed, zone))
 
-    def _append(self, s: Statement, word: str, to: Record, via: Record | None, feed: float, zone: float) -> None:
+    def _append(
+        self, s: Statement, word: str, kind: np.uint8, to: Record, via: Record | None, numbers: tuple[float, float]
+    ) -> None:
         frame, tool = self._active(s, to, via)
         nan = (float("nan"),) * 3
         if to.bits < 0:
             self.track.joints[self.track.count] = model_joints(np.radians(to.numbers))
         pose = (*to.numbers, 0.0) if to.bits >= 0 else (*nan, *nan, 0.0)
-        kind = RAPID if word == "J" else CUT
         shape = ARC if word == "C" else LINE if word == "L" else PTP if to.bits >= 0 else JOINTS
-        target = (to.start, to.end) if to.bits >= 0 else NOWHERE
+        target = (to.start, to.end, s.start, s.end) if to.bits >= 0 else NOWHERE
         self.track.move(
-            (*pose, feed, zone, *(nan if via is None else via.numbers[:3])),
+            (*pose, *numbers, *(nan if via is None else via.numbers[:3])),
             (
                 shape, int(kind), tool, s.line, frame, to.bits, s.start, s.end,
-                *target, *(NOWHERE if via is None else (via.start, via.end)),
+                *target, *(NOWHERE if via is None else (via.start, via.end, s.start, s.end)),
             ),
         )  # fmt: skip
 

@@ -7,16 +7,22 @@ import re
 from pathlib import Path
 
 from toolpaths.errors import ReadError
+from toolpaths.programs.rewriting import MARKER
 from toolpaths.readers.gcode_machine import State
 from toolpaths.readers.gcode_retract import Retract, check_retracts
 from toolpaths.readers.gcode_rotary import Machine
 from toolpaths.readers.gcode_words import (
-    GROUP, M_END, SYSTEMS, TIP_CONTROL, Words, split_block, strip_comments,
+    GROUP,
+    M_END,
+    SYSTEMS,
+    TIP_CONTROL,
+    Words,
+    split_block,
+    strip_comments,
 )  # fmt: skip
 from toolpaths.readers.text import comment_word, load_lines
 from toolpaths.toolpath import Toolpath
 
-MARKER = "compensated by toolpath-compensator"
 MM, INCH = 1e-3, 25.4e-3
 PLANES = {170: 2, 180: 1, 190: 0}  # index of the axis normal to the plane
 MOVING = frozenset("XYZIJKRABC")
@@ -41,7 +47,9 @@ def read(path: Path, source: str, chord: float, machine: Machine | None = None) 
     lines = load_lines(path, source)
     for number, text in enumerate(lines[:40], 1):
         if MARKER in text:
-            raise ReadError(source, number, f"'{MARKER}': done already", "Give the file that it was made from.")
+            raise ReadError(
+                source, number, "this program is compensated already", "Give the program as it was before that."
+            )
     return parse(lines, source, machine).toolpath(chord)
 
 
@@ -67,8 +75,8 @@ class Blocks:
     def read(self, lines: list[str]) -> None:
         """Read every block."""
         self.changes = _stands_in(TOOL_CHANGE, lines)
-        if self.state.machine and self.state.machine.axes and _stands_in(ROTARY, lines):
-            self.state.use_rotary()
+        if self.state.rotary.letters and _stands_in(ROTARY, lines):
+            self.state.rotary.use()
         for line, text in enumerate(lines, 1):
             if text and not text.isspace():
                 self._line(text, line)
@@ -88,7 +96,7 @@ class Blocks:
         if text.strip() == "%":
             self._percent(line)
             return
-        values, gs, ms = split_block(text.upper(), self.source, line)
+        values, gs, ms = split_block(text.upper().rstrip(), self.source, line)
         if not (values or gs or ms):
             return
         if self.ended:

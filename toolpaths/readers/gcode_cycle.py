@@ -67,7 +67,9 @@ class Cycle:
 
     def _needed(self, letter: str) -> float:
         if letter not in self._words:
-            raise ValueError(f"the canned cycle needs {letter}; name it again after another cycle word, G20/21 or G90/91")
+            raise ValueError(
+                f"the canned cycle needs {letter}; name it again after another cycle word, G20/21 or G90/91"
+            )
         return self._words[letter]
 
     def _repeats(self, words: Mapping[str, float], moves: int) -> int:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from array import array
 from typing import NamedTuple
-
-import numpy as np
 
 from toolpaths.readers.gcode_arc import arc_geometry
 from toolpaths.readers.gcode_cycle import Cycle
 from toolpaths.readers.gcode_feed import INVERSE_TIME, Feed
 from toolpaths.readers.gcode_origin import Origin
-from toolpaths.readers.gcode_rotary import Machine, Turns, in_work
+from toolpaths.readers.gcode_rotary import Machine
+from toolpaths.readers.gcode_turning import Rotary
 from toolpaths.readers.gcode_words import TIP_CONTROL, Words
 from toolpaths.readers.track import CUT_MARK, RAPID_MARK, Track, Vector
 from toolpaths.toolpath import Toolpath
@@ -21,6 +19,7 @@ UP: Vector = (0.0, 0.0, 1.0)
 LOST: Vector = (math.nan, math.nan, math.nan)
 NORMALS: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ARCS = (20, 30)
+MOST_TURNS = 100  # of one arc: more is a mistake, and would fill the memory
 FIRST_CYCLE = 100  # keys from here on are canned cycles
 
 
@@ -44,7 +43,6 @@ class State:
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         self.track = Track(source, "gcode")
-        self.machine = machine
         self.at = LOST
         self.axis = UP
         self.motion: int | None = None
@@ -55,15 +53,8 @@ class State:
         self.tool = 0
         self.feed, self.cycle = Feed(), Cycle()
         self.origin = Origin(machine.systems if machine else None)
-        self.turning = False
-        self.angles: tuple[float, ...] = ()
-        self._turns, self._tips, self._times = array("d"), array("b"), array("d")
+        self.rotary = Rotary(machine)
         self.trace: list[Step] | None = [] if trace else None
-
-    def use_rotary(self) -> None:
-        """The file has rotary words: where the axes stand is not known yet."""
-        self.turning = True
-        self.angles = (math.nan,) * len(self.machine.axes if self.machine else ())
 
     # --- modal words ------------------------------------------------------------------------------------------
 
@@ -129,17 +120,14 @@ class State:
         """G28, G30, G53: a place of the machine, not of the work object; the words of the event."""
         name = f"G{key / 10:g}"
         axes = [a for a in "XYZABC" if a in values]
-        self._check_letters(values, "ABC")
+        self.rotary.check(values)
         if not values.keys().isdisjoint("IJKR") or (key == 530 and (self.motion != 0 or not axes)):
             raise ValueError(f"{name}: read only as a rapid retract", f"Write G53 G0 Z.. or {name} G91 Z0.")
         if key != 530 and axes and not (self.relative and all(values[a] == 0 for a in axes)):
             raise ValueError(f"{name} by way of a point", f"Read is only the pure retract: {name} G91 Z0.")
         x, y, z = (math.nan if a in (axes or "XYZ") else v for a, v in zip("XYZ", self.at, strict=True))
         self.at = x, y, z
-        if self.machine and self.turning:
-            letters = self.machine.letters
-            self.angles = tuple(math.nan if c in (axes or letters) else v
-                                for c, v in zip(letters, self.angles, strict=True))  # fmt: skip
+        self.rotary.lose(axes)
         return " ".join([name, *(f"{a}{values[a]:g}" for a in axes)])
 
     # --- moves ------------------------------------------------------------------------------------------------
@@ -157,7 +145,7 @@ class State:
         if self.trace is not None:
             self.trace.append(Step(
                 line, first, len(self.track), motion, self._scale(), self.relative, self.origin.shift,
-                self.feed.mode == INVERSE_TIME, self.tip and not self.turning, self.at,
+                self.feed.mode == INVERSE_TIME, self.tip and not self.rotary.used, self.at,
             ))  # fmt: skip
 
     def _go(self, motion: int, values: Words, line: int) -> None:
@@ -166,19 +154,19 @@ class State:
         if motion:
             feed = self.feed.rate(self._scale(), "F" in values, motion)
         length = -1.0
-        before = self.angles
+        before = self.rotary.angles
         if motion >= 20:
             length = self._arc(motion, values, start, end)
         elif not values.keys().isdisjoint("IJKRABC"):
             self._point_tool(motion, values)
-        if motion and (self.turning or self.feed.mode == INVERSE_TIME):
+        if motion and (self.rotary.used or self.feed.mode == INVERSE_TIME):
             length = math.dist(start, end) if length < 0 else length
             feed, time = self._timed(feed, length, before)
         if self.axis is not UP and not self.tip and self.axis != UP:
             raise ValueError("a move while the tool stands tilted and G43.4 is off: where its tip is depends on the "
                              "machine", "Move only in G43.4, or retract with G53 or G28.")  # fmt: skip
         self.at = end
-        if end[0] == end[0] and end[1] == end[1] and end[2] == end[2] and not (self.turning and self._lost()):
+        if end[0] == end[0] and end[1] == end[1] and end[2] == end[2] and not self.rotary.lost():
             self._append(CUT_MARK if motion else RAPID_MARK, end, feed, line, time)
         else:
             self._unknown(motion, values, line)
@@ -187,21 +175,16 @@ class State:
         track = self.track
         track.moves.extend((*end, *self.axis, feed))
         track.marks.extend((mark, self.tool, line))
-        if self.turning:
-            self._turns.extend(self.angles)
-            self._tips.append(self.tip)
-            self._times.append(time)
+        if self.rotary.used:
+            self.rotary.note(self.tip, time)
 
     def _unknown(self, motion: int, values: Words, line: int) -> None:
         words = " ".join(f"{a}{values[a]:g}" for a in "XYZABC" if a in values)
         if motion and len(self.track):
-            names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v] or ["the rotary axes"]
-            raise ValueError(f"{words}: a cutting move, but where {', '.join(names)} is, is not known after the retract",
-                             "Approach with a rapid that names all axes.")  # fmt: skip
+            names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v] or ["a rotary axis"]
+            problem = f"{words}: a cutting move, but where {', '.join(names)} is, is not known after the retract"
+            raise ValueError(problem, "Approach with a rapid that names all axes.")
         self.track.event(f"{words}, before the position is known", line)
-
-    def _lost(self) -> bool:
-        return any(v != v for v in self.angles)
 
     def _scale(self) -> float:
         if self.unit is None:
@@ -256,14 +239,16 @@ class State:
         if missing:
             raise ValueError(f"an arc without {missing[0]}: with G90.1 both centre words are needed")
         shift = self.origin.shift
-        return {letter: v + shift[k] - start[k] for k, letter in enumerate("IJK") if (v := words.get(letter)) is not None}
+        return {letter: words[letter] + shift[k] - start[k] for k, letter in enumerate("IJK") if letter in words}
 
     def _point_tool(self, motion: int, values: Words) -> None:
         """I, J, K as tool vector under G43.4, and A, B, C."""
         letters = values.keys()
         if not letters.isdisjoint("IJKR"):
-            if "R" in letters or not self.tip or self.turning:
-                remedy = "They belong to G2 and G3" + (", and I J K to G43.4 in files without A B C." if self.tip else ".")
+            if "R" in letters or not self.tip or self.rotary.used:
+                remedy = "They belong to G2 and G3" + (
+                    ", and I J K to G43.4 in files without A B C." if self.tip else "."
+                )
                 raise ValueError(f"I, J, K or R with G{motion // 10}", remedy)
             i, j, k = (values.get(c, 0.0) for c in "IJK")  # Fanuc: what is left out beside another is 0
             length = math.sqrt(i * i + j * j + k * k)
@@ -271,30 +256,11 @@ class State:
                 raise ValueError("the tool vector I J K has no length")
             self.axis = i / length, j / length, k / length
         if not letters.isdisjoint("ABC"):
-            self._check_letters(values, "ABC")
-            machine = self.machine
-            if machine is None:
-                return
-            sign = 1.0 if self.relative else 0.0
-            self.angles = tuple(
-                math.radians(values[c]) + (v if sign else 0.0) if c in values else v
-                for c, v in zip(machine.letters, self.angles, strict=True)
-            )
-        if self.turning and self.machine and not self.tip and (missing := self.machine.missing()):
-            raise ValueError(f"rotary moves without G43.4, and the {missing} of the machine is not known",
-                             "Post with G43.4, or complete [machine] in the cell.")  # fmt: skip
-
-    def _check_letters(self, values: Words, letters: str) -> None:
-        """Rotary words need a machine that has them."""
-        for c in letters:
-            if c in values and (self.machine is None or c not in self.machine.letters):
-                what = "the machine's kinematics is not known" if self.machine is None else "the machine has no such axis"
-                raise ValueError(f"{c}{values[c]:g}: a rotary axis: {what}",
-                                 "Declare [machine] in the cell, or post tool vectors (G43.4 I J K) or APT/CL.")  # fmt: skip
+            self.rotary.go(values, self.relative, self.tip)
 
     def _timed(self, rate: float, length: float, before: tuple[float, ...]) -> tuple[float, float]:
         """Feed m/s, and time s where the feed of the tip follows from it."""
-        turn = sum(abs(a - b) for a, b in zip(self.angles, before, strict=True))
+        turn = sum(abs(a - b) for a, b in zip(self.rotary.angles, before, strict=True))
         inverse = self.feed.mode == INVERSE_TIME
         if not turn > 0:
             return (self.feed.over(length, rate) if inverse else rate), math.nan
@@ -309,7 +275,7 @@ class State:
         """A block of a canned cycle."""
         if values.keys().isdisjoint("XYZ"):
             raise ValueError("words of a canned cycle, but no X, Y or Z")
-        if not values.keys().isdisjoint("IJABC") or self.axis != UP or (self.turning and any(self.angles)):
+        if not values.keys().isdisjoint("IJABC") or self.axis != UP or any(self.rotary.angles):
             raise ValueError("a canned cycle with rotary axes, tool vectors, I or J", "Post it expanded.")
         if any(v != v for v in self.at):
             raise ValueError("a canned cycle, but where it starts is not known", "Name X, Y and Z in G0 first.")
@@ -318,7 +284,7 @@ class State:
         unit, shift = self._scale(), self.origin.shift
         offset = dict(zip("XYZ", (0.0, 0.0, 0.0) if self.relative else shift, strict=True))
         offset["R"] = offset["XYZ"[self.normal]]
-        words = {c: v * (1.0 if c in "KLP" else unit) + offset.get(c, 0.0) for c, v in values.items() if c in "XYZRQPKL"}
+        words = {c: v * (1.0 if c in "KLP" else unit) + offset.get(c, 0.0) for c, v in values.items()}
         steps = self.cycle.steps(key, words, self.at, self.normal, self.relative, self.back)
         feed = self.feed.rate(unit, True, 10)
         for kind, place in steps:
@@ -329,19 +295,12 @@ class State:
     def toolpath(self, chord: float) -> Toolpath:
         """The poses in the work object."""
         path = self.track.toolpath(chord)
-        if not self.turning or self.machine is None:
-            return path
-        turns = Turns(
-            np.frombuffer(self._turns, dtype=np.float64).reshape(len(self._tips), -1),
-            np.frombuffer(self._tips, dtype=np.int8).astype(np.bool_),
-            np.frombuffer(self._times, dtype=np.float64),
-        )
-        return in_work(path, self.machine, turns, chord)
+        return self.rotary.in_work(path, chord)
 
 
 def _turns(values: Words) -> int:
     """P of G2 and G3: how many turns are begun."""
     turns = values.get("P", 1.0)
-    if turns != math.floor(turns) or not 1 <= turns <= 10_000:
-        raise ValueError(f"P{turns:g}: a whole number of turns from 1 on is expected")
+    if turns != math.floor(turns) or not 1 <= turns <= MOST_TURNS:
+        raise ValueError(f"P{turns:g}: a whole number of turns from 1 to {MOST_TURNS} is expected")
     return int(turns)

@@ -34,9 +34,7 @@ def check_retracts(path: Toolpath, retracts: list[Retract]) -> None:
         if not (low := float(min(height[after - 1], height[after]))) > top:
             problem = f"{r.words} is no place in the work object, and without it the tool would travel at "
             problem += f"Z {low * 1e3:g} mm, cuts reach up to Z {top * 1e3:g} mm"
-            raise ReadError(
-                path.source, r.line, problem, "Add a rapid to a higher Z before it, and approach from one."
-            )
+            raise ReadError(path.source, r.line, problem, "Add a rapid to a higher Z before it, and approach from one.")
 
 
 def highest_cut(path: Toolpath) -> float:

@@ -59,7 +59,8 @@ class Machine:
         if self.kinematics and self.kinematics not in KINEMATICS:
             raise ValueError(f"kinematics {self.kinematics!r}: one of {', '.join(KINEMATICS)} is expected")
         if len(self.axes) != len(self.places):
-            raise ValueError(f"kinematics {self.kinematics!r} needs {len(self.places)} axes, {len(self.axes)} are given")
+            given = f"{len(self.axes)} are given"
+            raise ValueError(f"kinematics {self.kinematics!r} needs {len(self.places)} axes, {given}")
         letters = [a.letter for a in self.axes]
         if len(set(letters)) != len(letters) or not set(letters) <= set("ABC"):
             raise ValueError(f"axes {', '.join(letters)}: different ones of A, B, C are expected")

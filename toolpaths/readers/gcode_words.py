@@ -9,7 +9,8 @@ from toolpaths.errors import ReadError
 # one word: a letter and its number; the third group is anything else
 WORD = re.compile(r"\s*(?:([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))|(\S))")
 COMMENT = re.compile(r"\(([^()]*)\)|;(.*)")
-O_WORD = re.compile(r"\s*(?:N\d+\s*)?(O\s*[<#\[\d][\w>\].]*\s*(?:SUB|ENDSUB|CALL|IF|ELSE|WHILE|DO|REPEAT|RETURN)|O\s*[<#\[])")
+FLOW = "SUB|ENDSUB|CALL|IF|ELSE|WHILE|DO|REPEAT|RETURN"
+O_WORD = re.compile(rf"\s*(?:N\d+\s*)?(O\s*[<#\[\d][\w>\].]*\s*(?:{FLOW})|O\s*[<#\[])")
 MACRO = re.compile(r"\b(?:IF|WHILE|GOTO|THEN|ENDIF|POPEN|DPRNT|DO\d|END\d)|GOTO")
 
 CYCLES = (730, 810, 820, 830, 850)

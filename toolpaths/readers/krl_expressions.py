@@ -201,7 +201,7 @@ class Expression:
                 self.take()
                 self.take("]")
             if name in out or not re.fullmatch(r"[A-Z_]\w*", name):
-                raise ExpressionError(f"component {name} is given twice" if name in out else f"{name!r} in an aggregate")
+                raise ExpressionError(f"{name!r} in an aggregate, or given twice")
             out[name] = self._sum()
             if self.peek() != "}":
                 self.take(",")

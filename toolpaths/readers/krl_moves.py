@@ -31,13 +31,16 @@ _TAIL = re.compile(r"\s*((?:C_\w+\s*)*)(?:WITH\s+(.*))?$", re.I | re.S)
 _PIECE = re.compile(r"[{}()\[\],]|(?<![\w$])(?:C_\w+|WITH)(?!\w)|\s(?=C_|WITH\b)", re.I)
 _WITH = re.compile(r"(\$[A-Z_]+(?:\.[A-Z]+)?)\s*=\s*(.*)$", re.I | re.S)
 _NAN = math.nan
+_EXACT = 1e-15  # what sine and cosine of right angles leave
 _POSES = ("E6POS", "POS", "FRAME")
 Tail = tuple[float, float, int, int]
 
 
 def quaternions(numbers: Floats) -> Floats:
     """Quaternions (N, 4) of A, B, C deg in the first three columns."""
-    return quaternion_from_matrix(matrix_from_kuka(np.radians(numbers[:, :3])))
+    matrix = matrix_from_kuka(np.radians(numbers[:, :3]))
+    matrix[np.abs(matrix) < _EXACT] = 0.0
+    return quaternion_from_matrix(matrix)
 
 
 class Mover:
@@ -68,7 +71,8 @@ class Mover:
     def move(self, motion: re.Match[str], s: Statement) -> None:
         """Append the move of one line."""
         word = motion[1].upper().removeprefix("S")
-        via, via_span, at = (_NAN,) * 3, NOWHERE, motion.end()
+        via: tuple[float, ...] = (_NAN,) * 3
+        via_span, at = NOWHERE, motion.end()
         if word.endswith("_REL"):
             self._relative(word, s, at)
             return
@@ -77,7 +81,7 @@ class Mover:
             via = middle[:3]
         match = LITERAL.match(self.run.text, self._blanks(at, s.end), s.end)
         if match:
-            values, span, at = self._literal(match, s), match.span(), match.end()
+            values, span, at = self._literal(match, s), (*match.span(), *match.span()), match.end()
         else:
             at, span, found = self._target(s, at, word)
             if found is None:
@@ -133,7 +137,7 @@ class Mover:
     def _via(self, s: Statement, at: int) -> tuple[int, Span, tuple[float, ...]]:
         begin = self._blanks(at, s.end)
         if match := LITERAL.match(self.run.text, begin, s.end):
-            end, span, values = match.end(), match.span(), self._literal(match, s)
+            end, span, values = match.end(), (*match.span(), *match.span()), self._literal(match, s)
         else:
             end, span, found = self._target(s, at, "LIN")
             if found is None or not math.isfinite(found[0]):
@@ -152,10 +156,11 @@ class Mover:
             if d is not None and d.type in _POSES:
                 literal = LITERAL.match(run.text, d.value[0], d.end) if d.value[0] >= 0 else None
                 if literal and literal.end() == d.end:
-                    return match.end(), literal.span(), self._literal(literal, s)
+                    return match.end(), (*literal.span(), *match.span(1)), self._literal(literal, s)
         end = self._argument_end(s, at)
         text = run.text[at:end]
-        span = (self._blanks(at, end), at + len(text.rstrip()))
+        first, last = self._blanks(at, end), at + len(text.rstrip())
+        span = (first, last, first, last)
         try:
             value = Expression(text, run).whole()
         except ExpressionError as e:
@@ -207,7 +212,8 @@ class Mover:
             self.run.refuse(s.start, "LIN_REL with a turn is not read", "Give the pose as numbers.")
         pose = [self._last[i] + value.get(k, 0.0) for i, k in enumerate(POSE)]
         self.others[self.track.count] = dict(zip(POSE, pose, strict=True))
-        span = (self._blanks(at, end), end)
+        first, last = self._blanks(at, end), at + len(self.run.text[at:end].rstrip())
+        span = (first, last, first, last)
         self._append("LIN", s, tail.end() if tail else end, (*pose, -1.0), span, (_NAN,) * 3, NOWHERE)
 
     def _tail(self, s: Statement, tail: str, word: str) -> Tail:
@@ -230,7 +236,7 @@ class Mover:
             run.refuse(s.start, "$IPO_MODE #TCP: a tool that stands still", "The arm has to hold the tool.")
         own = self._with(s, match[2] or "")
         speed = own.get("$VEL", own.get("$VEL.CP", self._speed()))
-        feed = speed * 1e3 if isinstance(speed, float) and speed > 0.0 else _NAN
+        feed = speed * 1e3 if isinstance(speed, float) and 0.0 < speed < math.inf and word != "PTP" else _NAN
         rounded = match[1].upper()
         zone = self._number("$APO.CDIS") if "C_DIS" in rounded else _NAN if rounded.strip() else 0.0
         tool = self._tool(s, own.get("$TOOL"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from dataclasses import dataclass
@@ -35,8 +36,8 @@ class Variable:
     declaration: Declaration | None
 
 
-class _Finished(Exception):
-    """HALT of the whole program, or RETURN from a subprogram."""
+class _FinishedError(Exception):
+    """RETURN was met."""
 
 
 class Run(Scanner):
@@ -101,10 +102,8 @@ class Run(Scanner):
         if self._depth > _DEEPEST:
             self.refuse(self._here, f"subprograms call each other more than {_DEEPEST} deep")
         self._called.add(name)
-        try:
+        with contextlib.suppress(_FinishedError):
             self._body(self.routines[name])
-        except _Finished:
-            pass
         self._depth -= 1
 
     def _body(self, body: list[Statement]) -> None:
@@ -120,9 +119,9 @@ class Run(Scanner):
                     text = self.text[s.start + 1 : s.end].strip()
                     self.track.event(comment_word(plain_text(text)), self.line(s.start))
             elif s.kind == LOOP:
-                self._loop(s)
+                self._run_loop(s)
             else:
-                self._choice(s)
+                self._run_choice(s)
 
     def _line(self, s: Statement) -> None:
         if motion := MOTION.match(self.text, s.start, s.end):
@@ -137,7 +136,7 @@ class Run(Scanner):
             self._assign(s, match)
             return
         elif text.upper() == "RETURN":
-            raise _Finished
+            raise _FinishedError
         elif match := _CALL.match(text):
             name = match[1].upper()
             if name in self.routines and not match[2].strip():
@@ -204,7 +203,7 @@ class Run(Scanner):
         self.names[name] = Variable(value, None)
         self.mover.numbered(name, int(number))
 
-    def _loop(self, s: Statement) -> None:
+    def _run_loop(self, s: Statement) -> None:
         values = [Expression(t, self).whole() for t in s.terms[1:] if t]
         for value in values:
             if isinstance(value, Runtime):
@@ -222,7 +221,7 @@ class Run(Scanner):
                 self.refuse(s.start, "the program runs too many lines for its length")
             first += step
 
-    def _choice(self, s: Statement) -> None:
+    def _run_choice(self, s: Statement) -> None:
         for branch in s.body:
             value = Expression(branch.terms[0], self).whole()
             if isinstance(value, Runtime):

@@ -149,7 +149,7 @@ class Scanner:
         name = match[1].upper()
         if name in self.routines:
             self.refuse(start, f"DEF {match[1]} stands twice", "Two programs in one file: give one of them.")
-        body, word = self._block(("END",), start, "END")
+        body, _ = self._block(("END",), start, "END")
         if not self.first:
             self.first, self.header_end = name, end
         self.routines[name] = body

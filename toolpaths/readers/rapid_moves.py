@@ -87,17 +87,17 @@ class Mover:
         """Position, quaternion and cfx; the place of the target; where the instruction goes on."""
         text = self.run.text
         if match := LITERAL.match(text, at, s.end):
-            return self._literal(match, s), _trimmed(text, *match.span()), match.end()
+            return self._literal(match, s), _here(text, *match.span()), match.end()
         if (match := _NAME.match(text, at, s.end)) and (variable := self.run.variable(match[1])):
             d = variable.declaration
             if d is not None and d.type == "robtarget" and not d.array:
                 literal = LITERAL.match(text, d.value[0], d.end)
                 if literal and not text[literal.end() : d.end - 1].strip():
-                    return self._literal(literal, s), _trimmed(text, *literal.span()), match.end()
+                    return self._literal(literal, s), (*_here(text, *literal.span())[:2], *match.span(1)), match.end()
         end = self._argument_end(s, at)
         value = self._constant(s, text[at:end], "robtarget", "a robtarget")
         self.others[self.track.count] = (value[2], value[3])
-        return self._checked([*value[0], *value[1], value[2][3]], s), _trimmed(text, at, end), end
+        return self._checked([*value[0], *value[1], value[2][3]], s), _here(text, at, end), end
 
     def _literal(self, match: re.Match[str], s: Statement) -> Numbers:
         try:
@@ -123,7 +123,7 @@ class Mover:
         if not np.isfinite(angles).all() or np.abs(angles).max() > 100.0:
             self.run.refuse(s.start, f"{s.word}: joint angles that no arm has")
         self.track.joints[self.track.count] = angles
-        return (*(_NAN,) * 7, -1.0), _trimmed(self.run.text, at, end), end
+        return (*(_NAN,) * 7, -1.0), _here(self.run.text, at, end), end
 
     def _argument_end(self, s: Statement, at: int) -> int:
         """Where an argument ends: at a comma or option outside brackets."""
@@ -177,6 +177,8 @@ class Mover:
             feed = _NAN
         if "v" in options:
             feed = self._part(s, [options["v"]], "", 0)
+        if feed == 0.0:
+            run.refuse(s.start, f"{s.word}: a speed of 0", "Give a speed above 0.")
         corner = 0.0 if isinstance(zone, list) and zone[0] is True else self._part(s, zone, "zonedata", 1)
         if "z" in zone_options:
             corner = self._part(s, [zone_options["z"]], "", 0)
@@ -249,8 +251,9 @@ class Mover:
         return self.track.frame(frame)
 
 
-def _trimmed(text: str, start: int, end: int) -> Span:
-    """A span without the blanks around it."""
+def _here(text: str, start: int, end: int) -> Span:
+    """The place of a pose that stands in the move itself, without the blanks around it."""
     piece = text[start:end]
-    left = len(piece) - len(piece.lstrip())
-    return start + left, start + left + len(piece.strip())
+    first = start + len(piece) - len(piece.lstrip())
+    last = first + len(piece.strip())
+    return first, last, first, last

@@ -30,7 +30,7 @@ MOVES = {"movel", "movej", "movec", "moveabsj"}
 _DEEPEST = 20
 
 
-class _Finished(Exception):
+class _FinishedError(Exception):
     """EXIT was met."""
 
 
@@ -76,7 +76,7 @@ class Run(Scanner):
         """
         try:
             self._call(self._entry())
-        except _Finished:
+        except _FinishedError:
             pass
         except ExpressionError as e:
             self.refuse(self._here, str(e))
@@ -89,7 +89,7 @@ class Run(Scanner):
         first = [name for name in routines if name not in called]
         if len(first) == 1:
             return first[0]
-        what = "no PROC without arguments" if not first else "several: " + ", ".join(self.module.shown[n] for n in first)
+        what = "several: " + ", ".join(self.module.shown[n] for n in first) if first else "no PROC without arguments"
         raise ReadError(
             self.source, None, f"no PROC main() in the module, and {what}", "Call the one to run main.",
         )  # fmt: skip
@@ -152,9 +152,9 @@ class Run(Scanner):
                 self.local[d.name.lower()] = Variable(d.type, None, d)
                 self.mover.forget()
             elif s.kind == LOOP:
-                if self._loop(s):
+                if self._run_loop(s):
                     return True
-            elif s.kind == CHOICE and self._choice(s):
+            elif s.kind == CHOICE and self._run_choice(s):
                 return True
         return False
 
@@ -169,7 +169,7 @@ class Run(Scanner):
         elif word in self.module.routines and not rest.strip():
             self._call(word)
         elif word in ("exit", "exitcycle"):
-            raise _Finished
+            raise _FinishedError
         elif word == "return":
             return True
         else:
@@ -231,7 +231,7 @@ class Run(Scanner):
             variable.value, variable.declaration = value, None
         self.mover.forget()
 
-    def _loop(self, s: Statement) -> bool:
+    def _run_loop(self, s: Statement) -> bool:
         name = s.terms[0]
         terms = [self._number(t, s) for t in s.terms[1:] if t]
         step = terms[2] if len(terms) > 2 else math.copysign(1.0, terms[1] - terms[0])
@@ -260,7 +260,7 @@ class Run(Scanner):
             self.refuse(s.start, f"{text.strip()[:40]!r} is no number")
         return value
 
-    def _choice(self, s: Statement) -> bool:
+    def _run_choice(self, s: Statement) -> bool:
         for branch in s.body:
             value = Expression(branch.terms[0], self).whole()
             if isinstance(value, Runtime):

@@ -112,7 +112,7 @@ def _rel_tool(target: Value, x: float, y: float, z: float, rx: float = 0.0, ry: 
     step[:3, 3] = (x * 1e-3, y * 1e-3, z * 1e-3)
     turns = [matrix_from_rpy(np.radians(t)) for t in ((rx, 0.0, 0.0), (0.0, ry, 0.0), (0.0, 0.0, rz))]
     step[:3, :3] = turns[0] @ turns[1] @ turns[2]
-    return [*pose_of(frame @ step), *target[2:]]
+    return [*pose_of(np.asarray(frame @ step)), *target[2:]]
 
 
 def _orient(z: float, y: float, x: float) -> Value:
@@ -128,8 +128,8 @@ FUNCTIONS: dict[str, tuple[Callable[..., Value], tuple[str, ...]]] = {
     "offs": (_offs, ("robtarget",)),
     "reltool": (_rel_tool, ("robtarget",)),
     "orientzyx": (_orient, ()),
-    "posemult": (lambda a, b: pose_of(matrix(a) @ matrix(b)), ("pose", "pose")),
-    "poseinv": (lambda a: pose_of(np.linalg.inv(matrix(a))), ("pose",)),
+    "posemult": (lambda a, b: pose_of(np.asarray(matrix(a) @ matrix(b))), ("pose", "pose")),
+    "poseinv": (lambda a: pose_of(np.asarray(np.linalg.inv(matrix(a)), dtype=np.float64)), ("pose",)),
     "abs": (abs, ()),
     "sqrt": (math.sqrt, ()),
     "pow": (math.pow, ()),

@@ -20,10 +20,11 @@ LINE, PTP, JOINTS, ARC = 0, 1, 2, 3  # straight line; joint move to a pose; join
 NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
 MARKS = (
     "word", "kind", "tool", "line", "frame", "configuration", "start", "end",
-    "target_start", "target_end", "via_start", "via_end",
+    "target_start", "target_end", "ref_start", "ref_end", "via_start", "via_end", "via_ref_start", "via_ref_end",
 )  # fmt: skip
-Span = tuple[int, int]
-NOWHERE: Span = (-1, -1)
+#: Where the numbers of a pose stand, and where the move names it: the same place twice for poses within the move.
+Span = tuple[int, int, int, int]
+NOWHERE: Span = (-1, -1, -1, -1)
 _FLAT = 1e-9  # sine below which three points of an arc are on a line
 
 
@@ -37,8 +38,9 @@ class RobotMoves:
         quaternion: (N, 4) w, x, y, z in the move's own frame.
         via: (N, 3) m, the point that an arc passes, own frame; NaN for other moves.
         feed, zone: (N,) m/s and m.
-        mark: name of MARKS -> (N,) integers. ``start`` and ``end`` are the statement's place in the text, the others
-            the places of its target and of its via point there; -1 where there is none.
+        mark: name of MARKS -> (N,) integers. ``start`` and ``end`` are the statement's place in the text,
+            ``target_*`` and ``via_*`` those of the numbers of its target and via point, ``*ref_*`` those where the
+            statement gives or names them; -1 where there is none.
         joints: move -> (n,) rad.
         frames: (4, 4) base -> frame, by number; None: only the controller knows it.
         tools, events: as in Setting and Toolpath; events count moves.
@@ -154,7 +156,7 @@ class RobotMoves:
         if arcs[0] == 0 or not np.isfinite(position[arcs - 1]).all():
             at = arcs[0] if arcs[0] == 0 else arcs[np.argmin(np.isfinite(position[arcs - 1]).all(axis=1))]
             problem = "an arc whose start is not given as a pose"
-            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Put a straight move to its start before.")
+            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Put a straight move before it.")
         start, end = position[arcs - 1], position[arcs]
         center, normal, sweep, share, flat = circle_through(start, self.in_main(self.via)[arcs], end)
         if flat.any():
@@ -260,7 +262,7 @@ class RobotTrack:
     def moves(self) -> RobotMoves:
         """All moves, in SI."""
         if not self.count:
-            raise ReadError(self.source, None, "there is no move in the program", "Give the program that moves the arm.")
+            raise ReadError(self.source, None, "there is no move in the program", "Give one that moves the arm.")
         table = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, len(NUMBERS))
         marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
         return RobotMoves(

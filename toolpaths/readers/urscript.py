@@ -18,12 +18,12 @@ from toolpaths.programs.text import words_of
 from toolpaths.readers.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotMoves, RobotTrack, Span
 from toolpaths.readers.text import comment_word, load_lines
 from toolpaths.readers.urscript_scan import FUNCTIONS, Node, tree
-from toolpaths.readers.urscript_values import Expression, Pose, RuntimeValueError, Value
+from toolpaths.readers.urscript_values import LARGEST, Expression, Pose, RuntimeValueError, Value
 from toolpaths.rotation import matrix_from_ur, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats, Toolpath
 
 #: Parameters in their order; the pose or joints come first.
-_PARAMETERS = {
+PARAMETERS = {
     "movej": ("", "a", "v", "t", "r"),
     "movel": ("", "a", "v", "t", "r"),
     "movep": ("", "a", "v", "r"),
@@ -187,7 +187,7 @@ class _Run:
             self._function(node, self.functions[name], at)
         elif name in _HARMLESS:
             self.track.event(comment_word(node.text), node.line)
-        elif name in _PARAMETERS:
+        elif name in PARAMETERS:
             self._move(node, name, self._arguments(node, at))
         elif name == "set_tcp":
             self._set_tcp(node, self._arguments(node, at))
@@ -265,9 +265,12 @@ class _Run:
         if options is None:
             given = [("", 0.0), *self._tail(node, m)]
             options = self._tails[key] = self._options(node, m[1], given)
-        numbers = tuple(float(v) for v in m.group(4, 5, 6, 7, 8, 9))
+        numbers = tuple(map(float, m.group(4, 5, 6, 7, 8, 9)))
+        if not -LARGEST <= min(numbers) <= max(numbers) <= LARGEST:
+            raise self._refused(node, f"{node.text[:40]!r}: a number that is too large", "Correct the number.")
         span = (node.start + m.start(3), node.start + m.end(3))
-        self._append(node, LINE, CUT, Pose(numbers, *span, frame), None, options)
+        kind = RAPID if "rapid" in m[11].lower() else CUT
+        self._append(node, LINE, kind, Pose(numbers, *span, frame), None, options)
 
     def _tail(self, node: Node, m: re.Match[str]) -> list[tuple[str, Value]]:
         if not m[11]:
@@ -285,10 +288,10 @@ class _Run:
 
     def _options(self, node: Node, word: str, given: list[tuple[str, Value]]) -> dict[str, float]:
         """Named numbers of a move; feed 0 or less is refused."""
-        names, out = _PARAMETERS[word], dict(_DEFAULTS)
+        names, out = PARAMETERS[word], dict(_DEFAULTS)
         for i, (name, value) in enumerate(given):
             key = name or (names[i] if i < len(names) else "?")
-            if key in ("pose", "q", "pose_via", "pose_to") or (key == "" and not name):
+            if key == "" or (key in ("pose", "q", "pose_via", "pose_to") and isinstance(value, Pose | list)):
                 continue
             if key not in names or isinstance(value, bool) or not isinstance(value, float):
                 raise self._refused(node, f"{word} with {key or name}", f"Expected {', '.join(n for n in names if n)}.")
@@ -308,7 +311,7 @@ class _Run:
         if word == "movec" and (not isinstance(via, Pose) or not isinstance(to, Pose)):
             raise self._refused(node, "movec through joint angles", "Give both points as p[...].")
         shape = ARC if word == "movec" else LINE if word != "movej" else PTP if isinstance(to, Pose) else JOINTS
-        kind = RAPID if word == "movej" else CUT
+        kind = RAPID if word == "movej" or "rapid" in node.text.lower() else CUT
         self._append(node, shape, kind, to, via if isinstance(via, Pose) else None, options)
 
     def _append(
@@ -318,7 +321,7 @@ class _Run:
         frame, span = None, NOWHERE
         pose: tuple[float, ...] = (nan,) * 6
         if isinstance(to, Pose):
-            frame, span = to.frame, (to.start, to.end)
+            frame, span = to.frame, (to.start, to.end, node.start, node.end)
             pose = (*(1e3 * v for v in to.numbers[:3]), *to.numbers[3:])
         elif isinstance(to, list) and len(to) == 6 and all(type(v) is float for v in to):
             self.track.joints[self.track.count] = np.array(to, dtype=np.float64)
@@ -340,7 +343,7 @@ class _Run:
             return (float("nan"),) * 3, NOWHERE
         inverse = np.linalg.inv(_BASE if frame is None else frame)
         point = (inverse @ via.matrix())[:3, 3] * 1e3
-        return tuple(point.tolist()), (via.start, via.end)
+        return tuple(point.tolist()), (via.start, via.end, *NOWHERE[2:])
 
 
 _BASE: Floats = np.eye(4)

@@ -18,7 +18,7 @@ _TOKEN = re.compile(
     r'\s*(?:((?:\d++\.?\d*+|\.\d++)(?:[eE][-+]?\d++)?)|(p\[)|([A-Za-z_]\w*+)|("[^"]*+")|(==|!=|<=|>=|[-+*/%()\[\],=<>]))'
 )
 _DEEPEST = 30
-_LARGEST = 1e9
+LARGEST = 1e9
 
 
 class RuntimeValueError(Exception):
@@ -144,7 +144,7 @@ class Expression:
             return token[1:-1]
         if token[0].isdigit() or token[0] == ".":
             number = float(token)
-            if not number <= _LARGEST:
+            if not number <= LARGEST:
                 raise RuntimeValueError(f"{token[:20]!r} is too large")
             return number
         if token[0].isalpha() or token[0] == "_":
@@ -197,6 +197,6 @@ def _called(name: str, given: list[Value]) -> Value:
 def _number(value: Value) -> float:
     if isinstance(value, bool) or not isinstance(value, float):
         raise RuntimeValueError("a number was expected")
-    if not abs(value) <= _LARGEST:
+    if not abs(value) <= LARGEST:
         raise RuntimeValueError("a number that is too large")
     return value

@@ -1,0 +1,248 @@
+"""G-code filtered in place: cutting moves go where the program says, everything else stays byte by byte."""
+
+from __future__ import annotations
+
+import difflib
+import random
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.oracles.random_gcode import RandomProgram
+from tests.oracles.sample_programs import SPINDLE
+from tests.toolpaths.test_rs274_reader import reference
+from toolpaths.errors import ReadError, WriteError
+from toolpaths.programs.gcode import rotation_of
+from toolpaths.programs.gcode_filter import rewrite
+from toolpaths.programs.program import Program
+from toolpaths.programs.rewriting import MARKER, Rewritten
+from toolpaths.readers.gcode import parse
+from toolpaths.toolpath import CUT, Toolpath
+
+HEAD = "G21 G90 G17\nG0 X0 Y0 Z5\nF600\n"
+
+
+def read(data: bytes, chord: float = 1e-5) -> Toolpath:
+    return parse(
+        data.removeprefix(b"\xef\xbb\xbf").decode("latin-1").replace("\r\n", "\n").split("\n"), "a.nc"
+    ).toolpath(chord)
+
+
+def program_of(path: Toolpath, position: np.ndarray | None = None, axis: np.ndarray | None = None) -> Program:
+    n = len(path)
+    return Program(
+        name="A", position=np.array(path.position if position is None else position),
+        rotation=rotation_of(path.axis if axis is None else axis), joints=np.zeros((n, 6)), feed=np.array(path.feed),
+        kind=np.array(path.kind), tool=np.array(path.tool), line=np.array(path.line),
+        tools={int(t): SPINDLE for t in set(path.tool)}, workobject=np.eye(4), rapid_speed=0.5, source="a.nc",
+    )  # fmt: skip
+
+
+def corrected(path: Toolpath, size: float = 1e-4) -> np.ndarray:
+    """Positions of cutting moves moved by a smooth field of about ``size`` m."""
+    p = path.position
+    off = size * np.column_stack([np.sin(30 * p[:, 1]) + 0.4, np.cos(25 * p[:, 0]), np.sin(20 * p[:, 0]) - 0.5])
+    return np.where((path.kind == CUT)[:, None], p + off, p)
+
+
+def filtered(text: str | bytes, size: float = 1e-4) -> tuple[Rewritten, Program, Toolpath]:
+    data = text.encode() if isinstance(text, str) else text
+    path = read(data)
+    program = program_of(path, corrected(path, size))
+    return rewrite(data, program, path.row, Path("a.nc")), program, path
+
+
+def cuts(path: Toolpath | Program) -> np.ndarray:
+    return path.position[path.kind == CUT] * 1e3
+
+
+def diff(before: str, after: bytes) -> list[str]:
+    lines = difflib.ndiff(before.split("\n"), after.decode("latin-1").split("\n"))
+    return [line for line in lines if line[0] in "+-"]
+
+
+def test_numbers_change_in_the_manner_of_the_file() -> None:
+    text = HEAD + "N10 G01 X10.500 Z-1.000 (plunge) F300 M8\nn20 y-4.250 ; way\nG0 Z5.000\nM30\n"
+    path = read(text.encode())
+    moved = path.position + np.where((path.kind == CUT)[:, None], [[0.0001, -0.0002, 0.00003]], 0.0)
+    new = rewrite(text.encode(), program_of(path, moved), path.row, Path("a.nc"))
+    assert diff(text, new.text) == [
+        f"+ ({MARKER})",
+        "- N10 G01 X10.500 Z-1.000 (plunge) F300 M8", "+ N10 G01 X10.600 Y-0.200 Z-0.970 (plunge) F300 M8",
+        "- n20 y-4.250 ; way", "+ n20 y-4.450 ; way",
+    ]  # fmt: skip
+    assert new.changes == ()
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_nothing_to_correct_changes_the_marker_only(end: str) -> None:
+    body = (
+        "%\nO1001 (PART)\n"
+        + HEAD
+        + "G1 X10. Z-1\nG2 X20 I5 (half)\nG91 G1 X.5\nG90\nG98 G81 X3 R2 Z-1\nG80\nG0 Z5\nM30\n%\n"
+    )
+    text = body.replace("\n", end)
+    path = read(text.encode())
+    new = rewrite(text.encode(), program_of(path), path.row, Path("a.nc"))
+    assert new.text.decode() == text.replace(f"(PART){end}", f"(PART){end}({MARKER}){end}") and new.changes == ()
+
+
+def test_bytes_that_are_no_poses_stay() -> None:
+    data = (
+        b"\xef\xbb\xbf(Fr\xc3\xa4sen \xb5 \xff)\r\n"
+        + (HEAD + "\t G1  X10.0Z-1 (A) ;B\n\nM9 ( x1 )\nG0Z5\nM30").encode()
+    )
+    new, program, _ = filtered(data)
+    assert new.text.startswith(b"\xef\xbb\xbf") and b"(Fr\xc3\xa4sen \xb5 \xff)\r\n" in new.text
+    assert new.text.endswith(b" (A) ;B\n\nM9 ( x1 )\nG0Z5\nM30")
+    np.testing.assert_allclose(cuts(read(new.text[3:])), cuts(program), atol=6e-4)
+
+
+def test_compensated_file_and_wrong_poses_are_refused() -> None:
+    new, program, path = filtered(HEAD + "G1 X10 Z-1\nM30\n")
+    with pytest.raises(ReadError, match=r"a.nc:1: .*compensated already"):
+        rewrite(new.text, program, path.row, Path("a.nc"))
+    with pytest.raises(WriteError, match="do not belong to this file"):
+        rewrite((HEAD + "G1 X1\nX2\nX3\nM30\n").encode(), program, path.row, Path("a.nc"))
+
+
+def test_arc_becomes_lines_or_stays() -> None:
+    text = HEAD + "G1 X0 Z-1\nG2 X10 Y0 I5 J0 F900 (half)\nX20 I5\nG1 X30\nG0 Z5\nM30\n"
+    new, program, path = filtered(text)
+    out = new.text.decode()
+    assert "G2 " not in out and "I5" not in out and "(half)" in out and "F900" in out
+    assert [(c.place, c.what, c.count) for c in new.changes] == [
+        ("a.nc:5", f"an arc became {sum(path.line == 5)} lines", 2)
+    ]
+    np.testing.assert_allclose(cuts(read(new.text)), cuts(program), atol=6e-4)
+    shifted = path.position + np.where((path.kind == CUT)[:, None], [[0.0003, -0.0002, 0.0001]], 0)
+    new = rewrite(text.encode(), program_of(path, shifted), path.row, Path("a.nc"))
+    assert "G2 X10.3 Y-0.2 I5 J0 F900 (half)\nX20.3 I5\nG1 X30.3" in new.text.decode() and new.changes == ()
+
+
+def test_motion_word_comes_back_after_lines() -> None:
+    text = HEAD + "G1 X0 Z-1\nG2 X10 I5\nG0 Z5\nX0\nG1 Z0\nG3 X20 I10\nX0 I-10\nG1 X1\nM30\n"
+    path = read(text.encode())
+    position = path.position.copy()
+    only = path.line == 9  # the first G3
+    position[only] += 1e-4 * np.sin(np.arange(only.sum()))[:, None]
+    position[np.flatnonzero(only)[-1]] = path.position[np.flatnonzero(only)[-1]]
+    new = rewrite(text.encode(), program_of(path, position), path.row, Path("a.nc"))
+    assert "\nG3 X0 I-10\n" in new.text.decode() and "\nG2 X10 I5\n" in new.text.decode()
+    again = read(new.text)
+    np.testing.assert_allclose(again.position[-1], path.position[-1], atol=1e-12)
+
+
+def test_poses_are_put_in_as_lines() -> None:
+    text = HEAD + "G1 X0 Z-1\nX10 F100 (long) M8\nX20 M0\nG0 Z5\nM30\n"
+    path = read(text.encode())
+    rows = np.sort(np.concatenate([path.row, [1.5, 2.25, 2.5]]))
+    at = np.array([np.interp(rows, path.row, c) for c in path.position.T]).T
+    grown = replace(path, row=rows, position=at, **{
+        name: getattr(path, name)[np.searchsorted(path.row, rows)] for name in ("axis", "feed", "kind", "tool", "line")
+    })  # fmt: skip
+    program = program_of(grown, corrected(grown))
+    new = rewrite(text.encode(), program, rows, Path("a.nc"))
+    np.testing.assert_allclose(cuts(read(new.text)), cuts(program), atol=6e-4)
+    lines = new.text.decode().split("\n")
+    long = next(k for k, line in enumerate(lines) if "(long) M8" in line and "F100" in line)
+    assert (
+        re.fullmatch(r"X5\.\d+ Y\S+ Z\S+ F100 \(long\) M8", lines[long])
+        and re.fullmatch(r"X10\S* Y\S+ Z\S+", lines[long + 1]) is not None
+    )
+    assert lines[long + 4].endswith(" M0") and lines[long + 4].startswith("X20.")
+    assert [(c.place, c.what) for c in new.changes] == [
+        ("a.nc:5", "1 lines were put in"),
+        ("a.nc:6", "2 lines were put in"),
+    ]
+
+
+def test_drilling_series_is_expanded_when_a_hole_moves() -> None:
+    text = HEAD + "G98 G82 X5 Y5 Z-3 R2 P.5 F90 (holes)\nX10\nG80\nG0 X50\nG99 G81 X60 Z-1 R1\nG80\nM30\n"
+    path = read(text.encode())
+    position = path.position.copy()
+    position[(path.line == 5) & (path.kind == CUT)] += [1e-4, 2e-4, -1e-4]
+    new = rewrite(text.encode(), program_of(path, position), path.row, Path("a.nc"))
+    out = new.text.decode()
+    assert "G82" not in out and "G98" not in out and "F90 (holes)" in out and out.count("G4 P.5") == 2
+    assert "G99 G81 X60 Z-1 R1" in out
+    again = read(new.text)
+    np.testing.assert_allclose(cuts(again), position[path.kind == CUT] * 1e3, atol=6e-4)
+    assert len(new.changes) == 1 and new.changes[0].count == 2
+
+
+def test_tool_vectors_follow() -> None:
+    text = HEAD + "G43.4 H1\nG0 X0 Y0 Z5 I0 J0 K1\nG1 Z0 F100\nX5 I.6 J0 K.8\nX10\nG0 Z50\nG49\nM30\n"
+    path = read(text.encode())
+    g = np.random.default_rng(4)
+    axis = path.axis + np.where((path.kind == CUT)[:, None], g.normal(scale=1e-3, size=path.axis.shape), 0)
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    program = program_of(path, corrected(path), axis)
+    again = read(rewrite(text.encode(), program, path.row, Path("a.nc")).text)
+    np.testing.assert_allclose(cuts(again), cuts(program), atol=6e-4)
+    np.testing.assert_allclose(again.axis[path.kind == CUT], axis[path.kind == CUT], atol=2e-7)
+
+
+def test_tilt_that_the_file_cannot_say_is_listed() -> None:
+    text = HEAD + "G1 X10 Z-1\nM30\n"
+    path = read(text.encode())
+    axis = path.axis + np.array([0.002, 0, 0])
+    new = rewrite(text.encode(), program_of(path, None, axis / np.linalg.norm(axis[0])), path.row, Path("a.nc"))
+    assert len(new.changes) == 1 and "tilts the tool by up to 0.11 deg" in new.changes[0].what
+
+
+def test_shift_by_place_after_compensated_moves_is_refused() -> None:
+    with pytest.raises(WriteError, match=r"a.nc:5: G92 after compensated moves"):
+        filtered(HEAD + "G1 X10 Z-1\nG92 X0\nG1 X5\nM30\n")
+    new, program, _ = filtered("G92 X0 Y0 Z0\n".join(["G21\n", HEAD]) + "G1 X10 Z-1\nG52 X5\nX6\nM30\n")
+    np.testing.assert_allclose(cuts(read(new.text)), cuts(program), atol=6e-4)
+
+
+@pytest.mark.parametrize("name", ["gcode_fusion/1110_wall_265bit.nc", "gcode_cncjs/tball.gcode"])
+def test_real_files(shared: Path, name: str) -> None:
+    data = (shared / "data/cam" / name).read_bytes()
+    path = read(data)
+    same = rewrite(data, program_of(path), path.row, Path("a.nc"))
+    lines = same.text.split(b"\n")
+    at = next(k for k, line in enumerate(lines) if MARKER.encode() in line)
+    assert b"\n".join(lines[:at] + lines[at + 1 :]) == data and at < 4
+    program = program_of(path, corrected(path, 1e-3))
+    new = rewrite(data, program, path.row, Path("a.nc"))
+    again = read(new.text)
+    assert len(again) == len(path)
+    np.testing.assert_allclose(cuts(again), cuts(program), atol=6e-4)
+    kept = [t for t in new.text.split(b"\n") if not re.search(rb"[XYZ]", re.sub(rb"\(.*\)", b"", t))]
+    assert [t for t in kept if MARKER.encode() not in t] == [
+        t for t in data.split(b"\n") if not re.search(rb"[XYZ]", re.sub(rb"\(.*\)", b"", t))
+    ]
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_random_programs(seed: int, tmp_path: Path) -> None:
+    """Cuts are where they have to be, rapids within the correction of where they were; rs274 reads the same."""
+    text = RandomProgram(seed, 60, shifts=False).text
+    new, program, _ = filtered(text, 2e-4)
+    again = read(new.text)
+    np.testing.assert_allclose(cuts_without_arcs(again, program), 0, atol=1.1e-3)
+    if shutil.which("rs274") and random.Random(seed).random() < 0.2:
+        file = tmp_path / "new.ngc"
+        file.write_bytes(new.text)
+        np.testing.assert_allclose(reference(file).ends[-1], again.position[-1] * 1e3, atol=6e-3)
+
+
+def cuts_without_arcs(again: Toolpath, program: Program) -> np.ndarray:
+    """Distance, mm, of every commanded cut to the nearest way of the file that was read again, in order."""
+    ways = again.position * 1e3
+    at, out = 1, []
+    for p in program.position[program.kind == CUT] * 1e3:
+        window = slice(max(at - 1, 0), min(at + 400, len(ways)))
+        distance = np.linalg.norm(ways[window] - p, axis=1)
+        best = int(np.argmin(distance))
+        out.append(distance[best])
+        if distance[best] < 2e-3:
+            at = window.start + int(np.flatnonzero(distance < 2e-3)[0])
+    return np.array(out)

@@ -1,0 +1,277 @@
+"""URScript in: real programs, what is read, and what is refused in which line."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from tests.oracles.sample_programs import random_program
+from toolpaths.errors import ReadError
+from toolpaths.programs import urscript as writer
+from toolpaths.programs import write_program
+from toolpaths.readers.urscript import read
+
+A, B, C = "p[0.1, 0, 0, 3.14159265, 0, 0]", "p[0.2, 0.05, 0, 0, 3, 0]", "p[.3,0,0,1e-1,0,0]"
+Q = "[0, -1.57, 1.57, 0, 0.5, -0.1]"
+
+
+def plain(*lines: str) -> str:
+    return "def part():\n" + "".join(f"  {line}\n" for line in lines) + "end\n\npart()\n"
+
+
+def read_text(tmp_path, text: str | bytes, chord: float = 1e-5):
+    path = tmp_path / "test.script"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read(path, "test.script", chord)
+
+
+def test_moves_and_what_they_carry(tmp_path):
+    lines = [
+        f"movej({Q}, a=1.4, v=0.35)",
+        f"movej({A})  # near # it",
+        f"movel({B}, a=1.2, v=0.02, r=0.001)",
+        "v_cut = 0.01",
+        "global r = v_cut / 2 + 2 * (0.0005 - 0.0005)",
+        f"movep({C}, 1.2, v_cut, r)",
+        "set_standard_digital_out(1, True)",
+        "movel(p[0.1,0,0,0,0,0],1.2,-(-v_cut),0,.003)",
+        f"movel({B}, t=2)",
+        f"v_rapid = 1\n  movel({A}, v=v_rapid)",
+        f"movel({Q}, v=0.5)",
+    ]
+    t = read_text(tmp_path, plain(*lines))
+    assert t.language == "urscript" and t.line.tolist() == [2, 3, 4, 7, 9, 10, 12, 13]
+    np.testing.assert_allclose(t.position[1:-1, 0], [0.1, 0.2, 0.3, 0.1, 0.2, 0.1])
+    assert np.isnan(t.position[[0, -1]]).all() and t.kind.tolist() == [0, 0, 1, 1, 1, 1, 0, 1]
+    np.testing.assert_allclose(t.feed, [np.nan, np.nan, 0.02, 0.01, 0.01, np.nan, np.nan, 0.5])
+    np.testing.assert_allclose(t.setting.zones, [0, 0, 0.001, 0.005, 0.003, 0, 0, 0])
+    np.testing.assert_allclose(t.setting.joints[0], [0, -1.57, 1.57, 0, 0.5, -0.1])
+    np.testing.assert_array_equal(t.setting.workobject, np.eye(4))
+    assert t.setting.tools == {} and not t.tool.any() and set(t.setting.joints) == {0, 7}
+    expected = Rotation.from_rotvec([0, 3, 0])
+    assert (expected.inv() * Rotation.from_quat(t.quaternion[2], scalar_first=True)).magnitude() < 1e-12
+    np.testing.assert_allclose(t.axis[2], -expected.as_matrix()[:, 2], atol=1e-12)
+    assert [(e.word, e.pose, e.line) for e in t.events] == [("set_standard_digital_out(1, True)", 4, 8)]
+
+
+def test_frames_and_tools(tmp_path):
+    lines = [
+        "f = p[1, 0, 0, 0, 0, 1.5707963267948966]",
+        "set_payload(2.5, [0, 0, 0.05])",
+        "set_tcp(p[0,0,0.1,0,0,0.5])",
+        f"movel(pose_trans(f, {A}), v=0.02)",
+        f"w = pose_trans(f, {B})",
+        "movel(w, v=0.02)",
+        "set_tcp(p[0,0,0.2,0,0,0])",
+        "movel(pose_trans(f, pose_trans(p[0,0,1,0,0,0], p[0,1,0,0,0,0])), v=0.02)",
+        f"movel({B}, v=0.02)",
+    ]
+    t = read_text(tmp_path, plain(*lines))
+    np.testing.assert_allclose(t.setting.workobject[:3, 3], [1, 0, 0])
+    np.testing.assert_allclose(t.position[:2], [[0.1, 0, 0], [0.2, 0.05, 0]], atol=1e-12)
+    # computed in the base: (1, 0, 0) + Rz(90) (0, 1, 1) = (0, 0, 1), in the frame (0, 1, 1)
+    np.testing.assert_allclose(t.position[2], [0, 1, 1], atol=1e-12)
+    np.testing.assert_allclose(t.position[3], [0.05, 0.8, 0], atol=1e-12)
+    assert t.tool.tolist() == [1, 1, 2, 2]
+    np.testing.assert_allclose(t.setting.tools[1].rotation, Rotation.from_rotvec([0, 0, 0.5]).as_matrix(), atol=1e-12)
+    assert t.setting.tools[2].xyz[2] == 0.2 and t.setting.tools[2].mass == 2.5 and t.setting.tools[1].com[2] == 0.05
+
+
+def test_an_arc(tmp_path):
+    lines = ["movel(p[0,0,0,0,0,0], v=0.1)", "movec(p[0.01,0.01,0,0,0,0], p[0.02,0,0,0,0,0.4], a=1, v=0.02, r=0.001)"]
+    t = read_text(tmp_path, plain(*lines))
+    np.testing.assert_allclose(np.hypot(t.position[:, 0] - 0.01, t.position[:, 1]), 0.01, atol=1e-12)
+    assert len(t) > 20 and t.row[-1] == 1 and set(t.line.tolist()) == {2, 3}
+    turn = Rotation.from_quat(t.quaternion, scalar_first=True).as_rotvec()[:, 2]
+    np.testing.assert_allclose(np.diff(turn), np.diff(turn)[0], atol=1e-9)
+
+
+def test_functions_run_where_they_are_called(tmp_path):
+    text = "def go(x, v):\n  movel(p[x, 0, 0, 0, 0, 0], v=v)\nend\n"
+    text += f"def idle():\n  while (True):\n    movel({A})\n  end\nend\n"
+    t = read_text(tmp_path, text + "go(0.5, 0.1)\ngo(0.6, 2 * 0.1)\n")
+    np.testing.assert_allclose(t.position[:, 0], [0.5, 0.6])
+    np.testing.assert_allclose(t.feed, [0.1, 0.2])
+    assert t.line.tolist() == [2, 2]
+    assert len(read_text(tmp_path, f"def only():\n  movel({A}, v=0.1)\nend\n")) == 1  # as sent through a socket
+
+
+def test_what_decides_about_no_move_is_let_pass(tmp_path):
+    lines = [
+        "while (get_standard_digital_in(5) != True):\n    sync()\n  end",
+        "x = get_actual_tcp_pose()",
+        "y = x",
+        "if read_input_integer_register(0) == 1:\n    set_digital_out(1, True)\n  else:\n    z = 1\n  end",
+        "thread blink():\n    while True:\n      sync()\n    end\n  end",
+        f"movel({A}, v=0.1)",
+    ]
+    t = read_text(tmp_path, plain(*lines))
+    assert len(t) == 1 and [e.word[:5] for e in t.events] == ["while", "if re"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "at", "word"),
+    [
+        (["while i < 5:", f"  movel({A})", "end"], 2, "decides about 'movel"),
+        ([f"if x == 1:\n    movel({A})\n  end"], 2, "decides about"),
+        (["if True:\n    halt\n  end"], 2, "decides about"),
+        (["x = get_actual_tcp_pose()", "movel(x)"], 3, "get_actual_tcp_pose() is computed while"),
+        (["x = get_actual_tcp_pose()", "movel(pose_trans(x, p[0,0,0,0,0,0]))"], 3, "computed while"),
+        (["if 1 == 1:\n    x = 2\n  end", "movel(p[x,0,0,0,0,0])"], 5, "which may or may not run"),
+        (["thread t():\n    sync()\n  end", "h = run t()"], 5, "run t()"),
+        (["servoj([0,0,0,0,0,0])"], 2, "servoj() is not read"),
+        (["speedl([0,0,0,0,0,0])"], 2, "speedl()"),
+        (["movel(p[1,2,3])"], 2, "a pose of 3 numbers"),
+        (["movej([1,2,3])"], 2, "no six joints"),
+        ([f"movel({A}, v=0)"], 2, "v = 0"),
+        ([f"movel({A}, r=-1)"], 2, "r = -1"),
+        ([f"movel({A}, q=1)"], 2, "movel with"),
+        ([f"movel({A}, v=True)"], 2, "movel with v"),
+        ([f"movel({A}) movel({A})"], 2, "text behind"),
+        ([f"movel({A}"], 2, "where"),
+        ([f"movec({A})"], 2, "without its poses"),
+        ([f"movel({B})", f"movec({A}, {C}, mode=1)"], 3, "mode 1"),
+        ([f"movec({Q}, {A})"], 2, "joint angles"),
+        (["set_tcp(5)"], 2, "set_tcp"),
+        (["set_payload(p[0,0,0,0,0,0])"], 2, "set_payload"),
+        (["do something"], 2, "is not read"),
+        (["unknown()"], 2, "unknown() is not read"),
+        ([f"movel({A}, v=1/0)"], 2, "division by 0"),
+        (["movel(" + "(" * 99 + "1"], 2, "nested too deep"),
+        ([f"movel({A}, v=w)"], 2, "w has no value yet"),
+        (["movel(p[0,0,0,0,-1e999,0])"], 2, "too large"),
+        (["force_mode(1)"], 2, "force_mode() is not read"),
+        (["x = force_mode(1)"], 2, "computed while"),
+        (["movel(p[2000,0,0,0,0,0])"], 2, "beyond 1000 m"),
+        ([f"movej({Q})", f"movec({A}, {C})"], 3, "start is not given as a pose"),
+        ([f"movel({A})", f"movec({A}, {C})"], 3, "on one line"),
+    ],
+)
+def test_refused_by_line(tmp_path, lines, at, word):
+    with pytest.raises(ReadError, match=r"test\.script") as caught:
+        read_text(tmp_path, plain(*lines))
+    assert word in str(caught.value) and caught.value.line == at
+
+
+MISTAKES = [
+    ("", "empty"),
+    (b"\x00\x01", "binary"),
+    ("def a():\n", "'def' without its 'end'"),
+    ("end\n", "'end' without a block"),
+    ("def a:\nend\n", "Expected a name"),
+    ("else:\n", "'else' without an if"),
+    ("<<<<<<< a\nend\n", "merge-conflict"),
+    ("def a():\nend\na()\n", "no move"),
+    ("G0 X1\n", "'G0 X1' is not read"),
+    ("def a(x):\nend\na()\n", "0 arguments"),
+    ("def a():\n  a()\nend\na()\n", "calling itself"),
+    ("while True:\n" * 70, "nested deeper"),
+    (plain(f"movel({A}, v=0.1)", "# compensated by toolpath-compensator"), "compensated already"),
+    (plain("# Compensated program X for Y", f"movel({A}, v=0.1)"), "compensated already"),
+    (
+        "def a():\n  sync()\n  sync()\nend\n"
+        + "".join(f"def a{i}():\n" + f"  a{i - 1 if i else ''}()\n" * 9 + "end\n" for i in range(9))
+        + "a8()\n",
+        "more often",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "word"), MISTAKES)
+def test_mistakes(tmp_path, text, word):
+    began = time.monotonic()
+    with pytest.raises(ReadError, match=r"test\.script") as caught:
+        read_text(tmp_path, text)
+    assert word in str(caught.value) and time.monotonic() - began < 5
+
+
+def test_real_programs(shared, tmp_path):
+    folder = shared / "data" / "cam" / "robodk"
+    t = read(folder / "UniveralRobots.script", "u.script", 1e-5)
+    assert len(t) == 12 and t.kind.sum() == 8 and t.tool.tolist() == [1] * 12
+    np.testing.assert_allclose(t.position[3], [-1.1552, 0.474185, 0.13615])
+    np.testing.assert_allclose(t.feed[3:11], 0.05)
+    np.testing.assert_allclose(t.setting.zones[3:11], 0.001)
+    np.testing.assert_allclose(t.setting.joints[2], [-3.831622, -2.007013, -1.342957, -1.224118, 2.230783, 1.418370])
+    np.testing.assert_allclose(t.setting.tools[1].xyz, [0.05, 0, 0.45])
+    with pytest.raises(ReadError, match="an arc whose start is not given as a pose") as caught:
+        read(folder / "Prog1.script", "p.script", 1e-5)
+    assert caught.value.line == 69
+    # the joint move before the arc put in front of the line
+    lines = (folder / "Prog1.script").read_text().split("\n")
+    lines[66], lines[67] = lines[67], lines[66]
+    t = read_text(tmp_path, "\n".join(lines), 1e-4)
+    ends = t.row == np.round(t.row)
+    assert ends.sum() == 5 and len(t) > 12
+    np.testing.assert_allclose(t.position[ends][3:], [[0.6638, 0.060394, 1.007847], [0.6638, 0.060394, 0.8564]])
+    assert [e.word[:5] for e in t.events] == ["popup", "sleep", "set_s", "while"]
+
+
+def test_what_is_written_is_read(tmp_path):
+    p = random_program(2000, 6)
+    write_program(p, tmp_path / "p.script")
+    text = (tmp_path / "p.script").read_bytes()
+    with pytest.raises(ReadError, match="compensated already") as caught:
+        read_text(tmp_path, text)
+    assert caught.value.line == 2
+    t = read_text(tmp_path, text.replace(b"# Compensated program", b"#"))
+    np.testing.assert_allclose(t.position[1:], p.position, atol=0.51e-7)
+    np.testing.assert_allclose(t.setting.workobject, p.workobject, atol=1e-8)
+    np.testing.assert_allclose(t.setting.tools[1].rotation, p.tools[1].rotation, atol=2e-9)
+    assert t.kind[1:].tolist() == p.kind.tolist() and t.setting.tools[1].mass == 35
+    got = Rotation.from_quat(t.quaternion[1:], scalar_first=True).as_matrix()
+    np.testing.assert_allclose(got, p.rotation, atol=2e-8)
+
+
+WHOLE = plain(
+    "v = 0.1",
+    f"movel({A}, v=v)",
+    f"movec({B}, {C}, 1.2, v)",
+    "while x:",
+    "  sync()",
+    "end",
+    "set_tcp(p[0,0,1,0,0,0])",
+    f"movep(pose_trans(p[1,0,0,0,0,0], {B}), v=d2r(2))",
+)
+PIECES = [
+    *WHOLE.replace("(", "( ").split(),
+    "\n",
+    '"',
+    "#",
+    "9" * 400,
+    "1e999",
+    "run",
+    "if x:",
+    "def",
+    "thread t():",
+    "/0",
+]
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_only_refusals_escape(tmp_path, data):
+    at, to = sorted(data.draw(st.tuples(*[st.integers(0, len(WHOLE))] * 2)))
+    pieces = data.draw(st.lists(st.sampled_from(PIECES), max_size=12))
+    glue = data.draw(st.sampled_from(["", " ", "\n"]))
+    for text in (WHOLE[:at] + glue.join(pieces) + WHOLE[to:], glue.join(pieces), WHOLE[:at]):
+        try:
+            t = read_text(tmp_path, text)
+        except ReadError:
+            continue
+        assert len(t) > 0 and (np.diff(t.row) > 0).all()
+
+
+def test_speed(tmp_path, monkeypatch):
+    """20,000 moves in a tenth of the 10 s that 200,000 may take, of this process's time."""
+    monkeypatch.setattr(writer, "MOVES_PER_FILE", 10**6)
+    write_program(random_program(20_000, 1), tmp_path / "p.script")
+    data = (tmp_path / "p.script").read_bytes().replace(b"# Compensated program", b"#")
+    began = time.process_time()
+    assert len(read_text(tmp_path, data)) == 20_001
+    assert time.process_time() - began < 1.0

@@ -1,0 +1,70 @@
+"""Where a rewritten G-code file has the tool, and the words that bring it elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpaths.programs.gcode_style import VECTOR_DIGITS, Style, Word
+from toolpaths.programs.program import Floats
+from toolpaths.programs.rewriting import SAME_PLACE
+from toolpaths.readers.gcode import INCH
+from toolpaths.readers.gcode_machine import Step
+
+TILT = 1e-6  # rad: tilts below it are none
+UP = np.array([0.0, 0.0, 1.0])
+
+
+class Place:
+    """Place and vector of the tool as the lines written so far leave them.
+
+    Attributes:
+        at: (3,) m in the work object, nan where not known.
+        vector: (3,) from the tip to the spindle.
+    """
+
+    def __init__(self, style: Style) -> None:
+        self.style = style
+        self.at = np.full(3, np.nan)
+        self.vector = UP
+
+    def after(self, step: Step, words: list[Word]) -> Floats:
+        """Where a line with these words leads from where the rewritten file is."""
+        out = self.at.copy()
+        for w in words:
+            if w.letter in "XYZ":
+                k = "XYZ".index(w.letter)
+                out[k] = w.value * step.unit + (self.at[k] if step.relative else step.shift[k])
+        return out
+
+    def coordinates(self, step: Step, now: Floats, to: Floats, *, at_least_one: bool = False) -> dict[str, str]:
+        """The numbers that bring the tool to ``to`` where the line alone brings it to ``now``."""
+        inch = step.unit == INCH
+        new = {}
+        for k, letter in enumerate("XYZ"):
+            if abs(now[k] - to[k]) <= SAME_PLACE:
+                continue
+            from_ = self.at[k] if step.relative else step.shift[k]
+            text = self.style.number((to[k] - from_) / step.unit, inch)
+            if not abs(float(text) * step.unit + from_ - now[k]) <= 1e-9:
+                new[letter] = text
+        if at_least_one and not new:
+            letter = "XYZ"[int(np.argmax(~np.isnan(self.at)))]
+            k = "XYZ".index(letter)
+            value = 0.0 if step.relative else (to[k] - step.shift[k]) / step.unit
+            new[letter] = self.style.number(value, inch)
+        return new
+
+    def tool_vector(self, axis: Floats, words: list[Word]) -> dict[str, str]:
+        """I, J, K of a tool vector, all three where they differ from what is in force or stands there."""
+        self.turn(words)
+        if np.abs(axis - self.vector).max() <= TILT:
+            return {}
+        self.vector = np.round(axis, VECTOR_DIGITS)
+        return {c: self.style.number(float(v), False, VECTOR_DIGITS) for c, v in zip("IJK", axis, strict=True)}
+
+    def turn(self, words: list[Word]) -> None:
+        """Take over a tool vector as the reader does: what is left out beside another is 0."""
+        given = {w.letter: w.value for w in words if w.letter in "IJK"}
+        if given:
+            vector = np.array([given.get(c, 0.0) for c in "IJK"])
+            self.vector = vector / np.linalg.norm(vector)
