@@ -71,6 +71,7 @@ class Evidence:
         self._time = np.where(np.isfinite(self.samples.time), self.samples.time - began, 0.0)[:, None]
         self._show = self._show_kernel()
         self.placed = False
+        self._weighting: dict[bytes, tuple[Floats | None, Floats]] = {}
         self.resting = self._without_load()
 
     def __repr__(self) -> str:
@@ -146,10 +147,11 @@ class Evidence:
             out = self.reader.seen(rest.take(self._of[rows]), int(k), places[s.reflector[rows]])
             base[rows], link[rows] = out.position, out.rotation
             by_w[rows], by_state[rows] = out.by_wrench, out.by_state
-            by_p[rows[:, None, None], np.arange(3)[:, None], tables.core] = out.by_parameter
+            every = np.empty((len(rows), 3, len(p)))
+            every[:, :, tables.core] = out.by_parameter
             if len(tables.own):
-                shares = out.by_angle[:, :, tables.joint] * tables.slopes(s.q[rows], p)[:, None]
-                by_p[rows[:, None, None], np.arange(3)[:, None], tables.own] = shares
+                every[:, :, tables.own] = out.by_angle[:, :, tables.joint] * tables.slopes(s.q[rows], p)[:, None]
+            by_p[rows] = every
         return base, by_p, by_w, by_state, link
 
     def _add_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> None:
@@ -220,8 +222,8 @@ class Evidence:
             jacobian[:, columns] = seen.by_station[rows].reshape(3 * len(rows), -1)
             if more is not None:
                 jacobian = np.hstack([jacobian, more[rows].reshape(3 * len(rows), -1)])
-            reduce = self._independent(rows)
-            covariance = self.noise(rows, seen.by_wrench[rows], offset)
+            reduce, covariance = self._fixed_noise(rows)
+            covariance = covariance + self._other_noise(rows, seen.by_wrench[rows], offset)
             r = residual[rows].reshape(-1)
             if reduce is not None:
                 r, jacobian, covariance = reduce @ r, reduce @ jacobian, reduce @ covariance @ reduce.T
@@ -245,10 +247,20 @@ class Evidence:
         parts = [part for part in np.split(order, edges) if len(part)]
         return [piece for part in parts for piece in np.array_split(part, -(-len(part) // LARGEST_BLOCK))]
 
+    def _fixed_noise(self, rows: Index) -> tuple[Floats | None, Floats]:
+        """What of a set-up's weighting no parameter changes: ``_independent`` and the tracker's noise, worked out once."""
+        key = rows.tobytes()
+        if key not in self._weighting:
+            self._weighting[key] = self._independent(rows), self.tracker_noise(rows)
+        return self._weighting[key]
+
     def noise(self, rows: Index, by_wrench: Floats, offset: float) -> Floats:
         """Covariance (3k, 3k) of some readings: tracker, wrench sensor, and the offset of each reflector."""
+        return self.tracker_noise(rows) + self._other_noise(rows, by_wrench, offset)
+
+    def _other_noise(self, rows: Index, by_wrench: Floats, offset: float) -> Floats:
         k = len(rows)
-        c = self.tracker_noise(rows)
+        c = np.zeros((3 * k, 3 * k))
         sensor = self.session.instruments
         if self.session.wrench_frame is not None and (sensor.force or sensor.torque):
             sd = np.array([sensor.force] * 3 + [sensor.torque] * 3)

@@ -104,7 +104,7 @@ def solve(
             continue
         gain = here.cost - there.cost
         vector, here, damping = vector + step, there, damping / 3 if damping > 1e-9 else 0.0
-        if gain < NOTHING * max(here.cost / len(here.gradient), 1.0):
+        if gain < NOTHING * max(here.cost, 1.0):
             break
     chi2 = sum(float(b.residual @ b.residual) for b in here.parts)
     total = sum(len(b.residual) for b in here.parts)

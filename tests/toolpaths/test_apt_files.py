@@ -232,7 +232,7 @@ def test_cuts_keep_a_tool_radius_from_the_walls(shared: Path, name: str) -> None
         gap = distance(path.position[here, :2] * 1e3, outline) - radius[here]
         assert gap.min() > -MESH, (z, path.line[here[np.argmin(gap)]])
         nearest += list(gap[under[here]])
-    assert np.abs(nearest).min() < 0.01 and np.median(np.abs(nearest)) < MESH  # they do follow the walls
+    assert np.abs(nearest).min() < 0.05 and np.median(np.abs(nearest)) < MESH  # they do follow the walls
 
 
 def test_a_cycle_left_on_over_a_tool_change_is_refused(shared: Path, tmp_path: Path) -> None:

@@ -115,9 +115,7 @@ def test_arc_becomes_lines_or_stays() -> None:
     new, program, path = filtered(text)
     out = new.text.decode()
     assert "G2 " not in out and "I5" not in out and "(half)" in out and "F900" in out
-    assert [(c.place, c.what, c.count) for c in new.changes] == [
-        ("a.nc:5", f"an arc became {sum(path.line == 5)} lines", 2)
-    ]
+    assert [(c.place, c.what, c.count) for c in new.changes] == [("a.nc:5", "an arc became lines", 2)]
     np.testing.assert_allclose(cuts(read(new.text)), cuts(program), atol=6e-4)
     shifted = path.position + np.where((path.kind == CUT)[:, None], [[0.0003, -0.0002, 0.0001]], 0)
     new = rewrite(text.encode(), program_of(path, shifted), path.row, Path("a.nc"))
@@ -155,10 +153,7 @@ def test_poses_are_put_in_as_lines() -> None:
         and re.fullmatch(r"X10\S* Y\S+ Z\S+", lines[long + 1]) is not None
     )
     assert lines[long + 4].endswith(" M0") and lines[long + 4].startswith("X20.")
-    assert [(c.place, c.what) for c in new.changes] == [
-        ("a.nc:5", "1 lines were put in"),
-        ("a.nc:6", "2 lines were put in"),
-    ]
+    assert [(c.place, c.what, c.count) for c in new.changes] == [("a.nc:5", "poses were put in as lines", 2)]
 
 
 def test_drilling_series_is_expanded_when_a_hole_moves() -> None:

@@ -77,6 +77,17 @@ def test_rotation_of_any_tool_vector():
     np.testing.assert_allclose(np.linalg.det(r), 1)
 
 
+def test_printed_vectors_onto_commanded_orientations():
+    g = np.random.default_rng(3)
+    rotation = Rotation.random(200, rng=2)
+    turn = g.normal(scale=0.3, size=(200, 3))
+    axis = -(Rotation.from_rotvec(turn) * rotation).as_matrix()[:, :, 2]
+    out = gcode.aligned(rotation.as_matrix(), axis)
+    np.testing.assert_allclose(out[:, :, 2], -axis, atol=1e-12)
+    least = np.arccos(np.clip(np.sum(-axis * rotation.as_matrix()[:, :, 2], axis=1), -1, 1))
+    np.testing.assert_allclose((Rotation.from_matrix(out) * rotation.inv()).magnitude(), least, atol=1e-7)
+
+
 @pytest.mark.skipif(
     shutil.which("rs274") is None, reason="rs274 of LinuxCNC is missing (apt-get install linuxcnc-uspace)"
 )

@@ -156,6 +156,7 @@ REFUSED = {
     "G93\nG1 X1": (5, "a feed in every block under G93"),
     "G95\nG1 X1 F.1": (5, "needs an S above 0"),
     "G95\nG1 X1 S500": (5, "needs a feed, none is given"),
+    "G0 G81 X1 Z-1 R1": (4, "two words for motion"),
     "G94 G95": (4, "two words for feed mode"),
     "G81 X1 Z-3": (4, "needs R"),
     "G81 X1 R2": (4, "needs Z"),
@@ -325,6 +326,15 @@ def test_drilling(tmp_path: Path) -> None:
     assert cuts == [3, 7, 12, 15, 18, 21, 24, 28, 29]
     np.testing.assert_allclose(path.feed[cuts], 100 / 6e4)
     assert np.isnan(path.feed[path.kind == RAPID]).all()
+
+
+def test_safety_line_and_end_of_a_cycle(tmp_path: Path) -> None:
+    text = "G0 G17 G21 G40 G49 G80 G90\nX0 Y0 Z5\nG81 X1 Z-1 R2 F100\nX2\nG80 G0 X3 Z6\n"
+    text += "G81 G80 X4 Z-2 R1\nG49 H0\nM30\n"
+    path = read(tmp_path, text)
+    expected = [(0, 0, 5), (1, 0, 5), (1, 0, 2), (1, 0, -1), (1, 0, 2), (2, 0, 2), (2, 0, -1), (2, 0, 2), (3, 0, 6),
+                (4, 0, 6), (4, 0, 1), (4, 0, -2), (4, 0, 1)]  # fmt: skip
+    np.testing.assert_allclose(path.position * 1e3, expected, atol=1e-12)
 
 
 def test_tool_vectors(tmp_path: Path) -> None:

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from toolpaths.programs.program import Floats, Program
 from toolpaths.programs.rewriting import SAME_PLACE, SAME_TURN
 from toolpaths.readers.robot_moves import ARC, RobotMoves
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT
+
+Ints64 = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,23 +49,28 @@ def corrections(moves: RobotMoves, program: Program, row: Floats) -> list[Correc
     nominal = program.position if program.nominal_position is None else program.nominal_position
     same = np.linalg.norm(program.position - nominal, axis=1) <= SAME_PLACE
     owner = np.ceil(np.asarray(row) - 1e-9).astype(np.int64)
-    old_turn = np.full((len(moves), 3, 3), np.nan)
-    known = np.isfinite(moves.quaternion[:, 0])
-    old_turn[known] = matrix_from_quaternion(moves.quaternion[known])
-    out = []
     starts = np.searchsorted(owner, np.arange(len(moves) + 1))
-    for move in np.flatnonzero(moves.mark["kind"] == CUT).tolist():
-        first, stop = int(starts[move]), int(starts[move + 1])
-        if first == stop:
-            continue
-        end = stop - 1
-        near = np.linalg.norm(position[end] - moves.position[move]) <= SAME_PLACE
-        moved = not (near and np.abs(rotation[end] - old_turn[move]).max() <= SAME_TURN)
-        arc = moves.mark["word"][move] == ARC
-        if moved or (stop - first > 1 and not (arc and same[first:stop].all())):
-            poses = tuple(range(first, stop))
-            out.append(Correction(move, position[first:stop], rotation[first:stop], poses, moved))
+    count = np.diff(starts)
+    cuts = np.flatnonzero((moves.mark["kind"] == CUT) & (count > 0))
+    moved = _moved(moves, cuts, position[starts[cuts + 1] - 1], rotation[starts[cuts + 1] - 1])
+    out = []
+    changed = moved | (count[cuts] > 1)
+    for move, end_moved in zip(cuts[changed].tolist(), moved[changed].tolist(), strict=True):
+        part = slice(int(starts[move]), int(starts[move + 1]))
+        if end_moved or not (moves.mark["word"][move] == ARC and same[part].all()):
+            poses = tuple(range(part.start, part.stop))
+            out.append(Correction(move, position[part], rotation[part], poses, end_moved))
     return out
+
+
+def _moved(moves: RobotMoves, cuts: Ints64, position: Floats, rotation: Floats) -> Bools:
+    """(K,) whether the ends of the moves ``cuts`` are others than the file has; always where that has joint angles."""
+    known = np.isfinite(moves.quaternion[cuts, 0])
+    moved = np.ones(len(cuts), dtype=bool)
+    place = np.linalg.norm(position[known] - moves.position[cuts[known]], axis=1)
+    turn = np.abs(rotation[known] - matrix_from_quaternion(moves.quaternion[cuts[known]])).max(axis=(1, 2), initial=0.0)
+    moved[known] = (place > SAME_PLACE) | (turn > SAME_TURN)
+    return moved
 
 
 def _in_own_frames(moves: RobotMoves, program: Program, row: Floats) -> tuple[Floats, Floats]:

@@ -31,7 +31,11 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     """The .ls ``source`` with the poses of ``program``."""
     moves = moves_of(source, str(path), path)
     work = _Work(source.decode("latin-1"), moves, program, path)
-    for c in corrections(moves, program, row):
+    found = corrections(moves, program, row)
+    if found:
+        poses = np.concatenate([c.poses for c in found])
+        work.angles[poses] = np.degrees(fanuc_from_matrix(np.concatenate([c.rotation for c in found])))
+    for c in found:
         work.move(c)
     return Rewritten(work.text_out().encode("latin-1"), tuple(work.changes))
 
@@ -45,6 +49,7 @@ class _Work:
         self.edits: list[Edit] = []
         self.records: list[str] = []
         self.changes: list[Finding] = []
+        self.angles = np.zeros((len(program), 3))
         mark = moves.mark
         self.uses = Counter([*mark["target_start"].tolist(), *mark["via_start"][mark["word"] == ARC].tolist()])
         self.next = 1 + max(int(n) for n in re.findall(r"^P\[(\d+)", text, re.M))
@@ -119,8 +124,7 @@ class _Work:
 
     def _values(self, c: Correction, k: int) -> Floats:
         """X, Y, Z mm and W, P, R deg."""
-        angles = np.degrees(fanuc_from_matrix(c.rotation[k]))
-        return np.concatenate((c.position[k] * 1e3, angles))
+        return np.concatenate((c.position[k] * 1e3, self.angles[c.poses[k]]))
 
     def _with_values(self, record: str, values: Floats) -> str:
         """The record with other numbers, as wide as they were, with no fewer digits and at least 0.0001 mm."""

@@ -148,3 +148,16 @@ def rotation_of(axis: Floats) -> Floats:
     x = side - np.einsum("ni,ni->n", side, z)[:, None] * z
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     return np.stack((x, np.cross(z, x), z), axis=-1)
+
+
+def aligned(rotation: Floats, axis: Floats) -> Floats:
+    """(N, 3, 3) orientations turned by the least angle that makes their tool vectors the printed ones (N, 3).
+
+    That is what a controller does that keeps the turn about the tool; opposite vectors have no such turn.
+    """
+    z, to = rotation[:, :, 2], -np.asarray(axis)
+    v, cosine = np.cross(z, to), np.einsum("ni,ni->n", z, to)
+    skew = np.zeros_like(rotation)
+    skew[:, [2, 0, 1], [1, 2, 0]], skew[:, [1, 2, 0], [2, 0, 1]] = v, -v
+    turn = np.eye(3) + skew + skew @ skew / (1.0 + cosine)[:, None, None]
+    return np.asarray(turn @ rotation)

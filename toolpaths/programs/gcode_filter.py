@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from toolpaths.programs.program import WARNING, Finding, Floats, Program, merged
 from toolpaths.programs.rewriting import MARKER, SAME_PLACE, Rewritten, refuse_compensated
 from toolpaths.readers.gcode import Blocks, parse
 from toolpaths.readers.gcode_machine import ARCS, FIRST_CYCLE, Step
-from toolpaths.toolpath import CUT, RAPID
+from toolpaths.toolpath import CUT
 
 LINE = re.compile(r"([^\r\n\f]*)(\r\n|\r|\n|\f|$)")
 SHIFT = re.compile(r"G0*92(?!\.?[123])", re.I)
@@ -66,6 +67,11 @@ def _marker_line(texts: Sequence[str]) -> int:
     return at
 
 
+def _shifts(text: str) -> bool:
+    """Whether there is a G92 in the line."""
+    return any(w.letter == "G" and w.key == 920 for w in words_of(text))
+
+
 class _Rewriter:
     """Goes through the blocks that move, and knows where the rewritten file has the tool."""
 
@@ -83,7 +89,12 @@ class _Rewriter:
             raise WriteError(f"{path}: the poses do not belong to this file ({len(self.moves)} moves)")
         self.first = np.searchsorted(move, np.arange(len(self.moves) + 1))
         self.place = Place(self.style)  # where the rewritten file is
-        self.nominal = np.full(3, np.nan)  # where the file is
+        self.nominal: Sequence[float] = self.place.at  # where the file is
+        self.position: list[list[float]] = program.position.tolist()
+        self.cut: list[bool] = (program.kind == CUT).tolist()
+        absolute = (k for k, t in enumerate(texts) if "90.1" in t)
+        self.absolute_from = next(absolute, len(texts)) + 1
+        self.shifts = [k for k, t in enumerate(texts) if SHIFT.search(t) and _shifts(t)]
         self.mode: int | None = None
         self.expanding = False
         self.dwell = ""  # P of the cycle in force
@@ -105,16 +116,14 @@ class _Rewriter:
             self._step(step, text, words)
             if self.lines != [text]:
                 changed[step.line] = self.lines
-            self.nominal = np.array(step.end)
+            self.nominal = step.end
         self._check_tilt()
         return changed
 
     def _check_shift(self, before: int, step: Step) -> None:
         """A G92 names the place where the tool is: it must be the same in both files."""
-        for k in range(before, step.line):
-            if SHIFT.search(self.texts[k]) and any(
-                w.letter == "G" and w.key == 920 for w in words_of(self.texts[k])
-            ) and not np.allclose(self.place.at, self.nominal, rtol=0, atol=1e-9, equal_nan=True):  # fmt: skip
+        for k in self.shifts[bisect_left(self.shifts, before) : bisect_left(self.shifts, step.line)]:
+            if not np.allclose(self.place.at, self.nominal, rtol=0, atol=1e-9, equal_nan=True):
                 raise WriteError(
                     f"{self.path}:{k + 1}: G92 after compensated moves would shift the origin by the correction. "
                     "Post with G52 or one coordinate system"
@@ -132,22 +141,22 @@ class _Rewriter:
             self._changed(step, "a drilling cycle became single moves")
             self._moves(step, text, words, poses, drop="RQPLKIJG")
         elif step.motion in ARCS and self._still_arc(step, poses):
-            self._one(step, text, words, self.program.position[poses[-1]], None)
+            self._one(step, text, words, self.position[poses[-1]], None)
         elif step.motion in ARCS:
             self._check_arc(step, poses)
-            self._changed(step, f"an arc became {len(poses)} lines")
+            self._changed(step, "an arc became lines")
             self._moves(step, text, words, poses, drop="IJKRP")
         else:
             if len(poses) > 1:
-                self._changed(step, f"{len(poses) - 1} lines were put in")
+                self._changed(step, "poses were put in as lines")
             self._moves(step, text, words, poses, drop="")
 
     def _poses(self, step: Step) -> list[int]:
         """The poses of a block; rapids only inside a drilling cycle."""
         poses = range(int(self.first[step.first]), int(self.first[step.last]))
         if step.motion < FIRST_CYCLE:
-            return [p for p in poses if self.program.kind[p] == CUT]
-        return [p for p in poses if self.program.kind[p] == CUT or self.row[p] == round(self.row[p])]
+            return [p for p in poses if self.cut[p]]
+        return [p for p in poses if self.cut[p] or self.row[p] == round(self.row[p])]
 
     def _keep(self, step: Step, text: str, words: list[Word]) -> None:
         """The line as it is, with its motion word where the lines before took that away."""
@@ -158,35 +167,36 @@ class _Rewriter:
         if step.motion < FIRST_CYCLE:
             self.place.at = self.place.after(step, words)
         else:
-            self.place.at = np.where(np.array(step.end) == self.nominal, self.place.at, step.end)
+            pairs = zip(step.end, self.nominal, self.place.at, strict=True)
+            self.place.at = [at if end == before else end for end, before, at in pairs]
         if step.vectors and step.motion < 20:
             self.place.turn(words)
 
-    def _one(self, step: Step, text: str, words: list[Word], to: Floats, axis: Floats | None) -> None:
+    def _one(self, step: Step, text: str, words: list[Word], to: Sequence[float], axis: Floats | None) -> None:
         """The line with other coordinates; they are left as they are where they say the same."""
         new = self.place.coordinates(step, self.place.after(step, words), to)
         if axis is not None:
             new.update(self.place.tool_vector(axis, words))
         motion = "" if self._has_motion(words) or self.mode in (None, step.motion) else str(step.motion // 10)
         if new or motion:
-            text = with_words(text, self.style, new, motion=motion)
+            text = with_words(text, self.style, new, motion=motion, words=words)
         self.lines.append(text)
         self.mode = step.motion
-        self.place.at = self.place.after(step, words_of(text))
+        self.place.at = self.place.after(step, words, new)
 
     def _moves(self, step: Step, text: str, words: list[Word], poses: list[int], drop: str) -> None:
         """A line for each pose; what else stands in the block goes with the first of them."""
         program = self.program
         if not drop and len(poses) == 1:
             axis = -program.rotation[poses[0], :, 2] if step.vectors else None
-            self._one(step, text, words, program.position[poses[0]], axis)
+            self._one(step, text, words, self.position[poses[0]], axis)
             return
         feeds = self._feeds(step, words, poses)
         stops = any(w.letter == "M" and w.value in STOPS for w in words)
         written = next((w.key for w in words if w.is_motion), None)
         for k, (pose, feed) in enumerate(zip(poses, feeds, strict=True)):
-            motion = 0 if program.kind[pose] == RAPID else 10
-            new = self.place.coordinates(step, self.place.at, program.position[pose], at_least_one=True)
+            motion = 10 if self.cut[pose] else 0
+            new = self.place.coordinates(step, self.place.at, self.position[pose], at_least_one=True)
             if step.vectors:
                 new.update(self.place.tool_vector(-program.rotation[pose, :, 2], []))
             if feed:
@@ -221,12 +231,12 @@ class _Rewriter:
     def _still_arc(self, step: Step, poses: list[int]) -> bool:
         """Whether all poses lie on the arc of the file, moved as its start was moved."""
         arc = self.arcs[step.first]
-        moved = self.place.at - self.nominal
+        moved = np.subtract(self.place.at, self.nominal)
         if np.isnan(moved).any() or (np.abs(moved).max() > ARC_TOLERANCE and self._centre_is_a_place(step)):
             return False
         out = self.program.position[poses] - arc[:3] - moved
         share = self.row[poses] - (step.first - 1)
-        rise, radius = np.array(step.end) - self.nominal, np.linalg.norm(self.nominal - arc[:3])
+        rise, radius = np.subtract(step.end, self.nominal), np.linalg.norm(np.subtract(self.nominal, arc[:3]))
         normal = arc[3:6]
         height = out @ normal
         flat = np.linalg.norm(out - height[:, None] * normal, axis=1)
@@ -237,7 +247,7 @@ class _Rewriter:
 
     def _centre_is_a_place(self, step: Step) -> bool:
         """Conservative: with G90.1 the centre words would have to change as well."""
-        return any(w.key == 901 for t in self.texts[: step.line] if "90.1" in t for w in words_of(t) if w.letter == "G")
+        return step.line >= self.absolute_from
 
     def _check_arc(self, step: Step, poses: list[int]) -> None:
         widest = abs(self.arcs[step.first][6]) * np.diff(self.row[poses], prepend=step.first - 1.0).max()
@@ -255,7 +265,7 @@ class _Rewriter:
             for p in self._poses(step):
                 move = round(self.row[p])
                 same = np.abs(self.program.position[p] - self.moves[move, :3]).max() <= SAME_PLACE
-                if self.program.kind[p] == CUT and not same:
+                if self.cut[p] and not same:
                     return True
         return False
 
@@ -271,7 +281,7 @@ class _Rewriter:
     def _check_tilt(self) -> None:
         """Without G43.4 a file has no words for the tilt of a corrected tool."""
         flat = [s for s in self.steps if not s.vectors and s.last > s.first]
-        rows = [p for s in flat for p in range(self.first[s.first], self.first[s.last]) if self.program.kind[p] == CUT]
+        rows = [p for s in flat for p in range(self.first[s.first], self.first[s.last]) if self.cut[p]]
         if not rows:
             return
         tilt = np.linalg.norm(np.cross(-self.program.rotation[rows][:, :, 2], UP), axis=1)

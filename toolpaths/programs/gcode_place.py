@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
 import numpy as np
 
 from toolpaths.programs.gcode_style import VECTOR_DIGITS, Style, Word
@@ -12,31 +16,36 @@ from toolpaths.readers.gcode_machine import Step
 
 TILT = 1e-6  # rad: tilts below it are none
 UP = np.array([0.0, 0.0, 1.0])
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 class Place:
     """Place and vector of the tool as the lines written so far leave them.
 
     Attributes:
-        at: (3,) m in the work object, nan where not known.
+        at: x, y, z m in the work object, nan where not known; plain numbers, there is one for every line.
         vector: (3,) from the tip to the spindle.
     """
 
     def __init__(self, style: Style) -> None:
         self.style = style
-        self.at = np.full(3, np.nan)
+        self.at: Sequence[float] = (math.nan, math.nan, math.nan)
         self.vector = UP
 
-    def after(self, step: Step, words: list[Word]) -> Floats:
-        """Where a line with these words leads from where the rewritten file is."""
-        out = self.at.copy()
+    def after(self, step: Step, words: list[Word], new: Mapping[str, str] = NOTHING) -> list[float]:
+        """Where a line with these words, and ``new`` numbers for some, leads from where the rewritten file is."""
+        out = list(self.at)
         for w in words:
-            if w.letter in "XYZ":
-                k = "XYZ".index(w.letter)
+            if (k := "XYZ".find(w.letter)) >= 0 and w.letter not in new:
                 out[k] = w.value * step.unit + (self.at[k] if step.relative else step.shift[k])
+        for letter, number in new.items():
+            if (k := "XYZ".find(letter)) >= 0:
+                out[k] = float(number) * step.unit + (self.at[k] if step.relative else step.shift[k])
         return out
 
-    def coordinates(self, step: Step, now: Floats, to: Floats, *, at_least_one: bool = False) -> dict[str, str]:
+    def coordinates(
+        self, step: Step, now: Sequence[float], to: Sequence[float], *, at_least_one: bool = False
+    ) -> dict[str, str]:
         """The numbers that bring the tool to ``to`` where the line alone brings it to ``now``."""
         inch = step.unit == INCH
         new = {}
@@ -48,10 +57,9 @@ class Place:
             if not abs(float(text) * step.unit + from_ - now[k]) <= 1e-9:
                 new[letter] = text
         if at_least_one and not new:
-            letter = "XYZ"[int(np.argmax(~np.isnan(self.at)))]
-            k = "XYZ".index(letter)
+            k = next((k for k in range(3) if self.at[k] == self.at[k]), 0)
             value = 0.0 if step.relative else (to[k] - step.shift[k]) / step.unit
-            new[letter] = self.style.number(value, inch)
+            new["XYZ"[k]] = self.style.number(value, inch)
         return new
 
     def tool_vector(self, axis: Floats, words: list[Word]) -> dict[str, str]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
+from typing import NamedTuple
 
 from toolpaths.programs.rewriting import Edit, edited
 from toolpaths.readers.gcode_words import COMMENT, CYCLES
@@ -14,10 +16,10 @@ WORD = re.compile(r"([A-Za-z])(\s*)([-+]?(?:\d+\.?\d*|\.\d+))")
 ORDER = "XYZIJKF"
 LEAST_DIGITS = {False: 3, True: 5}  # decimals in mm, in inch: what loses less than 1 um
 VECTOR_DIGITS = 7
+SAMPLE = 20_000  # lines that show the manner of a file
 
 
-@dataclass(frozen=True)
-class Word:
+class Word(NamedTuple):
     """One word of a line: letter in upper case, number as it stands there, and its place."""
 
     letter: str
@@ -48,7 +50,7 @@ class Word:
 
 def words_of(line: str) -> list[Word]:
     """The words of a line outside comments."""
-    bare = COMMENT.sub(lambda m: " " * len(m[0]), line)
+    bare = COMMENT.sub(lambda m: " " * len(m[0]), line) if "(" in line or ";" in line else line
     return [Word(m[1].upper(), m[3], m.start(), m.end()) for m in WORD.finditer(bare)]
 
 
@@ -98,7 +100,7 @@ def style_of(lines: Iterable[str]) -> Style:
     """The manner that most words of the file have."""
     places: Counter[int] = Counter()
     counts: Counter[str] = Counter()
-    for line in lines:
+    for line in islice(lines, SAMPLE):
         end = -1
         for m in WORD.finditer(COMMENT.sub("", line)):
             counts["lower" if m[1].islower() else "upper"] += 1
@@ -125,7 +127,15 @@ def style_of(lines: Iterable[str]) -> Style:
     )
 
 
-def with_words(line: str, style: Style, new: Mapping[str, str], drop: Iterable[str] = (), motion: str = "") -> str:
+def with_words(
+    line: str,
+    style: Style,
+    new: Mapping[str, str],
+    *,
+    drop: Collection[str] = (),
+    motion: str = "",
+    words: list[Word] | None = None,
+) -> str:
     """The line with numbers replaced, words added in the order X Y Z I J K F, words dropped, the motion word changed.
 
     Args:
@@ -134,10 +144,11 @@ def with_words(line: str, style: Style, new: Mapping[str, str], drop: Iterable[s
         new: letter -> number.
         drop: letters that go; G stands for G98 and G99.
         motion: number of the G word that is put in; the motion word of the line goes, if it has one.
+        words: of the line, where they are known.
     """
-    words = words_of(line)
-    gone = [w for w in words if (w.letter in drop and w.letter != "G") or ("G" in drop and w.is_return)]
-    kept = [w for w in words if w not in gone]
+    words = words_of(line) if words is None else words
+    gone = [w for w in words if (w.letter in drop and w.letter != "G") or ("G" in drop and w.is_return)] if drop else []
+    kept = [w for w in words if w not in gone] if gone else words
     edits = []
     for w in gone:
         start = w.start
@@ -148,8 +159,9 @@ def with_words(line: str, style: Style, new: Mapping[str, str], drop: Iterable[s
     if motion and old is not None:
         edits.append(Edit(old.end - len(old.number), old.end, style.word("G", motion)[1:]))
     edits += [Edit(w.end - len(w.number), w.end, new[w.letter]) for w in kept if w.letter in new]
+    present = {w.letter for w in kept}
     added = [("G", motion)] if motion and old is None else []
-    added += [(c, new[c]) for c in ORDER if c in new and all(w.letter != c for w in kept)]
+    added += [(c, new[c]) for c in ORDER if c in new and c not in present]
     put_in = [_added(kept, letter, style.word(letter, number), style.gap) for letter, number in added]
     return edited(line, put_in + edits)
 

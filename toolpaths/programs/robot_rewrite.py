@@ -257,7 +257,8 @@ class Placing:
             if first.wanted != text:
                 self.edits.append(Edit(*place, first.wanted))
                 if not self.style.literal.fullmatch(text):
-                    self._make_straight(first.move)
+                    if self.moves.mark["word"][first.move] != ARC:  # a relative move becomes an absolute one
+                        self._make_straight(first.move)
                     self._note(first.move, f"{' '.join(text.split())[:40]} became numbers")
             return
         kept = {u.wanted for u in uses.values()}

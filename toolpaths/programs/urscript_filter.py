@@ -7,6 +7,7 @@ skipped by the controller.
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -32,7 +33,11 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     """The .script ``source`` with the poses of ``program``."""
     moves = moves_of(source, str(path))
     work = _Work(source.decode("latin-1"), moves, program, path)
-    for c in corrections(moves, program, row):
+    found = corrections(moves, program, row)
+    if found:
+        poses = np.concatenate([c.poses for c in found])
+        work.vectors[poses] = ur_from_matrix(np.concatenate([c.rotation for c in found]))
+    for c in found:
         work.move(c)
     return Rewritten(work.text_out().encode("latin-1"), tuple(work.changes))
 
@@ -45,6 +50,8 @@ class _Work:
         self.eol = "\r\n" if "\r\n" in text else "\n"
         self.edits: list[Edit] = []
         self.changes: list[Finding] = []
+        self.limited: set[int] = set()
+        self.vectors = np.zeros((len(program), 3))
         self.uses = Counter(moves.mark["target_start"].tolist())
         self.runs = Counter(moves.mark["start"].tolist())
 
@@ -83,7 +90,7 @@ class _Work:
         """New numbers for the pose that the move has; where others use it, too, its own pose in the move."""
         target = self._span(c.move, "target_start", "target_end")
         if target[0] >= 0 and (self.uses[target[0]] == 1 or start <= target[0] < end):
-            literal = self._literal(self.text[slice(*target)], c.position[-1], c.rotation[-1])
+            literal = self._literal(self.text[slice(*target)], c.position[-1], self.vectors[c.poses[-1]])
             self.edits.append(Edit(*target, literal))
             return
         self._note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
@@ -109,7 +116,7 @@ class _Work:
         first, last = spans[1 if arc else 0]
         if start + first <= target[0] < start + last:
             inside = slice(target[0] - start, target[1] - start)
-            literal = self._literal(statement[inside], c.position[k], c.rotation[k])
+            literal = self._literal(statement[inside], c.position[k], self.vectors[c.poses[k]])
             pose = statement[first : inside.start] + literal + statement[inside.stop : last]
         else:
             pose = self._in_base(c, k)
@@ -158,17 +165,13 @@ class _Work:
         values = [*(rotation @ c.position[k] + origin).tolist(), *vector.tolist()]
         return "p[" + ", ".join(f"{round(v, 8) + 0.0:.8f}" for v in values) + "]"
 
-    def _literal(self, old: str, position: Floats, rotation: Floats) -> str:
+    def _literal(self, old: str, position: Floats, vector: Floats) -> str:
         """The literal ``p[...]`` with other numbers; no fewer digits, and the vector next to the one that was."""
         found = list(_NUMBER.finditer(old))
-        before = np.array([float(m[0]) for m in found])
-        vector = ur_from_matrix(rotation)
-        turn = float(np.linalg.norm(vector))
-        if turn > 0.0:
-            others = [vector * (1.0 + 2.0 * np.pi * n / turn) for n in (-1, 0, 1)]
-            vector = min(others, key=lambda v: float(np.linalg.norm(v - before[3:])))
+        before = [float(m[0]) for m in found]
+        near = _nearest(vector.tolist(), before[3:])
         pieces, at = [], 0
-        for i, (m, value) in enumerate(zip(found, [*position.tolist(), *vector.tolist()], strict=True)):
+        for i, (m, value) in enumerate(zip(found, [*position.tolist(), *near], strict=True)):
             digits = max(len(m[0].partition(".")[2]), 7 if i < 3 else 8)
             same = abs(value - float(m[0])) < 0.5 * 10.0**-digits
             pieces += [old[at : m.start()], m[0] if same else f"{round(value, digits) + 0.0:.{digits}f}"]
@@ -197,10 +200,19 @@ class _Work:
         at = _radius_argument([statement[a:b] for a, b in spans], statement)
         if at is not None:
             a, b = spans[at]
-            new = Edit(start + a, start + b, _with_radius(statement[a:b], room))
-            if new not in self.edits:
-                self.edits.append(new)
+            if start + a not in self.limited:
+                self.limited.add(start + a)
+                self.edits.append(Edit(start + a, start + b, _with_radius(statement[a:b], room)))
                 self._note(move, "a blend radius became smaller, like the segment beside it", 1)
+
+
+def _nearest(vector: list[float], before: list[float]) -> list[float]:
+    """The rotation vector, longer or shorter by whole turns, that is next to the one before."""
+    turn = math.hypot(*vector)
+    if turn == 0.0:
+        return vector
+    others = [[v * (1.0 + 2.0 * math.pi * n / turn) for v in vector] for n in (-1, 0, 1)]
+    return min(others, key=lambda v: math.dist(v, before))
 
 
 def _stripped(text: str, start: int, end: int) -> tuple[int, int]:

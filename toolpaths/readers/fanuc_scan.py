@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from toolpaths.errors import ReadError
 from toolpaths.programs.fanuc_config import bits_of
 
-_SECTION = re.compile(r"^/(PROG|ATTR|APPL|MN|POS|END)\b", re.M)
+_SECTION = re.compile(r"(?:^|(?<=\r))(?:\xef\xbb\xbf)?/(PROG|ATTR|APPL|MN|POS|END)\b", re.M)
 _LINE = re.compile(r"([^\r\n]*+)(\r\n|\r|\n|\Z)")
 _LINE_END = re.compile(r"\r\n|\r|\n|\Z")
 _NUMBERED = re.compile(r"\s*+\d*+\s*+:")

@@ -143,9 +143,11 @@ class Blocks:
     def _modes(self, gs: list[int], values: Words) -> int | None:
         """Take over the modal words; the non-modal one is returned."""
         state, single = self.state, None
+        if 800 in gs:
+            state.choose_motion(None)
         for g in gs:
             if GROUP[g] == "motion":
-                state.choose_motion(None if g == 800 else g)
+                state.choose_motion(g)
             elif g in PLANES:
                 state.normal = PLANES[g]
             elif g in (200, 210):
@@ -245,7 +247,7 @@ def _check_letters(values: Words, gs: list[int], single: int | None, motion: int
         if 51 in gs:
             raise ValueError("G5.1: a spline; post arcs or lines")
         return
-    if "H" in keys and not {430, *TIP_CONTROL}.intersection(gs):
+    if "H" in keys and not {430, 490, *TIP_CONTROL}.intersection(gs):
         raise ValueError(f"H{values['H']:g} without G43")
     cycle = motion >= 100 and single is None
     turns = motion in (20, 30) and single is None

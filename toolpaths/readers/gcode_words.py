@@ -21,7 +21,8 @@ TIP_CONTROL = (434, 435)
 # modal group -> its words; a block may hold one of each group. Keys are ten times the number: G91.1 -> 911
 GROUPS: dict[str, tuple[int, ...]] = {
     "non-modal": (40, 280, 300, 520, 530, 920, 921, 922, 923),
-    "motion": (0, 10, 20, 30, *CYCLES, 800),
+    "motion": (0, 10, 20, 30, *CYCLES),
+    "cycle end": (800,),  # a group of its own, as Fanuc has it: G0 G80 in one block is common
     "plane": (170, 180, 190),
     "units": (200, 210),
     "distance": (900, 910),

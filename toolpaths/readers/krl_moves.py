@@ -24,7 +24,7 @@ MOTION = re.compile(
 )
 _N = r"\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*"
 #: A pose of numbers: groups 1-6 X ... C, group 7 what follows them.
-LITERAL = re.compile(r"\{\s*(?:\w+\s*:)?\s*" + ",\\s*".join(k + _N for k in POSE) + r"((?:,[^{}]*)?)\}", re.I)
+LITERAL = re.compile(r"\{\s*(?:\w+\s*:)?\s*" + ",\\s*".join(k + _N for k in POSE) + r"((?:,[^{}]*)?)\}(?!\s*:)", re.I)
 _STATUS = re.compile(r"\bS\s+(\d+)", re.I)
 _NAME = re.compile(r"\s*([A-Za-z_$][\w$]*)\s*(?=,|$|C_|WITH)", re.I)
 _TAIL = re.compile(r"\s*((?:C_\w+\s*)*)(?:WITH\s+(.*))?$", re.I | re.S)

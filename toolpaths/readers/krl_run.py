@@ -204,7 +204,7 @@ class Run(Scanner):
         self.mover.numbered(name, int(number))
 
     def _run_loop(self, s: Statement) -> None:
-        values = [Expression(t, self).whole() for t in s.terms[1:] if t]
+        values = [Expression(t, self).whole() for t in (s.terms[1:] if s.terms[3] else s.terms[1:3])]
         for value in values:
             if isinstance(value, Runtime):
                 self.refuse(s.start, f"the loop runs from or to {value.reason}: known only at run time", _REMEDY)

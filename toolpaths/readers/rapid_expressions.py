@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable
@@ -220,10 +221,19 @@ def _called(name: str, values: list[Value], options: dict[str, Value]) -> Value:
     for k, value in enumerate(values):
         if not fits(kinds[k] if k < len(kinds) else "num", value):
             raise ExpressionError(f"{name}: argument {k + 1} is not of the right type")
+    if not all(math.isfinite(v) for v in _floats([*values, *options.values()])):
+        raise ExpressionError(f"{name}: a number that is not finite")
     try:
         return function(*values, **options)
     except (TypeError, ValueError, ArithmeticError) as e:
         raise ExpressionError(f"{name}: {e}") from None
+
+
+def _floats(value: Value) -> list[float]:
+    """Every number in a value."""
+    if isinstance(value, list):
+        return [number for part in value for number in _floats(part)]
+    return [value] if isinstance(value, float) else []
 
 
 def _runtime(*values: Value) -> Runtime | None:

@@ -233,7 +233,7 @@ class Run(Scanner):
 
     def _run_loop(self, s: Statement) -> bool:
         name = s.terms[0]
-        terms = [self._number(t, s) for t in s.terms[1:] if t]
+        terms = [self._number(t, s) for t in (s.terms[1:] if s.terms[3] else s.terms[1:3])]
         step = terms[2] if len(terms) > 2 else math.copysign(1.0, terms[1] - terms[0])
         if step == 0.0:
             self.refuse(s.start, "FOR with STEP 0 never ends")

@@ -1,0 +1,201 @@
+"""KRL in: .src with .dat, inline forms, frames, what is refused; docs/krl.md."""
+
+from __future__ import annotations
+
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from tests.oracles import krl_reader
+from tests.oracles.robot_programs import KRL, KRL_DAT, KRL_ENDS, KRL_LINES
+from tests.oracles.sample_programs import random_program
+from toolpaths.errors import ReadError
+from toolpaths.programs import write_program
+from toolpaths.readers import read_toolpath
+from toolpaths.toolpath import Toolpath
+
+PAGE = Path(__file__).parents[2] / "docs" / "krl.md"
+POSE = "{X 1,Y 2,Z 3,A 10,B 20,C 30}"
+
+
+def read(tmp_path: Path, text: str, dat: str = "") -> Toolpath:
+    file = tmp_path / "PART.src"
+    file.write_bytes(text.encode())
+    if dat:
+        file.with_suffix(".dat").write_bytes(dat.encode())
+    return read_toolpath(file)
+
+
+def program(body: str) -> str:
+    return f"DEF PART()\n{body}\nEND\n"
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_moves_of_a_program(tmp_path: Path, end: str) -> None:
+    path = read(tmp_path, KRL.replace("\n", end), KRL_DAT.replace("\n", end))
+    whole = np.abs(path.row - np.rint(path.row)) < 1e-9
+    expected = np.array(KRL_ENDS)
+    np.testing.assert_allclose(path.position[whole] * 1e3, expected[:, :3], atol=1e-9)
+    np.testing.assert_array_equal(path.kind[whole], expected[:, 3])
+    np.testing.assert_array_equal(path.line[whole], KRL_LINES)
+    np.testing.assert_allclose(path.feed[path.kind == 1], 0.2)
+    np.testing.assert_allclose(path.axis, [[0, 0, 1]] * len(path), atol=1e-12)
+    setting = path.setting
+    assert list(setting.tools) == [3] and np.isnan(setting.zones[0]) and setting.zones[4] == 0
+    np.testing.assert_allclose(setting.tools[3].xyz, [0.03, -0.02, 0.24])
+    np.testing.assert_allclose(
+        setting.tools[3].rotation, Rotation.from_euler("y", 25, degrees=True).as_matrix(), atol=1e-12
+    )
+    np.testing.assert_allclose(setting.workobject[:3, 3], [1.5, -0.15, 0.8])
+    assert setting.configuration[:3].tolist() == [0, 0, -1]  # S 2: wrist point in front of the lower arm
+
+
+def test_frames_and_the_geometric_operator(tmp_path: Path) -> None:
+    body = (
+        "$BASE=BASE_DATA[1]:{X 10,Y 0,Z 0,A 0,B 0,C 0}\n$TOOL=$NULLFRAME\n$VEL.CP=0.05\n$APO.CDIS=0.5\n"
+        "P={X 5,Y 6,Z 7,A 40,B 50,C 60}\nLIN P:{X 1,Y 2,Z 3,A -10,B 20,C 30} C_DIS\nP.X=P.X+2*3\nLIN P"
+    )
+    text = "DEF PART()\nBASE_DATA[1]={X 1,Y 2,Z 3,A 90,B 0,C 0}\nDECL E6POS P\n" + body + "\nEND\n"
+    path = read(tmp_path, text)
+    first = Rotation.from_euler("ZYX", [40, 50, 60], degrees=True)
+    np.testing.assert_allclose(path.position[0] * 1e3, first.apply([1, 2, 3]) + [5, 6, 7], atol=1e-9)
+    expected = first * Rotation.from_euler("ZYX", [-10, 20, 30], degrees=True)
+    assert (Rotation.from_quat(path.quaternion[0], scalar_first=True).inv() * expected).magnitude() < 1e-9
+    np.testing.assert_allclose(path.position[1] * 1e3, [11, 6, 7], atol=1e-9)
+    np.testing.assert_allclose(path.setting.workobject[:3, 3] * 1e3, [1, 12, 3], atol=1e-9)
+    np.testing.assert_allclose(path.setting.zones * 1e3, [0.5, 0])
+    np.testing.assert_allclose(path.feed, 0.05)
+
+
+def test_what_the_controller_alone_knows_stays_open(tmp_path: Path) -> None:
+    path = read(tmp_path, program(f"BAS(#TOOL,7)\nBAS(#BASE,2)\nPTP HOME\nLIN {POSE}\nLIN {{X 9}}"))
+    assert path.setting.workobject is None and path.setting.tools == {} and path.tool.tolist() == [7, 7]
+    np.testing.assert_allclose(path.position * 1e3, [[1, 2, 3], [9, 2, 3]], atol=1e-12)
+
+
+def test_spline_lines_with_their_own_frames(tmp_path: Path) -> None:
+    line = (
+        "SLIN XP1 WITH $VEL=SVEL_CP(0.3, , LCPDAT1), $TOOL=STOOL2(FP1), $BASE=SBASE(FP1.BASE_NO), "
+        "$IPO_MODE=SIPO_MODE(FP1.IPO_FRAME), $ORI_TYPE=SORI_TYP(LCPDAT1) C_SPL"
+    )
+    data = "TOOL_DATA[3]={X 30,Y -20,Z 240,A 0,B 25,C 0}\nBASE_DATA[4]={X 1500,Y -150,Z 800,A 20,B 0,C 0}\n"
+    text = program(data + line.replace(" C_SPL", "") + "\nSPTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 -5}")
+    path = read(tmp_path, text, KRL_DAT)
+    np.testing.assert_allclose(path.feed, [0.3, np.nan])
+    assert path.tool[0] == 3 and path.setting.workobject[0, 3] == 1.5
+    np.testing.assert_allclose(np.degrees(path.setting.joints[1]), [0, -90, 90, 0, 10, -5])
+
+
+REFUSED = [
+    ("P=$POS_ACT\nLIN P", 3, "$POS_ACT"),
+    ("LIN XP9", 2, "XP9"),
+    (f"WHILE $IN[1]\nLIN {POSE}\nENDWHILE", 2, "WHILE"),
+    (f"LOOP\nLIN {POSE}\nENDLOOP", 2, "LOOP"),
+    (f"IF $IN[1]==TRUE THEN\nLIN {POSE}\nENDIF", 2, "$IN[1]"),
+    (f"FOR I=1 TO N\nLIN {POSE}\nENDFOR", 2, "N, which"),
+    ("LIN {X 1,Y 2}", 2, "missing"),
+    ("LIN_REL {X 1}", 2, "where the arm stands"),
+    ("PTP_REL {A1 5}", 2, "PTP_REL"),
+    (f"LIN {POSE}\nCIRC {POSE},{POSE},CA 90", 3, "CA"),
+    (f"LIN {POSE}\nCIRC {POSE},{POSE}", 3, "one line"),
+    ("SPLINE\nENDSPLINE", 2, "SPLINE"),
+    ("LIN {X 1,Y 2,Z 1e999,A 0,B 0,C 0}", 2, "finite"),
+    ("LIN {X 1,Y 2,Z 3,A 0,B 0", 2, ""),
+    ("DRILL(5)", 2, "arguments"),
+    (f"$IPO_MODE=#TCP\nLIN {POSE}", 3, "#TCP"),
+    ("G1 X1", 2, "no line of KRL"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("body", "line", "word"), REFUSED)
+def test_what_is_known_only_at_run_time_is_refused_by_line(tmp_path: Path, body: str, line: int, word: str) -> None:
+    with pytest.raises(ReadError) as caught:
+        read(tmp_path, program(body))
+    assert caught.value.line == line and word in str(caught.value)
+
+
+def test_parts_and_two_programs_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ReadError, match="END is missing"):
+        read(tmp_path, KRL[: KRL.index("PTP XP2")], KRL_DAT)
+    with pytest.raises(ReadError, match="two programs in one file"):
+        read(tmp_path, KRL + KRL.replace("PART", "OTHER"), KRL_DAT)
+    (tmp_path / "SUB.src").write_text(program(f"LIN {POSE}").replace("PART", "SUB"))
+    with pytest.raises(ReadError, match=r"SUB\.src"):
+        read(tmp_path, program(f"LIN {POSE}\nSUB()"))
+    with pytest.raises(ReadError, match=r"PART\.dat:2"):
+        read(tmp_path, program("LIN XP1"), "DEFDAT PART\nDECL E6POS XP1={X 1,,Y 2}\nENDDAT\n")
+
+
+def test_what_this_product_writes_reads_the_same(tmp_path: Path) -> None:
+    sample = random_program(400, 5)
+    write_program(sample, tmp_path / "out.src")
+    path = read_toolpath(tmp_path / "out.src")
+    oracle = [m.target for m in krl_reader.read(tmp_path / "out.src").moves if m.word == "LIN"]
+    np.testing.assert_allclose(path.position[-400:] * 1e3, [[t[k] for k in "XYZ"] for t in oracle], atol=1e-9)
+    turned = Rotation.from_quat(path.quaternion[-400:], scalar_first=True).as_matrix()
+    np.testing.assert_allclose(turned, sample.rotation, atol=3e-7)
+    np.testing.assert_array_equal(path.setting.configuration[-400:], sample.configuration)
+    np.testing.assert_allclose(path.setting.workobject, sample.workobject, atol=1e-6)
+
+
+def test_real_programs(shared: Path) -> None:
+    folder = shared / "data/cam/krl_waam"
+    path = read_toolpath(folder / "circle4_cleaned.src")
+    with open(folder / "circle4_cleaned.gcode") as stream:  # the same circles, moved by the slicer's origin
+        gcode = [re.match(r"G1 X(\S+) Y(\S+) E", line) for line in stream]
+    points = np.array([[float(m[1]), float(m[2])] for m in gcode if m]) + [22.122, 4.122]
+    n = 40
+    np.testing.assert_allclose(path.position[1 : n + 1, :2] * 1e3, points[:n], atol=2e-3)
+    for name in ("line3_cleaned.src", "Hollow_Box_cleaned.src"):
+        with pytest.raises(ReadError, match=r"\$POS_ACT"):
+            read_toolpath(folder / name)
+    assert len(read_toolpath(shared / "data/cam/robodk_posts/KUKA_KRC4_test_post.src")) == 9
+    with pytest.raises(ReadError, match="END is missing"):
+        read_toolpath(shared / "data/cam/robodk_posts/KUKA_KRC2_test_post.src")
+
+
+def test_many_moves_in_little_time(tmp_path: Path) -> None:
+    began = time.process_time()
+    assert len(read(tmp_path, program(f"LIN {POSE} C_DIS\n" * 20_000))) == 20_000
+    assert time.process_time() - began < 1.0  # 200,000 in 10 s
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_only_refusals_escape(tmp_path: Path, data: st.DataObject) -> None:
+    text = KRL
+    for _ in range(data.draw(st.integers(1, 3))):
+        at, length = data.draw(st.integers(0, len(text))), data.draw(st.sampled_from([0, 1, 3, 20, 100]))
+        put = data.draw(st.sampled_from(
+            ["", ";", ",", "}", "{", "(", '"', "\n", "1e999", "FOR I=1 TO 3\n", "ENDFOR\n", "IF TRUE THEN\n", "XP1.X=3\n",
+             "-", "CIRC ", "END\n", ":", "[2]", "$POS_ACT", "DECL INT XP1\n", " WITH $VEL=5", "= "]))  # fmt: skip
+        text = text[:at] + put + text[at + length :]
+    try:
+        path = read(tmp_path, text, KRL_DAT)
+    except ReadError:
+        return
+    given_as_angles = np.isin(path.row, list(path.setting.joints))
+    assert np.isfinite(path.position[~given_as_angles]).all() and (np.diff(path.row) > 0).all()
+
+
+EXAMPLES = re.findall(r"^```src (?:(\d+) poses|refused in line (\d+))\n(.*?)^```$", PAGE.read_text(), re.M | re.S)
+
+
+@pytest.mark.parametrize(("poses", "line", "text"), EXAMPLES)
+def test_examples_of_the_page(tmp_path: Path, poses: str, line: str, text: str) -> None:
+    if poses:
+        assert len(read(tmp_path, text)) == int(poses)
+        return
+    with pytest.raises(ReadError) as caught:
+        read(tmp_path, text)
+    assert caught.value.line == int(line)
+
+
+def test_the_page_has_examples() -> None:
+    assert len(EXAMPLES) >= 2

@@ -1,0 +1,224 @@
+"""RAPID in: moves, frames, constants, what is refused; docs/rapid.md."""
+
+from __future__ import annotations
+
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from tests.oracles import rapid_reader
+from tests.oracles.robot_programs import RAPID, RAPID_ENDS, RAPID_LINES, TAIL, TOOL, WORK, target
+from tests.oracles.sample_programs import random_program
+from toolpaths.errors import ReadError
+from toolpaths.programs import write_program
+from toolpaths.readers import read_toolpath
+from toolpaths.toolpath import Toolpath
+
+PAGE = Path(__file__).parents[2] / "docs" / "rapid.md"
+
+
+def read(tmp_path: Path, text: str, **options: float) -> Toolpath:
+    file = tmp_path / "part.mod"
+    file.write_bytes(text.encode())
+    return read_toolpath(file, **options)
+
+
+def ends(path: Toolpath) -> np.ndarray:
+    return np.abs(path.row - np.rint(path.row)) < 1e-9
+
+
+def module(body: str, data: str = "") -> str:
+    return f"MODULE M\n{data}PROC main()\n{body}\nENDPROC\nENDMODULE\n"
+
+
+@pytest.mark.parametrize("dress", ["plain", "crlf", "bom", "upper"])
+def test_moves_of_a_program(tmp_path: Path, dress: str) -> None:
+    text = {"crlf": RAPID.replace("\n", "\r\n"), "bom": "\ufeff" + RAPID, "upper": RAPID.upper()}.get(dress, RAPID)
+    path = read(tmp_path, text)
+    whole = ends(path)
+    expected = np.array(RAPID_ENDS)
+    np.testing.assert_allclose(path.position[whole] * 1e3, expected[:, :3], atol=1e-9)
+    np.testing.assert_array_equal(path.kind[whole], expected[:, 3])
+    np.testing.assert_array_equal(path.line[whole], RAPID_LINES)
+    np.testing.assert_allclose(path.feed[whole], [1, 0.1, 0.02, 0.02, 0.02, 1, 1, 0.1, 0.03])
+    np.testing.assert_allclose(path.axis, [[0, 0, 1]] * len(path), atol=1e-12)
+    assert path.language == "rapid" and not path.quaternion.flags.writeable
+    assert [e.word for e in path.events][:1] == ["plunge".upper() if dress == "upper" else "plunge"]
+
+
+def test_tool_work_object_and_zones(tmp_path: Path) -> None:
+    setting = read(tmp_path, RAPID).setting
+    tool = setting.tools[1]
+    assert (tool.name, tool.mass) == ("spindle", 30.0)
+    np.testing.assert_allclose(tool.xyz, [0.03, -0.02, 0.24])
+    np.testing.assert_allclose(tool.rotation, Rotation.from_euler("y", 25, degrees=True).as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(setting.workobject[:3, 3], [1.5, -0.15, 0.8])
+    turn = Rotation.from_euler("z", 20, degrees=True).as_matrix()
+    np.testing.assert_allclose(setting.workobject[:3, :3], turn, atol=1e-12)
+    np.testing.assert_allclose(setting.zones * 1e3, [10, 0, 1, 1, 1, 10, 10, 0, 2])
+    np.testing.assert_array_equal(setting.configuration, [0] * 9)
+
+
+def test_an_arc_is_round_within_the_chord(tmp_path: Path) -> None:
+    path = read(tmp_path, RAPID, chord=1e-6)
+    arc = np.ceil(path.row - 1e-9) == 4
+    off = np.linalg.norm(path.position[arc][:, :2] - [0.1, 0.04], axis=1) - 0.02
+    assert arc.sum() > 100 and np.abs(off).max() < 1e-12
+    assert path.position[arc][:, 0].min() >= 0.1 - 1e-12  # by way of x = 120
+    step = np.linalg.norm(np.diff(path.position[arc], axis=0), axis=1)
+    assert (step**2 / (8 * 0.02)).max() < 1e-6
+
+
+def test_user_frame_times_object_frame_and_a_second_work_object(tmp_path: Path) -> None:
+    other = '[FALSE,TRUE,"",[[10,20,30],[0.5,0.5,0.5,0.5]],[[1,2,3],[0.707106781,0,0,0.707106781]]]'
+    data = f"PERS tooldata spindle:={TOOL};\nPERS wobjdata table:={WORK};\nPERS wobjdata b:={other};\n"
+    place = target(5, 6, 7)
+    body = f"MoveL {place},v10,z1,{TAIL}\nMoveL {place},v10,z1,{TAIL}\nMoveL {place},v10,z1,spindle\\WObj:=b;\n"
+    path = read(tmp_path, module(body, data))
+    user = Rotation.from_quat([0.5, 0.5, 0.5, 0.5])
+    base = user.apply(Rotation.from_euler("z", 90, degrees=True).apply([5, 6, 7]) + [1, 2, 3]) + [10, 20, 30]
+    table = Rotation.from_euler("z", 20, degrees=True)
+    np.testing.assert_allclose(path.position[2] * 1e3, table.inv().apply(base - [1500, -150, 800]), atol=1e-5)
+    np.testing.assert_allclose(path.position[0] * 1e3, [5, 6, 7], atol=1e-12)
+
+
+def test_constants_offsets_loops_and_calls(tmp_path: Path) -> None:
+    body = """FOR i FROM 1 TO 3 DO
+      IF i = 2 THEN
+        MoveL Offs(p, i * 10, -step / 2, 0), v10, z1, tool0;
+      ELSE
+        MoveL RelTool(p, 1, 2, 3 \\Rx:=10 \\Ry:=20 \\Rz:=30), v10, z1, tool0;
+      ENDIF
+    ENDFOR
+    p.trans.z := p.trans.z + 1;
+    MoveL p, v10, z1, tool0;
+    MoveL a{2}, v10, z1, tool0;"""
+    down = target(10, 20, 30)
+    data = f"VAR robtarget p := {down};\nCONST num step := 2*(3+1);\nCONST robtarget a{{2}} := [{down},{target(1, 2, 3)}];\n"
+    path = read(tmp_path, module(body, data))
+    turn = Rotation.from_quat([1, 0, 0, 0])  # x, y, z, w: half a turn about x
+    shift = turn.apply([1, 2, 3])
+    np.testing.assert_allclose(path.position[0] * 1e3, shift + [10, 20, 30], atol=1e-9)
+    np.testing.assert_allclose(path.position[1] * 1e3, [30, 16, 30], atol=1e-9)
+    np.testing.assert_allclose(path.position[3:] * 1e3, [[10, 20, 31], [1, 2, 3]], atol=1e-9)
+    read_turn = Rotation.from_quat(path.quaternion[0], scalar_first=True)
+    expected = turn * Rotation.from_euler("XYZ", [10, 20, 30], degrees=True)
+    assert (read_turn.inv() * expected).magnitude() < 1e-9
+
+
+def test_joint_moves_are_left_to_the_robot(tmp_path: Path) -> None:
+    joints = "[[10,-20,30,40,50,-60],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    path = read(tmp_path, module(f"MoveAbsJ j,v100,fine,tool0;\nMoveL {target(1, 2, 3)},v10,z1,tool0;",
+                                 f"CONST jointtarget j:={joints};\n"))  # fmt: skip
+    assert np.isnan(path.position[0]).all() and path.kind.tolist() == [0, 1]
+    np.testing.assert_allclose(np.degrees(path.setting.joints[0]), [10, -20, 30, 40, 50, -60])
+
+
+REFUSED = [
+    ("MoveL CRobT(),v10,z1,tool0;", 3, "run time"),
+    ("MoveL p99,v10,z1,tool0;", 3, "p99"),
+    (f"WHILE TRUE DO\nMoveL {target(1, 2, 3)},v10,z1,tool0;\nENDWHILE", 3, "WHILE"),
+    (f"IF di1 = 1 THEN\nMoveL {target(1, 2, 3)},v10,z1,tool0;\nENDIF", 3, "di1"),
+    (f"FOR i FROM 1 TO n DO\nMoveL {target(1, 2, 3)},v10,z1,tool0;\nENDFOR", 3, "n, which"),
+    (f"TriggL {target(1, 2, 3)},v10,t1,z1,tool0;", 3, "TriggL"),
+    (f"SearchL di1,p1,{target(1, 2, 3)},v10,tool0;", 3, "SearchL"),
+    ("PDispSet pose1;", 3, "PDispSet"),
+    ("DrillHole 5;", 3, "DrillHole"),
+    (f"MoveL {target(1, 2, 3)},v10,z1,tool0\\Corr;", 3, "sensor"),
+    ("MoveL [[1,2,3],[1,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;", 3, "length 1.41"),
+    ("MoveL [[1,2,1e999],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;", 3, "finite"),
+    (f"MoveC {target(1, 2, 3)},{target(2, 2, 3)},v10,z1,tool0;", 3, "arc"),
+    (f"MoveL {target(1, 2, 3)},v10,z1;", 3, "expected"),
+    (f"MoveL {target(1, 2, 3)},v10,z1,tool0", 3, "no end"),
+    ("GOTO again;", 3, "jump"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("body", "line", "word"), REFUSED)
+def test_what_is_known_only_at_run_time_is_refused_by_line(tmp_path: Path, body: str, line: int, word: str) -> None:
+    with pytest.raises(ReadError) as caught:
+        read(tmp_path, module(body))
+    assert caught.value.line == line and word in str(caught.value)
+
+
+def test_two_programs_and_a_part_of_one_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ReadError, match="Two programs"):
+        read(tmp_path, RAPID + RAPID)
+    with pytest.raises(ReadError, match="cut off|missing"):
+        read(tmp_path, RAPID[: RAPID.index("    cut2;")])
+    with pytest.raises(ReadError, match="declared twice, first in line 6"):
+        read(tmp_path, RAPID.replace("wobjdata table", "wobjdata spindle"))
+    held = RAPID.replace("tooldata spindle:=[TRUE", "tooldata spindle:=[FALSE")
+    with pytest.raises(ReadError, match="robhold FALSE"):
+        read(tmp_path, held)
+
+
+def test_what_this_product_writes_reads_the_same(tmp_path: Path) -> None:
+    program = random_program(400, 3)
+    write_program(program, tmp_path / "out.mod")
+    path = read_toolpath(tmp_path / "out.mod")
+    moves, _ = rapid_reader.read(tmp_path / "out.mod")
+    oracle = [m for m in moves if m.word == "MoveL"]
+    np.testing.assert_allclose(path.position[1:] * 1e3, [m.target[0] for m in oracle], atol=1e-9)
+    np.testing.assert_array_equal(path.kind[1:], program.kind)
+    turned = Rotation.from_quat(path.quaternion[1:], scalar_first=True).as_matrix()
+    np.testing.assert_allclose(turned, program.rotation, atol=3e-8)
+    np.testing.assert_allclose(path.setting.workobject, program.workobject, atol=1e-7)
+
+
+def test_real_programs(shared: Path) -> None:
+    path = read_toolpath(shared / "data/cam/robodk/Program.mod")
+    np.testing.assert_allclose(path.setting.workobject[:3, 3], [0.399855, 0, 0.1])
+    assert len(path) == 6 and path.kind.tolist() == [0, 0, 1, 1, 1, 1]
+    np.testing.assert_allclose(path.position[2] * 1e3, [18.715 - 399.855, 147.321, 458.168 - 100], atol=1e-9)
+    np.testing.assert_allclose(path.position[3] * 1e3, [3.281, 147.321, 294.993], atol=1e-9)
+    post = read_toolpath(shared / "data/cam/robodk_posts/ABB_RAPID_IRC5_test_post.mod")
+    assert ends(post).sum() == 13 and post.setting.tools[1].xyz.tolist() == [0.38, 0, 0.2]
+    np.testing.assert_allclose(post.feed[2:], 0.1)
+
+
+def test_many_moves_in_little_time(tmp_path: Path) -> None:
+    line = f"MoveL {target(1, 2, 3)},v10,z1,tool0;\n"
+    began = time.process_time()
+    assert len(read(tmp_path, module(line * 20_000))) == 20_000
+    assert time.process_time() - began < 1.0  # 200,000 in 10 s
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_only_refusals_escape(tmp_path: Path, data: st.DataObject) -> None:
+    text = RAPID
+    for _ in range(data.draw(st.integers(1, 3))):
+        at, length = data.draw(st.integers(0, len(text))), data.draw(st.sampled_from([0, 1, 3, 20, 100]))
+        put = data.draw(st.sampled_from(
+            ["", ";", ",", "]", "[", "(", "!", '"', "\n", "1e999", "FOR i FROM 1 TO 3 DO ", "ENDFOR", "IF TRUE THEN ",
+             "p10.trans.x:=3;", "-", "MoveC ", "ENDPROC", "\\", "{2}", "CRobT()", "VAR num p10:=1;"]))  # fmt: skip
+        text = text[:at] + put + text[at + length :]
+    try:
+        path = read(tmp_path, text)
+    except ReadError:
+        return
+    assert np.isfinite(path.position).all() and (np.diff(path.row) > 0).all()
+
+
+EXAMPLES = re.findall(r"^```mod (?:(\d+) poses|refused in line (\d+))\n(.*?)^```$", PAGE.read_text(), re.M | re.S)
+
+
+@pytest.mark.parametrize(("poses", "line", "text"), EXAMPLES)
+def test_examples_of_the_page(tmp_path: Path, poses: str, line: str, text: str) -> None:
+    if poses:
+        assert len(read(tmp_path, text)) == int(poses)
+        return
+    with pytest.raises(ReadError) as caught:
+        read(tmp_path, text)
+    assert caught.value.line == int(line)
+
+
+def test_the_page_has_examples() -> None:
+    assert len(EXAMPLES) >= 2
