@@ -91,6 +91,7 @@ class Bench:
     ) -> None:
         self.sessions, self.base, self.values = tuple(sessions), tuple(base), values
         self.used = [u.copy() for u in used]
+        self.allowed = [u.copy() for u in used]
         self.joints = sessions[0].robot.n
 
     def __repr__(self) -> str:
@@ -115,8 +116,8 @@ class Bench:
         fixed = {e.name: self.values[e.name] for e in self.base}
         fixed |= {a.effect.name: a.values for a in additions}
         evidence = tuple(Evidence(s, layout, fixed) for s in self.sessions)
-        for e, mask in zip(evidence, self.used, strict=True):
-            e.used = mask.copy()
+        for e, mask, allowed in zip(evidence, self.used, self.allowed, strict=True):
+            e.used, e.allowed = mask.copy(), allowed.copy()
         vector = None if start is None else self._begun(layout, fixed, start, evidence)
         return fitted(layout, fixed, evidence, 0.0, None, (), vector, once=not any(a.effect.angle for a in additions))
 

@@ -28,6 +28,7 @@ Index = npt.NDArray[np.intp]
 
 RIDGES = (1e-3, 1e-2, 1e-1)  # prior size of a feature's weight over the residual's own
 HARMONICS = 4
+ALIKE = 0.05  # shares closer than this are one
 LEAST = 0.02  # a share below is not reported
 SILENT = 0.02  # of the largest torque: below, a torque has no sign
 
@@ -138,7 +139,8 @@ def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) 
         share = _share(ledger, mine, base, structure)
         if share > LEAST:
             out.append(Share(f"column:{name}", share))
-    return sorted(out, key=lambda s: -s.share)
+    # a joint and the link beside it often explain alike: the joint is named first
+    return sorted(out, key=lambda s: (-round(s.share / ALIKE), not s.what.startswith("joint-"), -s.share))
 
 
 def _without_columns(f: Features) -> Features:

@@ -38,6 +38,7 @@ NOTICED = 1e-4  # chance of a residual that noise alone would leave
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 WRONG_SETUPS = 0.02  # of all set-ups that may be wrong as a whole
+CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is none
 PARTLY = 0.2  # of what was above the noise: an effect that explains less is not called the explanation
 
 
@@ -91,12 +92,26 @@ class _Case:
             ranking, self.base_rms = candidates(search, base)
             fit, additions = search.run(base)
             fit, additions, found = rivals(search, fit, additions, base)
+            fit, additions = self._without_crumbs(search, fit, additions, found)
             fit, additions, left, points = self._judged(search, base, fit, additions)
         # beside structure that nobody understands, the model's own numbers bend: no shift of theirs is believed
         changed = changed_numbers(bench, self.model, base, fit, additions) if self.enough and not left else []
         verdict = self._verdict(left, additions, changed, base)
         kept = [r for r in found if any(a.effect is r.addition.effect for a in additions)]
         return self._written(bench, base, fit, additions, kept, changed, verdict, ranking, points)
+
+    def _without_crumbs(
+        self, search: Search, fit: Fit, additions: list[Addition], found: Sequence[Rival]
+    ) -> tuple[Fit, list[Addition]]:
+        """Without additions that only polish what another explains: laws that are not exact to the last digit."""
+        crumbs = {r.addition.effect.name for r in found if r.explains < CRUMB}
+        kept = [a for a in additions if a.effect.name not in crumbs]
+        if not crumbs or not kept:
+            return fit, additions
+        trial = search.bench.fit(kept, fit)
+        if trial.solution.chi2 > SLIGHTLY**2 * trial.solution.freedom:
+            return fit, additions
+        return trial, search.bench.current(trial, kept)
 
     def _judged(
         self, search: Search, base: Fit, fit: Fit, additions: list[Addition]
@@ -284,14 +299,14 @@ def _held(session: Session) -> Bools:
 def _sound(fit: Fit) -> Fit:
     """Rows that were left out come back where they are most of their set-up: that is structure, no wrong row."""
     for e in fit.evidence:
-        s = e.samples
-        whole = len(np.unique(s.setup[~e.used]))
-        few = whole <= max(1, WRONG_SETUPS * len(np.unique(s.setup)))
-        for setup in np.unique(s.setup[~e.used]):
-            rows = s.setup == setup
+        s, out = e.samples, ~e.used & e.allowed
+        setups = np.unique(s.setup[out])
+        few = len(setups) <= max(1, WRONG_SETUPS * len(np.unique(s.setup)))
+        for setup in setups:
+            rows = (s.setup == setup) & e.allowed
             poses = len(np.unique(np.column_stack([s.state[rows], s.repeat[rows]]), axis=0))
             single = poses == 1 and e.session.group[s.reflector[rows]].max() >= 0  # one reading of a probe
-            if np.mean(~e.used[rows]) > 1 / 3 and not (single and few):
+            if np.mean(out[rows]) > 1 / 3 and not (single and few):
                 e.used[rows] = True
     return fit
 

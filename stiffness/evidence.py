@@ -58,8 +58,9 @@ class Evidence:
         )  # fmt: skip
         self.station = Station(session)
         self.used = np.ones(len(self.samples), dtype=bool)
+        self.allowed = np.ones(len(self.samples), dtype=bool)  # readings put aside are not: no search brings them back
         self._x = np.zeros((len(self.samples), self.reader.n_x))
-        self._torque = np.zeros((len(self.samples), session.robot.n))  # of the last call: flanks start from it
+        self.torque = np.zeros((len(self.samples), session.robot.n))  # of the last call: flanks start from it
         self._wrench = _shown(session)
         self.histories = Histories(session)
         self.link = np.array([r.link for r in session.reflectors])[self.samples.reflector]
@@ -82,10 +83,10 @@ class Evidence:
         values = self.unknowns.values(p, self.fixed)
         effects = self.unknowns.effects
         places = self.station.reflectors(station)
-        state = self.histories.state(effects, values, self._torque, self.resting)
+        state = self.histories.state(effects, values, self.torque, self.resting)
         for _ in range(STATE_ROUNDS if state.shape[1] else 1):
             rest = self._rest(p, places, state)
-            self._torque = rest.torque
+            self.torque = rest.torque
             new = self.histories.state(effects, values, rest.torque, self.resting)
             if np.allclose(new, state, atol=1e-6):
                 break
@@ -248,7 +249,7 @@ class Evidence:
         return [piece for part in parts for piece in np.array_split(part, -(-len(part) // LARGEST_BLOCK))]
 
     def _fixed_noise(self, rows: Index) -> tuple[Floats | None, Floats]:
-        """What of a set-up's weighting no parameter changes: ``_independent`` and the tracker's noise, worked out once."""
+        """What of a set-up's weighting no parameter changes, once: ``_independent`` and the tracker's noise."""
         key = rows.tobytes()
         if key not in self._weighting:
             self._weighting[key] = self._independent(rows), self.tracker_noise(rows)

@@ -72,6 +72,14 @@ class Fit:
         tabled = np.array([u.parameter.each > 1 for u in self.unknowns.free], dtype=bool)
         return self.unknowns.values(np.where(tabled & ~seen, 0.0, self.parameters), self.fixed)
 
+    def allowed_values(self) -> dict[str, dict[str, Floats]]:
+        """Values, with those that an effect does not allow moved to the nearest that it does."""
+        out = self.values()
+        for e in self.unknowns.effects:
+            if e.nearest and e.check(out[e.name]):
+                out[e.name] = e.nearest(out[e.name])
+        return out
+
     def deviations(self) -> dict[str, dict[str, Floats]]:
         """Standard deviations per effect and parameter, of the numbers in the model file; 0 where given."""
         n = self.unknowns.joints
@@ -109,7 +117,8 @@ class Fit:
         for u, ok, told in zip(self.unknowns.free, self.determined(), diagonal, strict=True):
             if not ok:
                 if u.parameter.each > 1:
-                    unseen.setdefault((u.parameter.meaning, u.effect, u.index // u.parameter.each + 1), []).append(u.index)
+                    table = u.parameter.meaning, u.effect, u.index // u.parameter.each + 1
+                    unseen.setdefault(table, []).append(u.index)
                     continue
                 place = f"joint {u.index + 1}" if u.parameter.size == "joint" else f"number {u.index + 1}"
                 why = "no reading loads it" if told < 1 else "not told apart from other numbers, or from noise"
@@ -144,7 +153,7 @@ class Fit:
             reference_temperature=20.0 if reference is None else reference,
             base=first.base,
             tip=first.tip,
-            values=self.values(),
+            values=self.allowed_values(),
             sd=self.deviations(),
             identified=identified,
             tools={e.name: first.tool.name for e in self.unknowns.effects if e.scope == "tool"},

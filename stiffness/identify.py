@@ -155,7 +155,7 @@ def _take_back(fit: Fit) -> bool:
     """Rows that were dropped while a wrong one still disturbed the fit, one by one; True when there were any."""
     found = False
     for k, e in enumerate(fit.evidence):
-        out = np.flatnonzero(~e.used)
+        out = np.flatnonzero(~e.used & e.allowed)
         at = columns_of(fit.evidence, len(fit.unknowns))[k]
         limit = stats.chi2.isf(FALSE_ALARM / max(int(e.used.sum()), 1), 3)
         for row in out if len(out) <= MOST_RECONSIDERED and not e.session.group.max() >= 0 else ():
@@ -176,10 +176,10 @@ def _again(fit: Fit, prior: ComplianceModel | None) -> Fit:
 
 def reconsidered(fit: Fit, prior: ComplianceModel | None) -> Fit:
     """All rows again: what a poorer model took for wrong may be right."""
-    if all(e.used.all() for e in fit.evidence):
+    if all(np.array_equal(e.used, e.allowed) for e in fit.evidence):
         return fit
     for e in fit.evidence:
-        e.used[:] = True
+        e.used[:] = e.allowed
     return cleaned(_again(fit, prior), prior)
 
 

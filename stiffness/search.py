@@ -24,6 +24,7 @@ from stiffness.ledger import Ledger
 from stiffness.screen import Screen
 from stiffness.selection import CHANCE, Choice, Selector
 from stiffness.session import Session
+from stiffness.thresholds import thresholds
 
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
@@ -89,6 +90,13 @@ class Search:
                 other = self.bench.fit(trial, screened.fit)
                 if other.solution.chi2 < fit.solution.chi2:
                     fit, begun = other, trial
+        if fit.solution.misfit > SETTLED:
+            begun = self.bench.current(fit, begun)
+            moved = thresholds(fit, begun)
+            if moved is not None:
+                other = self.bench.fit(moved, fit)
+                if other.solution.chi2 < fit.solution.chi2:
+                    fit, begun = other, moved
         return self.bench.current(fit, begun), fit
 
     def _merged(

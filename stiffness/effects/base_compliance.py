@@ -9,7 +9,7 @@ pedestal that tilts about a point below shows in the coupling of force and rotat
 from __future__ import annotations
 
 from stiffness.effects.effect import Effect
-from stiffness.effects.spring import PARAMETERS, check, yielded
+from stiffness.effects.spring import PARAMETERS, check, nearest, yielded
 
 EFFECT = Effect(
     name="base-compliance",
@@ -19,5 +19,6 @@ EFFECT = Effect(
     parameters=PARAMETERS,
     twist=yielded,
     places=lambda n: (0,),
+    nearest=nearest,
     check=check,
 )

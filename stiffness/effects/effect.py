@@ -203,6 +203,7 @@ class Effect:
             controller takes the sag off.
         unsure: angles (N, n), values, standard deviations -> (N, n) rad, where it was learned over part of a range and
             says nothing outside.
+        nearest: allowed values near those that ``check`` has something against.
         check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
     """
 
@@ -223,6 +224,7 @@ class Effect:
     unloaded: bool = False
     needs_torque_sign: bool = False
     unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
+    nearest: Callable[[Numbers], dict[str, Floats]] | None = None
     check: Callable[[Numbers], str] = _nothing_wrong
 
     def __repr__(self) -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import Effect, JointInput, Numbers, Parameter, Values
+from stiffness.effects.effect import Effect, Floats, JointInput, Numbers, Parameter, Values
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:
@@ -40,6 +40,16 @@ def _check(p: Numbers) -> str:
     return ""
 
 
+def _nearest(p: Numbers) -> dict[str, Floats]:
+    """Entries made smaller alike until no torque gains energy."""
+    count = len(p["coupling"])
+    n = round((1 + np.sqrt(1 + 8 * count)) / 2)
+    rho = np.zeros((n, n))
+    rho[np.tril_indices(n, -1)] = p["coupling"]
+    smallest = float(np.linalg.eigvalsh(rho + rho.T).min())
+    return {"coupling": p["coupling"] * min(1.0, -1.0 / smallest if smallest < 0 else 1.0)}
+
+
 EFFECT = Effect(
     name="joint-coupling",
     cause="the torque of one joint deflects another, through a parallel linkage or the gears of the wrist",
@@ -59,5 +69,6 @@ EFFECT = Effect(
         ),
     ),
     joint=_law,
+    nearest=_nearest,
     check=_check,
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import Numbers, Parameter, TwistInput, Values
+from stiffness.effects.effect import Floats, Numbers, Parameter, TwistInput, Values
 
 _ROUNDING = 1e-9  # of the scaled matrix: a fit that stops at the bound is singular, not negative
 
@@ -71,3 +71,19 @@ def check(p: Numbers) -> str:
             "to 1): it would yield against some load; make the coupling smaller or the diagonal larger"
         )
     return ""
+
+
+def nearest(p: Numbers) -> dict[str, Floats]:
+    """C with its diagonal, negative directions taken out of it (Higham 1988, scaled to a unit diagonal)."""
+    diagonal = np.concatenate([p["linear_m_per_n"], p["angular_rad_per_nm"]])
+    c = np.zeros((6, 6))
+    c[np.tril_indices(6, -1)] = p["coupling"]
+    c = c + c.T
+    rigid = diagonal <= 0
+    c[rigid], c[:, rigid] = 0.0, 0.0
+    scale = np.sqrt(np.where(rigid, 1.0, diagonal))
+    values, vectors = np.linalg.eigh(c / np.outer(scale, scale) + np.eye(6))
+    made = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    made = made / np.sqrt(np.outer(np.diag(made), np.diag(made))) * np.outer(scale, scale)
+    made[rigid], made[:, rigid] = 0.0, 0.0
+    return {**{k: np.array(v) for k, v in p.items()}, "coupling": made[np.tril_indices(6, -1)]}

@@ -8,7 +8,7 @@ in the axes of the flange, about its origin.
 from __future__ import annotations
 
 from stiffness.effects.effect import Effect
-from stiffness.effects.spring import PARAMETERS, check, yielded
+from stiffness.effects.spring import PARAMETERS, check, nearest, yielded
 
 EFFECT = Effect(
     name="tool-compliance",
@@ -18,5 +18,6 @@ EFFECT = Effect(
     parameters=PARAMETERS,
     twist=yielded,
     places=lambda n: (n,),
+    nearest=nearest,
     check=check,
 )

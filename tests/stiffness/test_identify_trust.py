@@ -95,7 +95,7 @@ def test_a_sensor_at_rest_chooses_no_flank(tmp_path: Path) -> None:
     fit = identify([session], ["backlash"])
     (evidence,) = fit.evidence
     evidence.predict(fit.parameters, np.zeros(0))
-    state = evidence.histories.state(fit.unknowns.effects, fit.values(), evidence._torque, evidence.resting)[:, 0]
+    state = evidence.histories.state(fit.unknowns.effects, fit.values(), evidence.torque, evidence.resting)[:, 0]
     rest = session.samples.state == 0
     assert np.array_equal(state[rest], np.sign(session.samples.approach[rest, 0]))
     assert np.any(state[~rest] != np.sign(session.samples.approach[~rest, 0]))

@@ -107,7 +107,7 @@ def test_compensated_file_and_wrong_poses_are_refused() -> None:
     with pytest.raises(ReadError, match=r"a.nc:1: .*compensated already"):
         rewrite(new.text, program, path.row, Path("a.nc"))
     with pytest.raises(WriteError, match="do not belong to this file"):
-        rewrite((HEAD + "G1 X1\nX2\nX3\nM30\n").encode(), program, path.row, Path("a.nc"))
+        rewrite((HEAD + "M30\n").encode(), program, path.row, Path("a.nc"))
 
 
 def test_arc_becomes_lines_or_stays() -> None:
@@ -188,6 +188,22 @@ def test_tilt_that_the_file_cannot_say_is_listed() -> None:
     axis = path.axis + np.array([0.002, 0, 0])
     new = rewrite(text.encode(), program_of(path, None, axis / np.linalg.norm(axis[0])), path.row, Path("a.nc"))
     assert len(new.changes) == 1 and "tilts the tool by up to 0.11 deg" in new.changes[0].what
+
+
+def test_poses_of_cuts_are_enough() -> None:
+    """The compensator gives the poses of cuts and the rapids before them only."""
+    text = HEAD + "G1 X5 Z-1\nG0 Z5\nG99 G83 X9 Z-3 R2 Q2\nX12\nG80\nG0 Z5\nX0\nM30\n"
+    path = read(text.encode())
+    whole = program_of(path, corrected(path))
+    keep = np.flatnonzero(path.kind == CUT)
+    new = rewrite(text.encode(), program_of(path.take(keep), whole.position[keep]), path.row[keep], Path("a.nc"))
+    assert new.text == rewrite(text.encode(), whole, path.row, Path("a.nc")).text
+    again = read(new.text)
+    assert len(again) == len(path)
+    np.testing.assert_allclose(cuts(again), cuts(whole), rtol=0, atol=6e-4)
+    np.testing.assert_allclose(again.position, whole.position, rtol=0, atol=2e-4)
+    with pytest.raises(WriteError, match=r"a.nc:4: the program has no pose for the end"):
+        rewrite(text.encode(), program_of(path.take(keep[1:])), path.row[keep[1:]], Path("a.nc"))
 
 
 def test_shift_by_place_after_compensated_moves_is_refused() -> None:

@@ -350,11 +350,6 @@ def test_tool_vectors(tmp_path: Path) -> None:
     np.testing.assert_allclose(path.axis[~whole], [0.6, 0, 0.8] * np.ones((sum(~whole), 1)), atol=1e-15)
 
 
-def test_compensated_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ReadError, match=r"part.nc:2: this program is compensated already"):
-        read(tmp_path, "%\n(compensated by toolpath-compensator)\n" + HEAD + "M30\n%\n")
-
-
 def test_real_files(shared: Path) -> None:
     folder = shared / "data/cam"
     path = read_toolpath(folder / "gcode_fusion/1110_wall_265bit.nc")

@@ -179,7 +179,7 @@ def test_real_programs(shared: Path) -> None:
     np.testing.assert_allclose(path.position[2] * 1e3, [18.715 - 399.855, 147.321, 458.168 - 100], atol=1e-9)
     np.testing.assert_allclose(path.position[3] * 1e3, [3.281, 147.321, 294.993], atol=1e-9)
     post = read_toolpath(shared / "data/cam/robodk_posts/ABB_RAPID_IRC5_test_post.mod")
-    assert ends(post).sum() == 13 and post.setting.tools[1].xyz.tolist() == [0.38, 0, 0.2]
+    assert ends(post).sum() == 12 and post.setting.tools[1].xyz.tolist() == [0.38, 0, 0.2]
     np.testing.assert_allclose(post.feed[2:], 0.1)
 
 

@@ -6,6 +6,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -67,6 +68,14 @@ def _marker_line(texts: Sequence[str]) -> int:
     return at
 
 
+class Target(NamedTuple):
+    """Where a line leads: m in the work object, with a tool vector where the file has some."""
+
+    cut: bool
+    place: Sequence[float]
+    axis: Floats | None
+
+
 def _shifts(text: str) -> bool:
     """Whether there is a G92 in the line."""
     return any(w.letter == "G" and w.key == 920 for w in words_of(text))
@@ -85,7 +94,7 @@ class _Rewriter:
         arcs = np.frombuffer(track.arcs, dtype=np.float64).reshape(-1, 7)
         self.arcs = dict(zip(track.arc_moves, arcs, strict=True))
         move = np.ceil(row - 1e-9)
-        if len(row) == 0 or (np.diff(row) < 0).any() or move[-1] != len(self.moves) - 1:
+        if len(row) == 0 or (np.diff(row) < 0).any() or move[0] < 0 or move[-1] >= len(self.moves):
             raise WriteError(f"{path}: the poses do not belong to this file ({len(self.moves)} moves)")
         self.first = np.searchsorted(move, np.arange(len(self.moves) + 1))
         self.place = Place(self.style)  # where the rewritten file is
@@ -132,31 +141,47 @@ class _Rewriter:
     # --- one block --------------------------------------------------------------------------------------------
 
     def _step(self, step: Step, text: str, words: list[Word]) -> None:
-        poses = self._poses(step)
         if step.motion >= FIRST_CYCLE:
             self.dwell = next((w.number for w in words if w.letter == "P"), self.dwell)
-        if step.motion == 0 or not len(poses) or (step.motion >= FIRST_CYCLE and not self.expanding):
+        if step.motion == 0 or step.last == step.first or (step.motion >= FIRST_CYCLE and not self.expanding):
             self._keep(step, text, words)
         elif step.motion >= FIRST_CYCLE:
             self._changed(step, "a drilling cycle became single moves")
-            self._moves(step, text, words, poses, drop="RQPLKIJG")
-        elif step.motion in ARCS and self._still_arc(step, poses):
-            self._one(step, text, words, self.position[poses[-1]], None)
+            self._moves(step, text, words, self._drilled(step), drop="RQPLKIJG")
+        else:
+            self._cut(step, text, words, self._poses(step.first))
+
+    def _cut(self, step: Step, text: str, words: list[Word], poses: list[int]) -> None:
+        """A line or an arc."""
+        if not poses or round(self.row[poses[-1]], 9) != step.first:
+            raise WriteError(f"{self.path}:{step.line}: the program has no pose for the end of this cutting move")
+        targets = [Target(True, self.position[p], self._axis(step, p)) for p in poses]
+        if step.motion in ARCS and self._still_arc(step, poses):
+            self._one(step, text, words, targets[-1]._replace(axis=None))
         elif step.motion in ARCS:
             self._check_arc(step, poses)
             self._changed(step, "an arc became lines")
-            self._moves(step, text, words, poses, drop="IJKRP")
+            self._moves(step, text, words, targets, drop="IJKRP")
+        elif len(poses) == 1:
+            self._one(step, text, words, targets[0])
         else:
-            if len(poses) > 1:
-                self._changed(step, "poses were put in as lines")
-            self._moves(step, text, words, poses, drop="")
+            self._changed(step, "poses were put in as lines")
+            self._moves(step, text, words, targets, drop="")
 
-    def _poses(self, step: Step) -> list[int]:
-        """The poses of a block; rapids only inside a drilling cycle."""
-        poses = range(int(self.first[step.first]), int(self.first[step.last]))
-        if step.motion < FIRST_CYCLE:
-            return [p for p in poses if self.cut[p]]
-        return [p for p in poses if self.cut[p] or self.row[p] == round(self.row[p])]
+    def _poses(self, move: int) -> list[int]:
+        """The poses of a cutting move."""
+        return [p for p in range(int(self.first[move]), int(self.first[move + 1])) if self.cut[p]]
+
+    def _drilled(self, step: Step) -> list[Target]:
+        """The moves of a drilling cycle: cuts as commanded, rapids as they were."""
+        out = []
+        for move in range(step.first, step.last):
+            cuts = [Target(True, self.position[p], None) for p in self._poses(move)]
+            out += cuts or [Target(False, self.moves[move, :3].tolist(), None)]
+        return out
+
+    def _axis(self, step: Step, pose: int) -> Floats | None:
+        return -self.program.rotation[pose, :, 2] if step.vectors else None
 
     def _keep(self, step: Step, text: str, words: list[Word]) -> None:
         """The line as it is, with its motion word where the lines before took that away."""
@@ -172,11 +197,11 @@ class _Rewriter:
         if step.vectors and step.motion < 20:
             self.place.turn(words)
 
-    def _one(self, step: Step, text: str, words: list[Word], to: Sequence[float], axis: Floats | None) -> None:
+    def _one(self, step: Step, text: str, words: list[Word], to: Target) -> None:
         """The line with other coordinates; they are left as they are where they say the same."""
-        new = self.place.coordinates(step, self.place.after(step, words), to)
-        if axis is not None:
-            new.update(self.place.tool_vector(axis, words))
+        new = self.place.coordinates(step, self.place.after(step, words), to.place)
+        if to.axis is not None:
+            new.update(self.place.tool_vector(to.axis, words))
         motion = "" if self._has_motion(words) or self.mode in (None, step.motion) else str(step.motion // 10)
         if new or motion:
             text = with_words(text, self.style, new, motion=motion, words=words)
@@ -184,24 +209,19 @@ class _Rewriter:
         self.mode = step.motion
         self.place.at = self.place.after(step, words, new)
 
-    def _moves(self, step: Step, text: str, words: list[Word], poses: list[int], drop: str) -> None:
+    def _moves(self, step: Step, text: str, words: list[Word], targets: list[Target], drop: str) -> None:
         """A line for each pose; what else stands in the block goes with the first of them."""
-        program = self.program
-        if not drop and len(poses) == 1:
-            axis = -program.rotation[poses[0], :, 2] if step.vectors else None
-            self._one(step, text, words, self.position[poses[0]], axis)
-            return
-        feeds = self._feeds(step, words, poses)
-        stops = any(w.letter == "M" and w.value in STOPS for w in words)
+        feeds = self._feeds(step, words, targets)
+        own = len(targets) - 1 if any(w.letter == "M" and w.value in STOPS for w in words) else 0
         written = next((w.key for w in words if w.is_motion), None)
-        for k, (pose, feed) in enumerate(zip(poses, feeds, strict=True)):
-            motion = 10 if self.cut[pose] else 0
-            new = self.place.coordinates(step, self.place.at, self.position[pose], at_least_one=True)
-            if step.vectors:
-                new.update(self.place.tool_vector(-program.rotation[pose, :, 2], []))
+        for k, (to, feed) in enumerate(zip(targets, feeds, strict=True)):
+            motion = 10 if to.cut else 0
+            new = self.place.coordinates(step, self.place.at, to.place, at_least_one=True)
+            if to.axis is not None:
+                new.update(self.place.tool_vector(to.axis, []))
             if feed:
                 new["F"] = feed
-            if k == (len(poses) - 1 if stops else 0):
+            if k == own:
                 word = str(motion // 10) if motion != (self.mode if written is None else written) else ""
                 line = with_words(text, self.style, new, drop=set(drop + "XYZ") - set(new), motion=word)
             else:
@@ -209,7 +229,7 @@ class _Rewriter:
             self.lines.append(line)
             self.mode = motion
             self.place.at = self.place.after(step, words_of(line))
-            if step.motion == 820 and motion and self.dwell:
+            if step.motion == 820 and to.cut and self.dwell:
                 self.lines.append(self.style.gap.join([self.style.word("G", "4"), self.style.word("P", self.dwell)]))
 
     def _line(self, new: dict[str, str], motion: str) -> str:
@@ -217,12 +237,12 @@ class _Rewriter:
         words += [self.style.word(c, new[c]) for c in "XYZIJKF" if c in new]
         return self.style.gap.join(words)
 
-    def _feeds(self, step: Step, words: list[Word], poses: list[int]) -> list[str]:
+    def _feeds(self, step: Step, words: list[Word], targets: list[Target]) -> list[str]:
         """F of each line under G93, where it is the inverse of the line's time; else none."""
-        if not step.inverse or len(poses) == 1:
-            return [""] * len(poses)
+        if not step.inverse:
+            return [""] * len(targets)
         whole = next(w.value for w in words if w.letter == "F")
-        places = np.vstack([self.place.at, self.program.position[poses]])
+        places = np.array([self.place.at, *(to.place for to in targets)])
         part = np.maximum(np.linalg.norm(np.diff(places, axis=0), axis=1), 1e-9)
         return [f"{whole * part.sum() / p:.6g}" if p < part.sum() else f"{whole:.6g}" for p in part.tolist()]
 
@@ -262,11 +282,10 @@ class _Rewriter:
         for step in self.steps[k:]:
             if step.motion < FIRST_CYCLE:
                 return False
-            for p in self._poses(step):
-                move = round(self.row[p])
-                same = np.abs(self.program.position[p] - self.moves[move, :3]).max() <= SAME_PLACE
-                if self.cut[p] and not same:
-                    return True
+            for move in range(step.first, step.last):
+                for p in self._poses(move):
+                    if np.abs(self.program.position[p] - self.moves[move, :3]).max() > SAME_PLACE:
+                        return True
         return False
 
     @staticmethod

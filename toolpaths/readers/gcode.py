@@ -7,7 +7,6 @@ import re
 from pathlib import Path
 
 from toolpaths.errors import ReadError
-from toolpaths.programs.rewriting import MARKER
 from toolpaths.readers.gcode_machine import State
 from toolpaths.readers.gcode_retract import Retract, check_retracts
 from toolpaths.readers.gcode_rotary import Machine
@@ -42,15 +41,9 @@ def read(path: Path, source: str, chord: float, machine: Machine | None = None) 
         machine: what a file with rotary words (A, B, C), or with several coordinate systems, was posted for.
 
     Raises:
-        ReadError: a line is refused; or the file was compensated already.
+        ReadError: a line is refused.
     """
-    lines = load_lines(path, source)
-    for number, text in enumerate(lines[:40], 1):
-        if MARKER in text:
-            raise ReadError(
-                source, number, "this program is compensated already", "Give the program as it was before that."
-            )
-    return parse(lines, source, machine).toolpath(chord)
+    return parse(load_lines(path, source), source, machine).toolpath(chord)
 
 
 def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> Blocks:

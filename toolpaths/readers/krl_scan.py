@@ -83,7 +83,7 @@ class Scanner:
     def line(self, at: int) -> int:
         """The line of a place in its file, counted from 1."""
         n = bisect_right(self._lines, at) + 1
-        return n - bisect_right(self._lines, self.border) if at > self.border else n
+        return n - bisect_right(self._lines, self.border + 1) if at > self.border else n
 
     def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
         """Raise ReadError for a place in the text."""

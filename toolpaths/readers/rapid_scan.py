@@ -112,7 +112,7 @@ class Scanner:
         Raises:
             ReadError: no module, more than one, or a file that is cut off.
         """
-        if head := _HEAD.match(self.text):
+        if head := _HEAD.match(self.text, self.at):
             self.at = head.end()
         word = self._word()
         if word != "MODULE":

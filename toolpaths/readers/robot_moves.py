@@ -76,10 +76,11 @@ class RobotMoves:
         main = self.frames[self.main_frame]
         out: list[tuple[Floats, Floats]] = []
         for number, frame in enumerate(self.frames):
-            if number == self.main_frame or frame is main:
+            posed = (self.mark["frame"] == number) & (self.mark["word"] != JOINTS)
+            if number == self.main_frame or frame is main or not posed.any():
                 out.append((np.eye(3), np.zeros(3)))
             elif frame is None or main is None:
-                at = int(np.argmax(self.mark["frame"] == number))
+                at = int(np.argmax(posed))
                 raise ReadError(
                     self.source, int(self.mark["line"][at]), "another frame, and one of the two is not in the file",
                     "Give both frames in the program, or one frame for all moves.",
