@@ -110,9 +110,17 @@ class Bench:
         """Whether the model at hand uses a number that is freed only where data ask for it."""
         return bool(np.any(self.values[u.effect][u.parameter.name] != u.parameter.neutral))
 
-    def fit(self, additions: Sequence[Addition], start: Fit | None = None, *, base_fixed: bool = False) -> Fit:
-        """The model at hand with additions; ``start``: a fit to begin with."""
+    def fit(
+        self,
+        additions: Sequence[Addition],
+        start: Fit | None = None,
+        *,
+        base_fixed: bool = False,
+        held: tuple[str, ...] = (),
+    ) -> Fit:
+        """The model at hand with additions; ``start``: a fit to begin with; ``held``: effects that stay as they are."""
         layout = self.layout(additions, base_fixed=base_fixed)
+        layout = replace(layout, free=tuple(u for u in layout.free if u.effect not in held))
         fixed = {e.name: self.values[e.name] for e in self.base}
         fixed |= {a.effect.name: a.values for a in additions}
         evidence = tuple(Evidence(s, layout, fixed) for s in self.sessions)
@@ -136,6 +144,17 @@ class Bench:
             new.station = old.station  # its first guess is what increments count from
             new.placed = old.placed
         return np.concatenate([own, start.solution.vector[len(start.unknowns) :]])
+
+    def sound(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
+        """A fit whose effects allow their values: what one does not allow is moved to the nearest that it does and held
+        there, and all else answers to that."""
+        values = fit.values()
+        wrong = [a for a in additions if a.effect.nearest and a.effect.check(values[a.effect.name])]
+        if not wrong:
+            return fit
+        held = {a.effect.name: a.effect.nearest(values[a.effect.name]) for a in wrong if a.effect.nearest}
+        moved = [replace(a, values=held.get(a.effect.name, values[a.effect.name])) for a in additions]
+        return self.fit(moved, fit, held=tuple(held))
 
     def current(self, fit: Fit, additions: Sequence[Addition]) -> list[Addition]:
         """Additions with the values of a fit."""

@@ -221,9 +221,11 @@ class _Case:
         last = _sound(cleaned(last, None))
         whole.used = [e.used.copy() for e in last.evidence]
         last = whole.fit(additions, last)
-        lines = {kind: self._line(kind, base, fit if moved else None, last) for kind in ("displacement", "absolute")}
-        model = refined_model(self.model, last, additions) if moved else self.model
-        added = tuple(_added(a, last, bench, fit, base, found) for a in additions)
+        after = bench.sound(fit, additions) if moved else None
+        lines = {kind: self._line(kind, base, after, last) for kind in ("displacement", "absolute")}
+        allowed = whole.sound(last, additions)
+        model = refined_model(self.model, allowed, last, additions) if moved else self.model
+        added = tuple(_added(a, allowed, last, bench, found) for a in additions)
         held = tuple(
             tuple(np.unique(s.samples.setup[h]).tolist()) for s, h in zip(self.sessions, self.held, strict=True)
         )
@@ -316,8 +318,8 @@ def _above(fit: Fit) -> float:
     return max(fit.solution.chi2 - fit.solution.freedom, 0.0)
 
 
-def _added(a: Addition, last: Fit, bench: Bench, fit: Fit, base: Fit, found: Sequence[Rival]) -> Added:
-    values, sd = last.values()[a.effect.name], last.deviations()[a.effect.name]
+def _added(a: Addition, allowed: Fit, last: Fit, bench: Bench, found: Sequence[Rival]) -> Added:
+    values, sd = allowed.values()[a.effect.name], last.deviations()[a.effect.name]
     parameters = {}
     for p in a.effect.parameters:
         if p.extra and not a.extras:

@@ -74,16 +74,16 @@ def check(p: Numbers) -> str:
 
 
 def nearest(p: Numbers) -> dict[str, Floats]:
-    """C with its diagonal, negative directions taken out of it (Higham 1988, scaled to a unit diagonal)."""
-    diagonal = np.concatenate([p["linear_m_per_n"], p["angular_rad_per_nm"]])
-    c = np.zeros((6, 6))
-    c[np.tril_indices(6, -1)] = p["coupling"]
-    c = c + c.T
-    rigid = diagonal <= 0
-    c[rigid], c[:, rigid] = 0.0, 0.0
-    scale = np.sqrt(np.where(rigid, 1.0, diagonal))
-    values, vectors = np.linalg.eigh(c / np.outer(scale, scale) + np.eye(6))
-    made = (vectors * np.maximum(values, 0.0)) @ vectors.T
-    made = made / np.sqrt(np.outer(np.diag(made), np.diag(made))) * np.outer(scale, scale)
-    made[rigid], made[:, rigid] = 0.0, 0.0
-    return {**{k: np.array(v) for k, v in p.items()}, "coupling": made[np.tril_indices(6, -1)]}
+    """C without its negative directions (Higham 1988), entries weighed by their typical sizes."""
+    c = np.diag(np.concatenate([p["linear_m_per_n"], p["angular_rad_per_nm"]]))
+    below = np.zeros((6, 6))
+    below[np.tril_indices(6, -1)] = p["coupling"]
+    size = np.sqrt(np.repeat([PARAMETERS[0].scale, PARAMETERS[1].scale], 3))
+    values, vectors = np.linalg.eigh((c + below + below.T) / np.outer(size, size))
+    made = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(size, size)
+    diagonal = np.diag(made) * (1 + 1e-9)  # rounding must not make it negative again
+    return {
+        "linear_m_per_n": diagonal[:3],
+        "angular_rad_per_nm": diagonal[3:],
+        "coupling": made[np.tril_indices(6, -1)],
+    }

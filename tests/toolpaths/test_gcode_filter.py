@@ -206,6 +206,25 @@ def test_poses_of_cuts_are_enough() -> None:
         rewrite(text.encode(), program_of(path.take(keep[1:])), path.row[keep[1:]], Path("a.nc"))
 
 
+def test_inverse_time_stays_the_same_time() -> None:
+    text = HEAD + "G1 X0 Z-1 F100\nG93 G2 X10 I5 F4\nG1 X20 F2\nG94 G1 X0 F100\nM30\n"
+    new, program, path = filtered(text)
+    again = read(new.text)
+    for line, seconds in ((5, 15.0), (6, 30.0)):
+        cuts_ = np.flatnonzero(path.line == line)
+        way = np.linalg.norm(np.diff(again.position, axis=0), axis=1)[cuts_ - 1]
+        np.testing.assert_allclose(np.sum(way / again.feed[cuts_]), seconds, rtol=1e-4)
+        assert np.ptp(again.feed[cuts_]) < 0.01 * again.feed[cuts_[0]]
+    np.testing.assert_allclose(cuts(again), cuts(program), atol=6e-4)
+
+
+def test_rotary_words_are_refused() -> None:
+    text = (HEAD + "(A1) G0 X1\nG1 X5 A30\nM30\n").encode()
+    program = program_of(read((HEAD + "M30\n").encode()))
+    with pytest.raises(WriteError, match=r"a.nc:5: rotary words cannot be corrected in place"):
+        rewrite(text, program, np.zeros(1), Path("a.nc"))
+
+
 def test_shift_by_place_after_compensated_moves_is_refused() -> None:
     with pytest.raises(WriteError, match=r"a.nc:5: G92 after compensated moves"):
         filtered(HEAD + "G1 X10 Z-1\nG92 X0\nG1 X5\nM30\n")

@@ -14,6 +14,7 @@ from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
 from toolpaths.programs import urscript as writer
 from toolpaths.programs import write_program
+from toolpaths.programs.rewriting import refuse_compensated
 from toolpaths.readers.urscript import read
 
 A, B, C = "p[0.1, 0, 0, 3.14159265, 0, 0]", "p[0.2, 0.05, 0, 0, 3, 0]", "p[.3,0,0,1e-1,0,0]"
@@ -171,14 +172,27 @@ MISTAKES = [
     ("def a(x):\nend\na()\n", "0 arguments"),
     ("def a():\n  a()\nend\na()\n", "calling itself"),
     ("while True:\n" * 70, "nested deeper"),
-    (plain(f"movel({A}, v=0.1)", "# compensated by toolpath-compensator"), "compensated already"),
-    (plain("# Compensated program X for Y", f"movel({A}, v=0.1)"), "compensated already"),
     (
         "def a():\n  sync()\n  sync()\nend\n"
         + "".join(f"def a{i}():\n" + f"  a{i - 1 if i else ''}()\n" * 9 + "end\n" for i in range(9))
         + "a8()\n",
         "more often",
     ),
+]
+
+
+MISTAKES += [
+    (plain("movel(p[" + "-" * 3000 + "1, 0, 0, 0, 0, 0])"), "nested too deep"),
+    (
+        "".join(f"def a{i}():\n  a{i + 1}()\nend\n" for i in range(2000)) + "while x:\n  a0()\nend\n",
+        "decides about 'a0()'",
+    ),
+    ("".join(f"def a{i}():\n  a{i - 1}()\nend\n" for i in range(1, 99)) + "a98()\n", "calling itself"),
+    (plain("x = " + "(" * 5000), "no move"),
+    (plain("while x" + " " * 200_000 + "y:", "end"), "no move"),
+    ("def a" + " " * 200_000 + "b():\nend\n", "Expected a name"),
+    (plain("x = [" + "1," * 100_000), "no move"),
+    (plain("movel(" + " " * 200_000 + "x"), "x has no value yet"),
 ]
 
 
@@ -217,9 +231,9 @@ def test_what_is_written_is_read(tmp_path):
     write_program(p, tmp_path / "p.script")
     text = (tmp_path / "p.script").read_bytes()
     with pytest.raises(ReadError, match="compensated already") as caught:
-        read_text(tmp_path, text)
-    assert caught.value.line == 2
-    t = read_text(tmp_path, text.replace(b"# Compensated program", b"#"))
+        refuse_compensated(text, "p.script")
+    assert caught.value.line == 4
+    t = read_text(tmp_path, text)
     np.testing.assert_allclose(t.position[1:], p.position, atol=0.51e-7)
     np.testing.assert_allclose(t.setting.workobject, p.workobject, atol=1e-8)
     np.testing.assert_allclose(t.setting.tools[1].rotation, p.tools[1].rotation, atol=2e-9)
@@ -271,7 +285,7 @@ def test_speed(tmp_path, monkeypatch):
     """20,000 moves in a tenth of the 10 s that 200,000 may take, of this process's time."""
     monkeypatch.setattr(writer, "MOVES_PER_FILE", 10**6)
     write_program(random_program(20_000, 1), tmp_path / "p.script")
-    data = (tmp_path / "p.script").read_bytes().replace(b"# Compensated program", b"#")
+    data = (tmp_path / "p.script").read_bytes()
     began = time.process_time()
     assert len(read_text(tmp_path, data)) == 20_001
     assert time.process_time() - began < 1.0

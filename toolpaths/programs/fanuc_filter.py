@@ -17,7 +17,7 @@ from toolpaths.programs.corrections import Correction, corrections
 from toolpaths.programs.fanuc_config import config_texts
 from toolpaths.programs.program import WARNING, Finding, Floats, Program
 from toolpaths.programs.rewriting import Edit, Rewritten, edited
-from toolpaths.readers.fanuc import moves_of
+from toolpaths.readers.fanuc import moves_of, refuse_written
 from toolpaths.readers.robot_moves import ARC, RobotMoves
 from toolpaths.rotation import fanuc_from_matrix
 
@@ -29,6 +29,7 @@ _TERM = re.compile(r"FINE|CNT\s?\d+|C[DR]\s?\d+")
 
 def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
     """The .ls ``source`` with the poses of ``program``."""
+    refuse_written(source, str(path))
     moves = moves_of(source, str(path), path)
     work = _Work(source.decode("latin-1"), moves, program, path)
     found = corrections(moves, program, row)

@@ -15,7 +15,7 @@ from toolpaths.programs.gcode_place import TILT, UP, Place
 from toolpaths.programs.gcode_style import Style, Word, style_of, with_words, words_of
 from toolpaths.programs.program import WARNING, Finding, Floats, Program, merged
 from toolpaths.programs.rewriting import MARKER, SAME_PLACE, Rewritten, refuse_compensated
-from toolpaths.readers.gcode import Blocks, parse
+from toolpaths.readers.gcode import ROTARY, Blocks, parse
 from toolpaths.readers.gcode_machine import ARCS, FIRST_CYCLE, Step
 from toolpaths.toolpath import CUT
 
@@ -45,6 +45,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
         pairs.pop()
     texts = [text for text, _ in pairs]
     texts[0] = texts[0].removeprefix("\xef\xbb\xbf")
+    _refuse_rotary(texts, path)
     tail = [""] if pairs[-1][1] else []
     blocks = parse([t.rstrip("\x1a") for t in texts] + tail, str(path), trace=True)
     writer = _Rewriter(texts, program, np.asarray(row, dtype=np.float64), path, blocks)
@@ -58,6 +59,14 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
         lines = changed.get(k + 1, [texts[k] if k == 0 else text])
         out += [line + (ending or end) for line in lines[:-1]] + [lines[-1] + ending]
     return Rewritten("".join(out).encode("latin-1"), merged(writer.changes))
+
+
+def _refuse_rotary(texts: Sequence[str], path: Path) -> None:
+    for k, text in enumerate(texts):
+        if ROTARY.search(text) and any(w.letter in "ABC" for w in words_of(text)):
+            raise WriteError(
+                f"{path}:{k + 1}: rotary words cannot be corrected in place. Write the program in the robot's language"
+            )
 
 
 def _marker_line(texts: Sequence[str]) -> int:

@@ -19,6 +19,7 @@ from toolpaths.programs.blending import blending, steps_within
 from toolpaths.programs.checks import load_findings
 from toolpaths.programs.parts import part_findings, parts
 from toolpaths.programs.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.programs.rewriting import MARKER
 from toolpaths.programs.text import legal_name, number, plain, words_of
 from toolpaths.programs.urscript_read import read_back as read_back
 from toolpaths.rotation import ur_from_matrix
@@ -116,7 +117,7 @@ def _before(program: Program) -> dict[int, str]:
 def _text(program: Program, words: _Words, function: str, block: slice, following: str | None) -> Iterator[str]:
     yield f"def {function}():\n"
     yield f"  # {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
-    yield f"  # {plain('Source: ' + program.source)}\n"
+    yield f"  # {plain('Source: ' + program.source)}\n  # {MARKER}\n"
     if following:
         yield f"  # continued in: {plain(following, 200)}\n"
     yield f"  wobj = {_pose(program.workobject[:3, 3], program.workobject[:3, :3])}\n"

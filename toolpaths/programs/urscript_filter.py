@@ -17,7 +17,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.programs.corrections import Correction, corrections
 from toolpaths.programs.program import WARNING, Finding, Floats, Program
-from toolpaths.programs.rewriting import MARKER, Edit, Rewritten, edited
+from toolpaths.programs.rewriting import MARKER, Edit, Rewritten, edited, refuse_compensated
 from toolpaths.programs.text import number
 from toolpaths.readers.robot_moves import ARC, RobotMoves
 from toolpaths.readers.urscript import PARAMETERS, moves_of
@@ -31,6 +31,7 @@ _SHARE = 0.4
 
 def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
     """The .script ``source`` with the poses of ``program``."""
+    refuse_compensated(source, str(path))
     moves = moves_of(source, str(path))
     work = _Work(source.decode("latin-1"), moves, program, path)
     found = corrections(moves, program, row)

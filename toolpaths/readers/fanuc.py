@@ -38,7 +38,10 @@ _HARMLESS = re.compile(
     r"COL (?:DETECT|GUARD)|(?:JOINT|LINEAR)_MAX_SPEED|(?:OFFSET|TOOL_OFFSET|SKIP) CONDITION|Arc (?:Start|End)|"
     r"(?:UN)?LOCK PREG"
 )
-_WRITTEN = re.compile(r"!\s*(?:Compensated program |compensated by\s*;?\s*(?:\d*\s*:\s*!)?\s*toolpath-compensator)")
+_WRITTEN = re.compile(
+    rb"![ \t]*+(?:Compensated program |compensated by[ \t]*+(?:;[ \t]*+[\r\n]*+[ \t]*+\d*+[ \t]*+:[ \t]*+!)?[ \t]*+"
+    rb"toolpath-compensator)"
+)
 _CONSTANT = re.compile(r"-?(?:\d+\.?\d*|\.\d+)")
 
 
@@ -54,12 +57,20 @@ def moves_of(data: bytes, source: str, path: Path) -> RobotMoves:
     Args:
         path: where the file lies; programs that it calls are looked for beside it.
     """
-    run = _Run(Listing(data.decode("latin-1"), source), path)
-    if found := _WRITTEN.search(run.listing.text):
-        remedy = "Give the program as it was before that."
-        raise run.listing.refuse(found.start(), "this program is compensated already", remedy)
+    run = _Run(Listing(data.decode("latin-1"), source), path, _WRITTEN.search(data) is not None)
     run.all()
     return run.track.moves()
+
+
+def refuse_written(data: bytes, source: str) -> None:
+    """Refuse a program that this product wrote or corrected: compensated twice is wrong. The marker takes two remarks.
+
+    Raises:
+        ReadError: names the line of the marker.
+    """
+    if found := _WRITTEN.search(data):
+        line = data.count(b"\n", 0, found.start()) + 1
+        raise ReadError(source, line, "this program is compensated already", "Give the program as it was before that.")
 
 
 def _quaternions(numbers: Floats) -> Floats:
@@ -71,10 +82,10 @@ def _quaternions(numbers: Floats) -> Floats:
 
 
 class _Run:
-    """Execution of a program, statement by statement."""
+    """Execution of a program, statement by statement; what a ``checked`` one calls was looked into before."""
 
-    def __init__(self, listing: Listing, path: Path) -> None:
-        self.listing, self.path = listing, path
+    def __init__(self, listing: Listing, path: Path, checked: bool) -> None:
+        self.listing, self.path, self.checked = listing, path, checked
         self.track = RobotTrack(listing.source, "fanuc", _quaternions)
         self.registers: dict[int, list[float | None]] = {}
         self.frames: dict[int, Floats] = {0: np.eye(4)}
@@ -140,9 +151,12 @@ class _Run:
     def _call(self, s: Statement, name: str) -> None:
         """A called program is let pass where it lies beside and does not move the arm."""
         beside = [p for p in self.path.parent.glob("*") if p.suffix.lower() == ".ls" and p.stem.upper() == name.upper()]
-        if not beside:
+        if not beside and not self.checked:
             remedy = f"Put {name}.ls beside the program: it is read to see that it does not move the arm."
             raise self._refused(s, f"CALL {name}: what that program does is not known", remedy)
+        if not beside:
+            self.track.event(f"CALL {name}", s.line)
+            return
         listing = Listing(beside[0].read_bytes().decode("latin-1"), str(beside[0]))
         for inner in listing.statements():
             if not inner.text.startswith(("!", "//")) and inner.text != "END" and not _HARMLESS.match(inner.text):

@@ -18,7 +18,7 @@ _SECTION = re.compile(r"(?:^|(?<=\r))(?:\xef\xbb\xbf)?/(PROG|ATTR|APPL|MN|POS|EN
 _LINE = re.compile(r"([^\r\n]*+)(\r\n|\r|\n|\Z)")
 _LINE_END = re.compile(r"\r\n|\r|\n|\Z")
 _NUMBERED = re.compile(r"\s*+\d*+\s*+:")
-_RECORD = re.compile(r"P\[(\d+)(?::[^\]\r\n]*)?\]\s*\{(.*?)\}\s*;", re.S)
+_RECORD = re.compile(r"P\[(\d+)(?::[^\]\r\n]*)?\]\s*+\{([^{}]*+)\}\s*+;")
 _GROUP = r"\s*GP1\s*:\s*UF\s*:\s*(\w+)\s*,\s*UT\s*:\s*(\w+)\s*,"
 _NUMBER = r"\s*+=\s*+(-?(?:\d++\.?\d*+|\.\d++))\s*+"
 _END = r"\s*+(?=,|GP|E1|$)"
@@ -90,6 +90,8 @@ class Listing:
             raw = m[1]
             numbered = _NUMBERED.match(raw)
             piece = (raw[numbered.end() :] if numbered else raw).strip()
+            if "  " in piece or "\t" in piece:
+                piece = " ".join(piece.split())
             if not parts:
                 if not piece or piece == ";":
                     continue

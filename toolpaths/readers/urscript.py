@@ -12,12 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import ReadError
-from toolpaths.programs.program import ToolFrame
-from toolpaths.programs.rewriting import refuse_compensated
 from toolpaths.programs.text import words_of
 from toolpaths.readers.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotMoves, RobotTrack, Span
 from toolpaths.readers.text import comment_word, load_lines
 from toolpaths.readers.urscript_scan import FUNCTIONS, Node, tree
+from toolpaths.readers.urscript_tools import Tools
 from toolpaths.readers.urscript_values import LARGEST, Expression, Pose, RuntimeValueError, Value
 from toolpaths.rotation import matrix_from_ur, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats, Toolpath
@@ -36,7 +35,6 @@ _FAST = re.compile(
 )
 _CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
 _ASSIGN = re.compile(r"(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*")
-_WRITTEN = re.compile(r"^[ \t]*# Compensated program ", re.M)
 _HARMLESS = words_of(
     "set_digital_out set_standard_digital_out set_configurable_digital_out set_tool_digital_out set_analog_out "
     "set_standard_analog_out set_tool_voltage set_flag popup textmsg sleep sync modbus_set_output_signal "
@@ -48,6 +46,8 @@ _MOTION = re.compile(
     r"\b(?:move[a-z]+|servo[a-z]+|speed[jl]|force_mode|set_tcp|conveyor\w*|track_conveyor\w*|freedrive\w*|teach_mode|"
     r"path_offset\w*|run|position_deviation\w*)\b"
 )
+#: Functions that a skipped block may reach; beyond that it is refused unread.
+_MOST_CALLED = 100
 _TOO_OFTEN = "functions call each other more often than the file is long"
 
 
@@ -59,11 +59,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
 
 def moves_of(data: bytes, source: str) -> RobotMoves:
     """The moves, with their places in the text (one character a byte)."""
-    refuse_compensated(data, source)
     text = data.decode("latin-1")
-    if found := _WRITTEN.search(text):
-        line = text.count("\n", 0, found.start()) + 1
-        raise ReadError(source, line, "this program is compensated already", "Give the program as it was before that.")
     run = _Run(text, source)
     run.file(tree(text, source))
     return run.track.moves()
@@ -85,14 +81,11 @@ class _Run:
         self.track = RobotTrack(source, "urscript", _quaternions)
         self.values: dict[str, Value | RuntimeValueError] = {}
         self.functions: dict[str, Node] = {}
-        self.tcp: Pose | None = None
-        self.payload: tuple[float, Floats | None] | None = None
-        self.tools: dict[tuple[object, ...], int] = {}
+        self.tools = Tools(self.track)
         self.left = 10_000 + 20 * text.count("\n")
         self.depth = 0
         self._tails: dict[tuple[str, str], dict[str, float]] = {}
         self._frames: dict[str, Floats] = {}
-        self._tool: int | None = None
 
     def file(self, root: Node) -> None:
         """What stands outside of functions; a single function that nobody calls is run, as the controller does."""
@@ -143,7 +136,8 @@ class _Run:
                 for name in _CALL.findall(inner.text):
                     if found is None and name in self.functions and name not in seen:
                         seen.add(name)
-                        found = inner if self._moving(self.functions[name], seen) else None
+                        deep = len(seen) > _MOST_CALLED
+                        found = inner if deep or self._moving(self.functions[name], seen) else None
             if found is not None:
                 return found
         return None
@@ -233,29 +227,13 @@ class _Run:
         pose = given[0][1] if given else None
         if not isinstance(pose, Pose) or len(given) > 2:
             raise self._refused(node, "set_tcp of something else than a pose", "Expected set_tcp(p[...]).")
-        self.tcp, self._tool = pose, None
+        self.tools.tcp(pose)
 
     def _set_payload(self, node: Node, given: list[tuple[str, Value]]) -> None:
         mass = given[0][1] if given else None
-        place = given[1][1] if len(given) > 1 else None
         if isinstance(mass, bool) or not isinstance(mass, float):
             raise self._refused(node, "set_payload without a mass", "Expected set_payload(kg, [x, y, z]).")
-        com = None
-        if isinstance(place, list) and len(place) == 3:
-            com = np.array([v if isinstance(v, float) else np.nan for v in place])
-        self.payload, self._tool = (mass, com), None
-
-    def _tool_number(self) -> int:
-        """1, 2, ... by set_tcp and payload; 0 before the first set_tcp: the installation's."""
-        if self._tool is None:
-            self._tool = 0
-            if self.tcp is not None:
-                mass, com = self.payload or (None, None)
-                key = (self.tcp.numbers, mass, None if com is None else tuple(com.tolist()))
-                number = self._tool = self.tools.setdefault(key, len(self.tools) + 1)
-                pose = self.tcp.matrix()
-                self.track.tools[number] = ToolFrame(f"TCP {number}", pose[:3, 3], pose[:3, :3], mass, com)
-        return self._tool
+        self.tools.payload(mass, given[1][1] if len(given) > 1 else None)
 
     def _fast(self, node: Node, m: re.Match[str]) -> None:
         """A line to a pose whose six numbers stand in it: most of every program."""
@@ -332,7 +310,7 @@ class _Run:
         self.track.move(
             (*pose, 0.0, feed, options["r"] * 1e3, *through),
             (
-                shape, int(kind), self._tool_number(), node.line, self.track.frame(_BASE if frame is None else frame),
+                shape, int(kind), self.tools.number(), node.line, self.track.frame(_BASE if frame is None else frame),
                 -1, node.start, node.end, *span, *via_span,
             ),
         )  # fmt: skip

@@ -12,8 +12,8 @@ from toolpaths.errors import ReadError
 
 _LINE = re.compile(r"([^\r\n]*+)(\r\n|\r|\n|\Z)")
 _CODE = re.compile(r'(?:[^"#]++|"[^"]*+"?)*+')
-_HEAD = re.compile(r"(def|thread|sec|while|if|elif|else|for)\b\s*(.*?)\s*:\s*")
-_NAMED = re.compile(r"([A-Za-z_]\w*)\s*\(\s*(.*?)\s*\)")
+_HEAD = re.compile(r"(?:def|thread|sec|while|if|elif|else|for)\b")
+_NAMED = re.compile(r"([A-Za-z_]\w*+)\s*+\(([^()]*+)\)")
 _DEEPEST = 60
 FUNCTIONS = ("def", "thread", "sec")
 
@@ -63,7 +63,7 @@ def tree(text: str, source: str) -> Node:
             if len(stack) == 1:
                 raise ReadError(source, number, "'end' without a block", "Give the file as it was posted.")
             stack.pop()
-        elif said[-1] == ":" and (head := _HEAD.fullmatch(said)):
+        elif said[-1] == ":" and (head := _HEAD.match(said)):
             _open(stack, node, head, source)
         else:
             stack[-1].body.append(node)
@@ -75,7 +75,7 @@ def tree(text: str, source: str) -> Node:
 
 
 def _open(stack: list[Node], node: Node, head: re.Match[str], source: str) -> None:
-    word, rest = head[1], head[2]
+    word, rest = head[0], node.text[head.end() : -1].strip()
     if word in ("elif", "else"):
         if stack[-1].word != "if":
             raise ReadError(source, node.line, f"'{word}' without an if", "Give the file as it was posted.")
@@ -86,7 +86,7 @@ def _open(stack: list[Node], node: Node, head: re.Match[str], source: str) -> No
         if named is None:
             raise ReadError(source, node.line, f"{word} {rest[:30]!r}", "Expected a name and parameters in brackets.")
         node.name = named[1]
-        node.parameters = tuple(p.strip() for p in named[2].split(",")) if named[2] else ()
+        node.parameters = tuple(p.strip() for p in named[2].split(",")) if named[2].strip() else ()
     if len(stack) > _DEEPEST:
         raise ReadError(source, node.line, f"blocks nested deeper than {_DEEPEST}", "Simplify the program.")
     stack[-1].body.append(node)

@@ -119,21 +119,21 @@ class Expression:
         return left
 
     def _unary(self) -> Value:
-        if self.peek() == "-":
-            self.take()
-            return -_number(self._unary())
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise RuntimeValueError("brackets nested too deep")
-        value = self._atom()
+            raise RuntimeValueError("brackets or signs nested too deep")
+        if self.peek() == "-":
+            self.take()
+            value: Value = -_number(self._unary())
+        else:
+            value = self._atom()
         self._depth -= 1
         return value
 
     def _atom(self) -> Value:
-        start = self._text.find("p[", self.at, self._end)
         token = self.take()
         if token == "p[":
-            return self._pose(start)
+            return self._pose(self.at - 2)
         if token == "(":
             value = self.value()
             self.take(")")
