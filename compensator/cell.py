@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, mode
 from compensator.errors import CellError
 from stiffness.predict import Tool
 from stiffness.robot import STANDARD_GRAVITY
+from toolpaths.readers.gcode_rotary import Machine, RotaryAxis
 
 Floats = npt.NDArray[np.float64]
 Number = Annotated[float, Strict()]  # TOML has numbers: "250" and "250 mm" are mistakes
@@ -167,6 +168,57 @@ class ProgramTable(_Table):
     default_feed: Number = Field(default=1000.0, gt=0, le=300000)
 
 
+class MachineAxis(_Table):
+    """A rotary axis: ``direction`` about which the tool turns relative to the work, ``centre`` on it, mm."""
+
+    letter: Literal["A", "B", "C"]
+    direction: Three
+    centre: Three | None = None
+
+    def axis(self) -> RotaryAxis:
+        """In SI, direction of length 1."""
+        length = float(np.linalg.norm(self.direction))
+        if not length > 0:
+            raise ValueError(f"direction of machine.axis {self.letter} is 0 0 0: a direction is expected")
+        x, y, z = (v / length for v in self.direction)
+        return RotaryAxis(self.letter, (x, y, z), None if self.centre is None else _metres(self.centre))
+
+
+class MachineTable(_Table):
+    """The machine that a G-code file with rotary words, or with several of G54 ... G59.3, was posted for; mm."""
+
+    kinematics: Literal["", "table", "head", "table-table", "head-head", "head-table"] = ""
+    pivot: Number | None = Field(default=None, gt=0, le=5000)
+    axis: list[MachineAxis] = []
+    systems: dict[Annotated[str, Field(pattern=r"^G5[4-9]$|^G59\.[1-3]$")], Three] = {}
+
+    @model_validator(mode="after")
+    def _complete(self) -> MachineTable:
+        if not self.kinematics and not self.systems:
+            raise ValueError("nothing is declared; give kinematics with [[machine.axis]], or [machine.systems]")
+        if self.pivot is not None:
+            if "head" not in self.kinematics:
+                raise ValueError(f"pivot = {self.pivot:g}: kinematics {self.kinematics!r} has no head")
+            _in_mm("machine.pivot", (self.pivot, 0.0, 0.0))
+        self.machine()
+        return self
+
+    def machine(self) -> Machine:
+        """In SI.
+
+        Raises:
+            ValueError: kinematics and axes contradict each other.
+        """
+        systems = {name: _metres(origin) for name, origin in self.systems.items()}
+        pivot = None if self.pivot is None else self.pivot / 1e3
+        return Machine(self.kinematics, tuple(a.axis() for a in self.axis), pivot, systems)
+
+
+def _metres(xyz: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = xyz
+    return x / 1e3, y / 1e3, z / 1e3
+
+
 class Cell(_Table):
     """A cell/1 file, checked. ``folder`` is where it stands: paths in it are relative to that."""
 
@@ -181,6 +233,7 @@ class Cell(_Table):
     tool: ToolTable | None = None
     tools: dict[int, ToolTable] = {}
     workobject: WorkObject
+    machine: MachineTable | None = None
     start: Start | None = None
     process: Annotated[Constant | Table, Field(discriminator="kind")]
     solve: Solve = Solve()
@@ -197,6 +250,10 @@ class Cell(_Table):
 
     def __repr__(self) -> str:
         return f"Cell({self.source!r}, {self.robot}, {self.model})"
+
+    def posted_for(self) -> Machine | None:
+        """The machine that the toolpath was posted for, if declared; in SI."""
+        return None if self.machine is None else self.machine.machine()
 
     def gravity_in_base(self) -> Floats:
         """(3,) m/s2."""

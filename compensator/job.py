@@ -147,6 +147,10 @@ def job_of(cell: Cell) -> Job:
     Raises:
         CellError, RobotError, ModelError: one message each.
     """
+    if "workobject" not in cell.model_fields_set:  # a robot program may bring its own
+        raise CellError(f"{cell.source}: workobject is missing")
+    if cell.tool is None and not cell.tools:
+        raise CellError(f"{cell.source}: give either [tool] or [tools.1], [tools.2], ... by the number in the file")
     try:
         robot = load_robot(cell.robot, folder=cell.folder, base=cell.base, tip=cell.tip)
     except RobotError as e:

@@ -35,8 +35,6 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     """
     setting = toolpath.setting
     if setting is None:
-        if "workobject" not in cell.model_fields_set:
-            raise CellError(f"{cell.source}: workobject is missing: {toolpath.source} does not say where it lies")
         return job_of(cell), toolpath
     place = {"workobject": _workobject(cell, toolpath, setting)}
     cell = cell.model_copy(update={**place, **_tools(cell, toolpath, setting)})

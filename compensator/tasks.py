@@ -136,7 +136,7 @@ def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Toolpath, Toolpa
     say("reading the cell")
     table = load_cell(cell)
     say(f"reading {toolpath.name}")
-    source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3)
+    source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     return *job_for(table, source), source
 
 
@@ -146,6 +146,10 @@ def _refuse_compensated(toolpath: Path) -> None:
     except OSError:
         return  # the reader says what is wrong with it
     refuse_compensated(data, str(toolpath))
+    if toolpath.suffix.lower() == ".ls":  # a remark holds 32 characters: the marker takes two of them
+        from toolpaths.readers.fanuc import refuse_written
+
+        refuse_written(data, str(toolpath))
 
 
 def _report(

@@ -196,7 +196,8 @@ def _loading(design: Design, measured: Sequence[Session], force: float | None) -
 
 def _path(model: ComplianceModel, robot: Robot, job: Job, toolpath: Path) -> Floats:
     """What of the parameters matters to the deflection at the poses of a toolpath that cut."""
-    path = sampled(job, read_toolpath(toolpath, chord=job.cell.sampling.chord / 1e3))
+    source = read_toolpath(toolpath, chord=job.cell.sampling.chord / 1e3, machine=job.cell.posted_for())
+    path = sampled(job, source)
     planner = Planner(job.cell, job.robot, job.inverse, job.tools)
     followed = uncompensated(job, planner.plan(path))
     cutting = np.flatnonzero(followed.cutting)

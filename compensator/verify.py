@@ -13,6 +13,7 @@ from compensator.errors import SolveError
 from compensator.path import place
 from compensator.state import follow
 from toolpaths.programs import read_back
+from toolpaths.programs.gcode import aligned
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,13 +47,16 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     if len(text.position) != len(c):
         raise SolveError(f"{path}: {len(text.position)} poses stand in the program, {len(c)} were solved")
     base = c.job.cell.workobject.matrix()
-    rotation = base[:3, :3] @ text.rotation
+    turns = text.rotation
+    if language == "gcode":  # knows the tool axis alone: the turn about it is that of the solve
+        turns = aligned(base[:3, :3].T @ c.command.rotation, -text.rotation[:, :, 2])
+    rotation = base[:3, :3] @ turns
     position = text.position @ base[:3, :3].T + base[:3, 3]
     off = np.linalg.norm(position - c.command.position, axis=1)
     turned = np.abs(rotation - c.command.rotation).max(axis=(1, 2))
     if not np.all(np.maximum(off, turned) <= PRINTED):
         k = int(np.argmax(np.where(np.isfinite(off), np.maximum(off, turned), np.inf)))
-        size = f"{off[k] * 1e6:.1f} um"
+        size = f"{off[k] * 1e6:.1f} um and {turned[k] * 1e6:.1f} urad"
         raise SolveError(f"{place(toolpath, k)}: {path} prints a pose that is {size} from the solved one")
     batch = c.job.inverse.along(*_flange(c, rotation, position), c.path.branch, c.command.q)
     if not batch.ok.all():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import tracemalloc
 from importlib import import_module
 from pathlib import Path
 
@@ -22,6 +23,29 @@ SAMPLES = {  # the same four poses in every language; the cuts are those at Z 0,
     "GOTO/10,-4,5\nFINI\n",
     "csv": "x_mm,y_mm,z_mm,i,j,k,feed_mm_min,kind\n0,0,5,0,0,1,0,rapid\n10,0,0,0,0,1,600,cut\n"
     "10,-4,0,0,0,1,600,cut\n10,-4,5,0,0,1,0,rapid\n",
+    "rapid": "MODULE M\nPROC main()\n"
+    + "".join(
+        f"{word} [[{xyz}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]], {speed}, fine, tool0;\n"
+        for word, xyz, speed in [
+            ("MoveJ", "0,0,5", "v100"), ("MoveL", "10,0,0", "v10"), ("MoveL", "10,-4,0", "v10"),
+            ("MoveJ", "10,-4,5", "v100"),
+        ]
+    )
+    + "ENDPROC\nENDMODULE\n",
+    "krl": "DEF PART()\n$VEL.CP=0.01\nPTP {X 0,Y 0,Z 5,A 0,B 0,C 180}\nLIN {X 10,Y 0,Z 0,A 0,B 0,C 180}\n"
+    "LIN {X 10,Y -4,Z 0,A 0,B 0,C 180}\nPTP {X 10,Y -4,Z 5,A 0,B 0,C 180}\nEND\n",
+    "fanuc": "/PROG  PART\n/ATTR\n/MN\n   1:J P[5] 20% FINE ;\n   2:L P[2] 10mm/sec FINE ;\n"
+    "   3:L P[3] 10mm/sec CNT100 ;\n   4:L P[15] max_speed FINE ;\n/POS\n"
+    + "".join(
+        f"P[{n}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n"
+        f"\tX = {x}.000  mm,\tY = {y}.000  mm,\tZ = {z}.000  mm,\n"
+        "\tW = 180.000 deg,\tP = 0.000 deg,\tR = 0.000 deg\n};\n"
+        for n, x, y, z in [(5, 0, 0, 5), (2, 10, 0, 0), (3, 10, -4, 0), (15, 10, -4, 5)]
+    )
+    + "/END\n",
+    "urscript": "def part():\n  v_rapid = 1\n  w = 3.141592653589793\n  movej(p[0, 0, 0.005, w, 0, 0])\n"
+    "  movel(p[0.01, 0, 0, w, 0, 0], v=0.01)\n  movel(p[0.01, -0.004, 0, w, 0, 0], v=0.01)\n"
+    "  movel(p[0.01, -0.004, 0.005, w, 0, 0], v=v_rapid)\nend\n",
 }
 EVERY = [(name, suffix) for name, group in SUFFIXES.items() for suffix in group]
 PIECES = {
@@ -30,6 +54,15 @@ PIECES = {
     "apt": "GOTO/ 1,2,3 ,0,0,1 CIRCLE/0,0,0,0,0,1,1,1,1,1,1 FEDRAT/ MMPM , 5 RAPID $ $$"
     " MSYS/0,0,0,1,0,0,0,1,0 UNITS/MM FINI TOOL END-OF-PATH LOAD/TOOL, 1E999 nan SPINDL/",
     "csv": 'x_mm,y_mm,z_mm,i,j,k ,kind ,feed_mm_min 1,2,3,0,0,1 , cut " nan 1e999 qw',
+    "rapid": "MODULE M PROC main() MoveL MoveJ MoveC MoveAbsJ [[1,2,3],[0,1,0,0],[0,0,0,0],[9E9]] , v10 fine tool0 ; "
+    "CONST robtarget a := Offs( RelTool( ) \\WObj:= 1e999 IF TRUE THEN ENDIF FOR i FROM 1 TO 9 DO ENDFOR ENDPROC "
+    "ENDMODULE ! %%% a(1,2) * - / PERS tooldata",
+    "krl": "DEF PART() LIN PTP CIRC {X 1,Y 2,Z 3,A 0,B 0,C 180} , C_DIS $VEL.CP= $TOOL= $BASE=$NULLFRAME E6POS P : "
+    "( ) 1.0E999 ; &ACCESS IF TRUE THEN ENDIF FOR I=1 TO 9 ENDFOR LIN_REL {Z 5} END ;FOLD DECL REAL R[3]",
+    "fanuc": "/PROG /MN 1: L P[1] 20mm/sec FINE ; J P[2] CNT100 /POS P[1]{ GP1: UF : 0, UT : 1, "
+    "CONFIG : 'N U T, 0, 0, 0', X = 1.0 mm, }; /END UFRAME_NUM=1 PR[9,1]=(-1.0) ********",
+    "urscript": "def a(): end movel( p[0,0,0,0,0,1] , v=0.1 ) movec( set_tcp( pose_trans( while x: if 1: "
+    "v = 2 * ( # 1e999 a()",
 }
 FRAGMENTS = {name: [*text.split(), "\n", "9" * 400] for name, text in PIECES.items()}
 
@@ -55,9 +88,10 @@ def test_same_poses_from_every_language(tmp_path: Path, name: str, suffix: str, 
     path = read_toolpath(str(file))
     expected = np.array([[0, 0, 5], [10, 0, 0], [10, -4, 0], [10, -4, 5]]) * 1e-3
     np.testing.assert_allclose(path.position, expected, rtol=0, atol=1e-15)
-    np.testing.assert_array_equal(path.axis, [[0, 0, 1]] * 4)
+    np.testing.assert_allclose(path.axis, [[0, 0, 1]] * 4, rtol=0, atol=1e-15)
     np.testing.assert_array_equal(path.kind, [0, 1, 1, 0])
-    np.testing.assert_allclose(path.feed, [np.nan, 0.01, 0.01, np.nan], rtol=1e-14)
+    air = {"rapid": 0.1}.get(name, np.nan)  # a MoveJ of RAPID has a speed in mm/s
+    np.testing.assert_allclose(path.feed, [air, 0.01, 0.01, air], rtol=1e-14)
     np.testing.assert_array_equal(path.row, [0, 1, 2, 3])
     assert [text.split("\n")[n - 1].count("5") for n in path.line] == [1, 0, 0, 1]
     assert (path.source, path.language) == (str(file), name)
@@ -132,6 +166,28 @@ def test_every_cut_off_file_is_refused_or_whole(tmp_path: Path, name: str) -> No
             continue
         assert text[end - 1] == "\n" or text[end:].strip("\n") == "" or "M30" in text[:end]
         np.testing.assert_array_equal(path.position, whole.position[: len(path)])
+
+
+FULL = "CIRC {X 0,Y 1800000,Z 0},{X 900000,Y 900000,Z 0}\nCIRC {X 0,Y 1800000,Z 0},{X 0,Y 0,Z 0}\n"
+HUGE = {  # circles of a radius of 900 m: what they make of a small file, and from which chord on it is too much
+    "gcode": ("G21 G90 G17\nG0 X0 Y0 Z5\n" + "G2 X0 Y0 I900000 P100 F100\n" * 30 + "M30\n", 1e-5),
+    "krl": ("DEF P()\n$VEL.CP=0.1\nPTP {X 0,Y 0,Z 0,A 0,B 0,C 180}\n" + FULL * 8 + "END\n", 1e-8),
+}
+
+
+@pytest.mark.parametrize("name", HUGE)
+def test_arcs_do_not_fill_the_memory(tmp_path: Path, name: str) -> None:
+    text, chord = HUGE[name]
+    file = write(tmp_path, SUFFIXES[name][0], text)
+    assert len(text) < 1024
+    tracemalloc.start()
+    try:
+        with pytest.raises(ReadError, match=r"arcs make \d{7,} poses"):
+            read_toolpath(file, chord=chord)
+        assert tracemalloc.get_traced_memory()[1] < 5e6
+    finally:
+        tracemalloc.stop()
+    assert 30 < len(read_toolpath(file, chord=0.9)) < 1e6
 
 
 def attempt(file: Path) -> None:

@@ -20,6 +20,17 @@ GOLDEN = Path(__file__).parent.parent / "golden"
 WRITTEN = sorted(name for name, module in FORMATS.items() if module)
 SUFFIX = {name: suffix for suffix, name in SUFFIXES.items()}
 
+#: What a language loses by printing: m, entries of the rotation, share of the feed. INFORM prints 0.001 mm, 0.0001 deg
+#: and 0.1 mm/s in the robot's frame; a TP program says 0.0333333 m/s as cm/min.
+LOSSES = {"inform": (0.88e-6, 1.7e-6, 0.03), "fanuc": (0.51e-7, 3e-7, 3e-5)}
+NO_LOSS = (0.51e-7, 3e-7, 1e-5)
+
+#: Languages whose rapids are written with a speed of their own.
+RAPID_SPEEDS = {"krl", "fanuc", "val3", "inform"}
+
+#: Languages that are not split.
+ONE_FILE = {"csv", "gcode"}
+
 
 def target(folder: Path, language: str) -> Path:
     return folder / f"part1{SUFFIX[language]}"
@@ -33,18 +44,18 @@ def test_every_language_of_the_interface_has_a_row():
 @pytest.mark.parametrize("language", WRITTEN)
 def test_golden(language, tmp_path):
     """The whole small program, byte by byte. To renew: write small() there and read the difference."""
-    path = target(tmp_path, language)
-    write_program(small(), path)
-    assert path.read_bytes() == (GOLDEN / path.name).read_bytes()
+    for path in write_program(small(), target(tmp_path, language)).files:
+        assert path.read_bytes() == (GOLDEN / path.name).read_bytes()
 
 
 @pytest.mark.parametrize("language", WRITTEN)
 def test_same_program_same_bytes(language, tmp_path):
+    texts = []
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
-        write_program(random_program(100, 3), target(tmp_path / folder, language))
-    a, b = (target(tmp_path / f, language).read_bytes() for f in ("a", "b"))
-    assert a == b and len(a) > 5000
+        written = write_program(random_program(100, 3), target(tmp_path / folder, language))
+        texts.append(b"".join(f.read_bytes() for f in written.files))
+    assert texts[0] == texts[1] and len(texts[0]) > 5000
 
 
 @pytest.mark.parametrize("language", WRITTEN)
@@ -54,13 +65,16 @@ def test_read_back(language, n, tmp_path):
     written = write_program(program, target(tmp_path, language))
     assert written.files[0] == target(tmp_path, language)
     assert {f.name for f in tmp_path.iterdir()} == {f.name for f in written.files}
-    assert (len(written.files) > 1) == (n > 5000 and language != "csv")
+    alone = {"val3": 5}.get(language, 1)  # VAL3: data, project, start and stop beside the program
+    assert (len(written.files) > alone) == (n > 5000 and language not in ONE_FILE)
     back = read_back(written.files[0])
     assert len(back.position) == n
-    np.testing.assert_allclose(back.position, program.position, atol=0.51e-7)
-    np.testing.assert_allclose(back.rotation, program.rotation, atol=3e-7)
-    feed = np.where(np.isnan(program.feed), 0.5 if language == "krl" else np.nan, program.feed)
-    np.testing.assert_allclose(back.feed, feed, rtol=1e-5)
+    position, rotation, share = LOSSES.get(language, NO_LOSS)
+    np.testing.assert_allclose(back.position, program.position, atol=position)
+    known = np.s_[:, :, 2] if language == "gcode" else np.s_[:]  # G-code has the tool vector, no turn about it
+    np.testing.assert_allclose(back.rotation[known], program.rotation[known], atol=rotation)
+    feed = np.where(np.isnan(program.feed), 0.5 if language in RAPID_SPEEDS else np.nan, program.feed)
+    np.testing.assert_allclose(back.feed, feed, rtol=share)
     if back.configuration is not None:
         np.testing.assert_array_equal(back.configuration, program.configuration)
     start = program.joints[0] if back.joints is None else back.joints[0]
@@ -126,10 +140,10 @@ def test_all_findings_are_listed_at_once(tmp_path):
     assert "without a feed" in str(caught.value) and "tool 9" in str(caught.value)
 
 
-@pytest.mark.parametrize("language", ["fanuc", "urscript", "val3", "inform", "gcode"])
-def test_languages_to_come_are_refused_by_name(language, tmp_path):
-    with pytest.raises(WriteError, match=f"format {language} is not written yet; write rapid, krl, csv"):
-        write_program(small(), target(tmp_path, language))
+def test_language_to_come_is_refused_by_name(tmp_path, monkeypatch):
+    monkeypatch.setitem(FORMATS, "inform", None)
+    with pytest.raises(WriteError, match="format inform is not written yet; write rapid, krl"):
+        write_program(small(), target(tmp_path, "inform"))
 
 
 def test_format_of():
@@ -220,8 +234,8 @@ def test_memory_is_bounded_by_blocks(language, tmp_path):
         capture_output=True, text=True, check=True, cwd=GOLDEN.parent.parent,
     )  # fmt: skip
     written = sum(f.stat().st_size for f in tmp_path.iterdir()) / 2**20
-    assert written > 15
-    assert float(done.stdout) < 40  # MB; the text alone would be more than that in every language but KRL
+    assert written > 13
+    assert float(done.stdout) < 40  # MB; the text alone would be more than that in most languages
 
 
 def test_load_that_is_not_known_is_said(tmp_path):

@@ -190,7 +190,7 @@ MISTAKES = [
 
 MISTAKES += [
     (program(["L P[1] 5mm/sec FINE"], "P[1]{\n" * 100_000), "is no position"),
-    (program(["  PR[9,1]=" + " " * 200_000 + "x"]), "is not read"),
+    (program(["  PR[9,1]=" + " " * 200_000 + "x"]), "no move"),
     (program(["L P[1]" + " " * 200_000 + "5mm/sec ACC5" + " " * 200_000 + "x"]), "not known before"),
     (program(["  !compensated by" + " " * 200_000 + "x"]), "no move"),
 ]

@@ -143,6 +143,14 @@ def test_feeds(tmp_path: Path) -> None:
     np.testing.assert_allclose(feed[1:], [100, 4 * quarter, 4 * quarter, 20, 50, 50, 50], rtol=1e-5)
 
 
+def test_turns_do_not_fill_the_memory(tmp_path: Path) -> None:
+    """Twenty short lines that would make a hundred thousand poses each."""
+    text = "G21 G90\nG0 X1 Y2 Z3 A0\n" + "G1 A9000000 F1\nA0\n" * 10 + "M30\n"
+    with pytest.raises(ReadError, match="its turns make 2000001 poses; at most") as caught:
+        read(tmp_path, text, MACHINES["table"])
+    assert caught.value.line == 3
+
+
 REFUSED = {
     "G0 X1 Y1 Z1 B5": ("B5: a rotary axis: the machine has no such axis", MACHINES["table"]),
     "G0 X1 Y1 Z1 A5": ("the machine's kinematics is not known", None),

@@ -64,7 +64,7 @@ def test_frames_and_the_geometric_operator(tmp_path: Path) -> None:
     text = "DEF PART()\nBASE_DATA[1]={X 1,Y 2,Z 3,A 90,B 0,C 0}\nDECL E6POS P\n" + body + "\nEND\n"
     path = read(tmp_path, text)
     first = Rotation.from_euler("ZYX", [40, 50, 60], degrees=True)
-    np.testing.assert_allclose(path.position[0] * 1e3, first.apply([1, 2, 3]) + [5, 6, 7], atol=1e-9)
+    np.testing.assert_allclose(path.position[0] * 1e3, first.apply([1, 2, 3]) + np.array([5, 6, 7]), atol=1e-9)
     expected = first * Rotation.from_euler("ZYX", [-10, 20, 30], degrees=True)
     assert (Rotation.from_quat(path.quaternion[0], scalar_first=True).inv() * expected).magnitude() < 1e-9
     np.testing.assert_allclose(path.position[1] * 1e3, [11, 6, 7], atol=1e-9)
@@ -149,7 +149,7 @@ def test_real_programs(shared: Path) -> None:
     path = read_toolpath(folder / "circle4_cleaned.src")
     with open(folder / "circle4_cleaned.gcode") as stream:  # the same circles, moved by the slicer's origin
         gcode = [re.match(r"G1 X(\S+) Y(\S+) E", line) for line in stream]
-    points = np.array([[float(m[1]), float(m[2])] for m in gcode if m]) + [22.122, 4.122]
+    points = np.array([[float(m[1]), float(m[2])] for m in gcode if m]) + np.array([22.122, 4.122])
     n = 40
     np.testing.assert_allclose(path.position[1 : n + 1, :2] * 1e3, points[:n], atol=2e-3)
     for name in ("line3_cleaned.src", "Hollow_Box_cleaned.src"):
@@ -173,8 +173,9 @@ def test_only_refusals_escape(tmp_path: Path, data: st.DataObject) -> None:
     for _ in range(data.draw(st.integers(1, 3))):
         at, length = data.draw(st.integers(0, len(text))), data.draw(st.sampled_from([0, 1, 3, 20, 100]))
         put = data.draw(st.sampled_from(
-            ["", ";", ",", "}", "{", "(", '"', "\n", "1e999", "FOR I=1 TO 3\n", "ENDFOR\n", "IF TRUE THEN\n", "XP1.X=3\n",
-             "-", "CIRC ", "END\n", ":", "[2]", "$POS_ACT", "DECL INT XP1\n", " WITH $VEL=5", "= "]))  # fmt: skip
+            ["", ";", ",", "}", "{", "(", '"', "\n", "1e999", "FOR I=1 TO 3\n", "ENDFOR\n", "IF TRUE THEN\n",
+             "XP1.X=3\n", "-", "CIRC ", "END\n", ":", "[2]",
+             "$POS_ACT", "DECL INT XP1\n", " WITH $VEL=5", "= "]))  # fmt: skip
         text = text[:at] + put + text[at + length :]
     try:
         path = read(tmp_path, text, KRL_DAT)

@@ -35,8 +35,13 @@ def commanded(path: Toolpath, shift: np.ndarray, turn: Rotation = TURN) -> Progr
 
 def changed(old: bytes, new: bytes) -> tuple[list[str], list[str]]:
     """Lines that went, and lines that came."""
-    diff = list(difflib.ndiff(old.decode("latin-1").split("\n"), new.decode("latin-1").split("\n")))
-    return [d[2:] for d in diff if d[0] == "-"], [d[2:] for d in diff if d[0] == "+"]
+    a, b = old.decode("latin-1").split("\n"), new.decode("latin-1").split("\n")
+    if len(b) == len(a) + 1:  # the marker alone came
+        at = next(k for k, line in enumerate(b) if MARKER in line)
+        pairs = [p for p in zip(a, b[:at] + b[at + 1 :], strict=True) if p[0] != p[1]]
+        return [p[0] for p in pairs], [b[at], *(p[1] for p in pairs)]
+    diff = list(difflib.unified_diff(a, b, n=0))[2:]
+    return [d[1:] for d in diff if d[0] == "-"], [d[1:] for d in diff if d[0] == "+"]
 
 
 def whole(path: Toolpath) -> np.ndarray:
@@ -68,7 +73,7 @@ def test_only_poses_of_cuts_change(tmp_path: Path) -> None:
     file.write_bytes(RAPID.replace("\n", "\r\n").encode())
     path, out = filtered(file)
     gone, come = changed(file.read_bytes(), out.text)
-    assert len(gone) == 6 and len(come) == 8  # 2 of the 8: marker, and the target that was split
+    assert len(gone) == 7 and len(come) == 9  # 2 of the 9: marker, and the target that was split
     assert out.text.count(b"\r\n") == out.text.count(b"\n")
     file.write_bytes(out.text)
     again = read_toolpath(file)

@@ -82,7 +82,8 @@ def test_user_frame_times_object_frame_and_a_second_work_object(tmp_path: Path) 
     body = f"MoveL {place},v10,z1,{TAIL}\nMoveL {place},v10,z1,{TAIL}\nMoveL {place},v10,z1,spindle\\WObj:=b;\n"
     path = read(tmp_path, module(body, data))
     user = Rotation.from_quat([0.5, 0.5, 0.5, 0.5])
-    base = user.apply(Rotation.from_euler("z", 90, degrees=True).apply([5, 6, 7]) + [1, 2, 3]) + [10, 20, 30]
+    thing = Rotation.from_euler("z", 90, degrees=True).apply([5, 6, 7]) + np.array([1, 2, 3])
+    base = user.apply(thing) + np.array([10, 20, 30])
     table = Rotation.from_euler("z", 20, degrees=True)
     np.testing.assert_allclose(path.position[2] * 1e3, table.inv().apply(base - [1500, -150, 800]), atol=1e-5)
     np.testing.assert_allclose(path.position[0] * 1e3, [5, 6, 7], atol=1e-12)
@@ -100,11 +101,12 @@ def test_constants_offsets_loops_and_calls(tmp_path: Path) -> None:
     MoveL p, v10, z1, tool0;
     MoveL a{2}, v10, z1, tool0;"""
     down = target(10, 20, 30)
-    data = f"VAR robtarget p := {down};\nCONST num step := 2*(3+1);\nCONST robtarget a{{2}} := [{down},{target(1, 2, 3)}];\n"
+    data = f"VAR robtarget p := {down};\nCONST num step := 2*(3+1);\n"
+    data += f"CONST robtarget a{{2}} := [{down},{target(1, 2, 3)}];\n"
     path = read(tmp_path, module(body, data))
     turn = Rotation.from_quat([1, 0, 0, 0])  # x, y, z, w: half a turn about x
     shift = turn.apply([1, 2, 3])
-    np.testing.assert_allclose(path.position[0] * 1e3, shift + [10, 20, 30], atol=1e-9)
+    np.testing.assert_allclose(path.position[0] * 1e3, shift + np.array([10, 20, 30]), atol=1e-9)
     np.testing.assert_allclose(path.position[1] * 1e3, [30, 16, 30], atol=1e-9)
     np.testing.assert_allclose(path.position[3:] * 1e3, [[10, 20, 31], [1, 2, 3]], atol=1e-9)
     read_turn = Rotation.from_quat(path.quaternion[0], scalar_first=True)
@@ -150,7 +152,7 @@ def test_what_is_known_only_at_run_time_is_refused_by_line(tmp_path: Path, body:
 def test_two_programs_and_a_part_of_one_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ReadError, match="Two programs"):
         read(tmp_path, RAPID + RAPID)
-    with pytest.raises(ReadError, match="cut off|missing"):
+    with pytest.raises(ReadError, match=r"cut off|missing"):
         read(tmp_path, RAPID[: RAPID.index("    cut2;")])
     with pytest.raises(ReadError, match="declared twice, first in line 6"):
         read(tmp_path, RAPID.replace("wobjdata table", "wobjdata spindle"))

@@ -90,6 +90,21 @@ def _shifts(text: str) -> bool:
     return any(w.letter == "G" and w.key == 920 for w in words_of(text))
 
 
+def _refuse_moved(program: Program, row: Floats, ends: Floats, path: Path) -> None:
+    """Refuse poses that were planned elsewhere than the file says, as with [machine.systems] of the cell."""
+    whole = np.flatnonzero((np.abs(row - np.round(row)) < 1e-9) & (program.kind == CUT))
+    if program.nominal_position is None or not len(whole):
+        return
+    away = np.abs(program.nominal_position[whole] - ends[np.round(row[whole]).astype(np.intp)]).max(axis=1)
+    if (far := ~(away <= 1e-6)).any():
+        k = int(np.argmax(far))
+        raise WriteError(
+            f"{path}:{program.line[whole[k]]}: the pose was planned {away[k] * 1e3:g} mm from where the file has it: "
+            "coordinate systems of the cell ([machine.systems]) cannot be corrected in place. "
+            "Write the program in the robot's language"
+        )
+
+
 class _Rewriter:
     """Goes through the blocks that move, and knows where the rewritten file has the tool."""
 
@@ -105,6 +120,7 @@ class _Rewriter:
         move = np.ceil(row - 1e-9)
         if len(row) == 0 or (np.diff(row) < 0).any() or move[0] < 0 or move[-1] >= len(self.moves):
             raise WriteError(f"{path}: the poses do not belong to this file ({len(self.moves)} moves)")
+        _refuse_moved(program, row, self.moves[:, :3], path)
         self.first = np.searchsorted(move, np.arange(len(self.moves) + 1))
         self.place = Place(self.style)  # where the rewritten file is
         self.nominal: Sequence[float] = self.place.at  # where the file is

@@ -9,10 +9,13 @@ from __future__ import annotations
 import os
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from toolpaths.errors import ReadError
 from toolpaths.toolpath import Toolpath
+
+if TYPE_CHECKING:
+    from toolpaths.readers.gcode_rotary import Machine
 
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g"),
@@ -23,6 +26,7 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "fanuc": (".ls",),
     "urscript": (".script",),
 }
+ON_A_MACHINE = ("gcode",)  # readers with a fourth argument: the machine that the file was posted for
 READERS: dict[str, str] = {suffix: name for name, group in SUFFIXES.items() for suffix in group}
 
 
@@ -34,12 +38,23 @@ class Reader(Protocol):
         ...
 
 
-def read_toolpath(path: str | os.PathLike[str], *, chord: float = 1e-5) -> Toolpath:
+class MachineReader(Reader, Protocol):
+    """What a reader of ON_A_MACHINE offers."""
+
+    def read(self, path: Path, source: str, chord: float, machine: Machine | None = None) -> Toolpath:
+        """As Reader; ``machine`` is what files with rotary words or several coordinate systems need."""
+        ...
+
+
+def read_toolpath(
+    path: str | os.PathLike[str], *, chord: float = 1e-5, machine: Machine | None = None
+) -> Toolpath:
     """Read a toolpath file; its suffix names the language.
 
     Args:
         path: file to read.
         chord: largest distance between an arc of the file and the chords that replace it, m.
+        machine: the machine that the file was posted for; other languages than ON_A_MACHINE do not need it.
 
     Raises:
         ReadError: the file is refused; the message names the line, what stands there and what to do.
@@ -47,7 +62,10 @@ def read_toolpath(path: str | os.PathLike[str], *, chord: float = 1e-5) -> Toolp
     """
     if not 0.0 < chord < 1.0:
         raise ValueError(f"chord = {chord} m: a length above 0 and below 1 m is needed")
-    return reader_of(path).read(Path(path), os.fspath(path), chord)
+    reader = reader_of(path)
+    if READERS[Path(path).suffix.lower()] in ON_A_MACHINE:
+        return cast(MachineReader, reader).read(Path(path), os.fspath(path), chord, machine)
+    return reader.read(Path(path), os.fspath(path), chord)
 
 
 def reader_of(path: str | os.PathLike[str]) -> Reader:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.readers.track import Vector
+from toolpaths.errors import ReadError
+from toolpaths.readers.track import Vector, most_poses
 from toolpaths.toolpath import CUT, Floats, Toolpath
 
 KINEMATICS = ("table", "head", "table-table", "head-head", "head-table")
@@ -132,10 +133,16 @@ def in_work(path: Toolpath, machine: Machine, turns: Turns, chord: float) -> Too
     """The poses of a machine with rotary axes: ``path`` holds X, Y, Z as programmed.
 
     Moves that turn get poses in between, so that the tip stays within ``chord`` (m) of its way.
+
+    Raises:
+        ReadError: more poses than a file of this size may become.
     """
     move = np.ceil(path.row).astype(np.intp)
     angles, tip = turns.angles[move], turns.tip[move]
     count = _steps(path.position, angles, tip, machine, chord)
+    if (total := int(count.sum())) > (most := len(path) + most_poses(len(turns.angles))):
+        problem = f"its turns make {total} poses; at most {most}"
+        raise ReadError(path.source, int(path.line[np.argmax(count)]), problem, "Check the angles.")
     to = np.repeat(np.arange(len(path)), count)
     first = np.cumsum(count) - count
     share = (np.arange(len(to)) - first[to] + 1) / count[to]

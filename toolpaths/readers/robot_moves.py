@@ -12,7 +12,7 @@ import numpy.typing as npt
 from toolpaths.errors import ReadError
 from toolpaths.programs.program import ToolFrame
 from toolpaths.readers.arcs import arc_points, chord_count
-from toolpaths.readers.track import LIMIT, MOST_POSES
+from toolpaths.readers.track import LIMIT, most_poses
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
 
@@ -172,9 +172,10 @@ class RobotMoves:
         """Positions and quaternions with the points of arcs put in, the move of each, and its row."""
         arcs, center, normal, sweep, _ = self.circles(ends)
         radius = np.linalg.norm(ends[arcs] - center, axis=1)
-        if not (radius <= LIMIT).all() or chord_count(radius, sweep, chord).sum() > MOST_POSES:
+        too_wide = not (radius <= LIMIT).all()
+        if too_wide or (total := int(chord_count(radius, sweep, chord).sum())) > most_poses(len(ends)):
             at = int(arcs[np.argmax(radius)])
-            problem = f"an arc of radius {radius.max():g} m"
+            problem = f"an arc of radius {radius.max():g} m" + ("" if too_wide else f"; all arcs make {total} poses")
             raise ReadError(self.source, int(self.mark["line"][at]), problem, "Use a straight move instead.")
         points = arc_points(ends[arcs - 1], ends[arcs], center, normal, sweep, chord)
         end = arcs[points.arc]

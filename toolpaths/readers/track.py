@@ -13,8 +13,14 @@ from toolpaths.toolpath import CUT, RAPID, Event, Floats, Ints, Toolpath
 
 LIMIT = 1e3  # m; a coordinate beyond it is a mistake, and arcs of such size would fill the memory
 MOST_POSES = 50_000_000
+POSES_OF_A_FILE, POSES_OF_A_MOVE = 1_000_000, 3000  # so that a short file cannot fill the memory
 RAPID_MARK, CUT_MARK = int(RAPID), int(CUT)
 Vector = tuple[float, float, float]
+
+
+def most_poses(moves: int) -> int:
+    """How many poses a file of so many moves may become."""
+    return min(MOST_POSES, POSES_OF_A_FILE + POSES_OF_A_MOVE * moves)
 
 
 class Track:
@@ -93,8 +99,9 @@ class Track:
         if (far := np.flatnonzero(~(radius <= LIMIT))).size:
             problem = f"an arc of radius {radius[far[0]]:g} m, at most {LIMIT:g} m"
             raise ReadError(self.source, int(line[moves[far[0]]]), problem, "Post a line instead.")
-        if (total := int(chord_count(radius, sweep, chord).sum()) + len(ends)) > MOST_POSES:
-            problem = f"its arcs make {total} poses"
+        total = int(chord_count(radius, sweep, chord).sum()) + len(ends)
+        if total > (most := most_poses(len(ends))):
+            problem = f"its arcs make {total} poses; at most {most} of {len(ends)} moves"
             raise ReadError(self.source, None, problem, "Take a larger chord tolerance.")
         points = arc_points(start, ends[moves], center, arcs[:, 3:6], sweep, chord)
         move = np.concatenate([np.arange(len(ends)), moves[points.arc]])
