@@ -37,7 +37,7 @@ def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
     left = -np.sign(move) * p["lag"] * most
     # the interval that f may be in shrinks about what the move leaves behind
     centre, half = share * left, (1 - share) * most
-    return Clamp(-change, centre - half, centre + half)
+    return Clamp(-change, np.maximum(centre - half, -most), np.minimum(centre + half, most))
 
 
 EFFECT = Effect(
