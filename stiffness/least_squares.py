@@ -19,7 +19,7 @@ Bools = npt.NDArray[np.bool_]
 
 STEPS = 40
 STACKED = 256  # blocks per product
-NOTHING = 1e-6  # a gain in cost that no data can tell, relative
+NOTHING = 1e-5  # a gain in cost that no data can tell, relative
 SETTLED = 1e-3  # standard deviations: a smaller step ends the iteration
 
 
