@@ -24,7 +24,11 @@ WRENCH = np.array([-320.0, 210.0, -260.0, 8.0, -5.0, 3.0])
 ABB_STIFFNESS = {"joint-stiffness": {"k_nm_per_rad": np.array([2.0e6, 1.774e6, 1.3784e6, 2.82e5, 9.6e4, 3.74e4])}}
 UR_STIFFNESS = {"joint-stiffness": {"k_nm_per_rad": np.array([8e4, 8e4, 4e4, 1.5e4, 1.5e4, 1.5e4])}}
 RICHER = {
-    "joint-hardening": {"windup_rad": np.full(6, 5e-5), "knee_nm": np.array([400.0, 400, 300, 100, 60, 40])},
+    "joint-hardening": {
+        "windup_rad": np.full(6, 5e-5),
+        "knee_nm": np.array([400.0, 400, 300, 100, 60, 40]),
+        "further_rad": np.zeros(6),
+    },
     "tool-compliance": {
         "linear_m_per_n": np.array([2.0e-8, 2.5e-8, 8e-9]),
         "angular_rad_per_nm": np.array([3.0e-7, 2.0e-7, 4.0e-7]),

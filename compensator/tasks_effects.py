@@ -16,7 +16,8 @@ from stiffness.effects.plugins import GROUP
 WIDTH = 110
 _SEATS = {
     "joint": "every joint",
-    "link": "every link but the last",
+    "link": "every link",
+    "inner-link": "every link but the last",
     "pair": "every pair of joints",
     "place": "base, every link and tool",
 }
@@ -28,6 +29,7 @@ _SCOPES = {
 }
 _SLOTS = {
     "joint": "deflects joints",
+    "angle": "turns joints by an error of their angle",
     "torque": "loads joints",
     "mass": "adds weight",
     "twist": "moves the places that it sits in",
@@ -48,7 +50,11 @@ class Listed:
 def catalogue() -> tuple[Listed, ...]:
     """Every effect that is installed, in the order of the catalogue."""
     packages = _packages()
-    return tuple(Listed(e, _SEATS.get(e.unit, e.unit), packages.get(e.name, "")) for e in CATALOGUE)
+    return tuple(Listed(e, _seat(e), packages.get(e.name, "")) for e in CATALOGUE)
+
+
+def _seat(effect: Effect) -> str:
+    return "; ".join(_SEATS.get(kind, kind) for kind in effect.unit.split("|"))
 
 
 def _packages() -> dict[str, str]:

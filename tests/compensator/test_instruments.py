@@ -76,6 +76,7 @@ def _others() -> dict[str, Any]:
         "joint-coupling": {"coupling": [0.0, 0.0, -0.4, *[0.0] * 11, 0.3]},
         "posture-stiffness": {"softer": [0.2] * 6, "stiffest_rad": [0.5] * 6, "cos2": [0.1] * 6, "sin2": [-0.1] * 6},
         "kinematic-offset": offsets,
+        "joint-angle-error": {"error_rad": [4e-4 * ((k % 7) - 3) / 3 for k in range(720)]},
         "gravity-compensator": {"moment_nm": 9000.0, "angle_rad": 0.2, "free_length": 0.4, "eccentricity": 0.6},
         "payload": {"mass_kg": 8.0, "com_m": [0.0, 0.05, 0.1]},
         "base-compliance": spring,

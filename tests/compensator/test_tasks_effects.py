@@ -39,7 +39,7 @@ def test_the_list_has_every_effect_once_with_its_cause() -> None:
         ("joint-stiffness", "every joint"),
         ("link-compliance", "every link but the last"),
         ("joint-coupling", "every pair of joints"),
-        ("thermal-drift", "base, every link and tool"),
+        ("thermal-drift", "base, every link and tool; every joint"),
         ("gravity-compensator", "joint-2"),
         ("payload", "tool"),
         ("base-compliance", "base"),

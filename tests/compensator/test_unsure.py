@@ -150,7 +150,7 @@ def test_the_summary_of_compensate_and_preview_says_so(tmp_path: Path) -> None:
         assert [only["from_deg"], only["to_deg"]] == pytest.approx([angle.min(), angle.max()])
         # joint 1 of a standing arm turns the TCP about the vertical
         away = np.linalg.norm(done.result.path.position[cut, :2], axis=1)
-        assert SPREAD * away.max() * 0.7e3 < only["sd_mm"] < SPREAD * away.max() * 1.001e3
+        assert SPREAD * away.max() * 0.7e3 < only["sd_mm"] < SPREAD * away.max() * 1.01e3
         assert report["left_open_mm"]["max"] == pytest.approx(only["sd_mm"], rel=0.02)
         said = [n for n in report["notes"] if n.startswith(f"{NAME} of joint 1 was not learned")]
         assert len(said) == 1 and f"{only['from_deg']:.1f} and {only['to_deg']:.1f} deg" in said[0]

@@ -114,7 +114,8 @@ def test_read_back_loses_less_than_a_micrometre(language, tmp_path):
     write_program(p, target(tmp_path, language))
     back = read_back(target(tmp_path, language))
     assert np.linalg.norm(back.position - p.position, axis=1).max() < 1e-6
-    np.testing.assert_allclose(back.rotation, p.rotation, atol=1.7e-6)
+    told = slice(2, 3) if language == "gcode" else slice(None)  # G43.4 says the tool axis alone
+    np.testing.assert_allclose(back.rotation[:, :, told], p.rotation[:, :, told], atol=1.7e-6)
 
 
 @pytest.mark.parametrize("language", ROBOTS)
