@@ -28,7 +28,7 @@ Index = npt.NDArray[np.intp]
 
 RIDGES = (1e-3, 1e-2, 1e-1)  # prior size of a feature's weight over the residual's own
 HARMONICS = 4
-ALIKE = 0.05  # shares closer than this are one
+SIX = 0.8  # a place moves in six ways, that of the joint beside it among them: its share counts for less
 LEAST = 0.02  # a share below is not reported
 SILENT = 0.02  # of the largest torque: below, a torque has no sign
 
@@ -132,6 +132,7 @@ def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) 
     out = []
     for k, place in enumerate(places):
         share, follows = _carried(ledger, index[k], first, base, structure)
+        share *= 1.0 if k < n else SIX
         if share > LEAST:
             out.append(Share(place, share, follows))
     for name in sorted({c for c in first.column if c}):
@@ -139,8 +140,7 @@ def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) 
         share = _share(ledger, mine, base, structure)
         if share > LEAST:
             out.append(Share(f"column:{name}", share))
-    # a joint and the link beside it often explain alike: the joint is named first
-    return sorted(out, key=lambda s: (-round(s.share / ALIKE), not s.what.startswith("joint-"), -s.share))
+    return sorted(out, key=lambda s: -s.share)
 
 
 def _without_columns(f: Features) -> Features:
