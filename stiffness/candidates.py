@@ -185,7 +185,7 @@ def _shape(p: Parameter, unit: Unit, picked: Sequence[Column], weight: Floats, h
         return heaviest.values[p.name].copy()
     size = np.maximum(weight, 0) + 1e-12
     values = np.stack([c.trial.values[p.name] for c in picked])
-    if p.unit == "rad" and p.high - p.low > 6:
+    if whole_turn(p):
         return np.arctan2(size @ np.sin(values), size @ np.cos(values))
     return np.asarray(np.clip(size @ values / size.sum(), p.low, p.high))
 

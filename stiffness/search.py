@@ -15,8 +15,8 @@ from scipy import stats
 from stiffness.additions import Addition, Bench, merged
 from stiffness.candidates import Column, Unit, columns_of
 from stiffness.effects import CATALOGUE
-from stiffness.effects.effect import Effect
-from stiffness.evidence import Evidence
+from stiffness.effects.effect import Effect, Site
+from stiffness.evidence import Evidence, Predicted
 from stiffness.fit import Fit
 from stiffness.fit import columns_of as station_columns
 from stiffness.least_squares import inverse
@@ -124,9 +124,9 @@ class Search:
             fit = self.bench.fit(additions, fit)
             additions = self.bench.current(fit, additions)
 
-    def _chance(self, fit: Fit, addition: Addition, site: object) -> float:
+    def _chance(self, fit: Fit, addition: Addition, site: Site) -> float:
         """That noise alone makes what the fit finds at a site."""
-        mine = set(replace(addition, sites=(site,)).numbers(self.bench.joints))  # type: ignore[arg-type]
+        mine = set(replace(addition, sites=(site,)).numbers(self.bench.joints))
         at = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is not None]
         neutral = np.array([fit.unknowns.free[k].parameter.neutral for k in at], dtype=float)
         off = fit.parameters[at] - np.where(fit.unknowns.inverse[at], 1 / np.where(neutral == 0, 1, neutral), neutral)
@@ -182,7 +182,7 @@ class Search:
         self,
         screen: Screen,
         e: Evidence,
-        seen: object,
+        seen: Predicted,
         fit: Fit,
         k: int,
         columns: Sequence[Column],
@@ -200,7 +200,7 @@ class Search:
             values.update({x.name: fitted[x.name] for x in self.bench.base})
             for a in additions:
                 values[a.effect.name] = _kept(a, values[a.effect.name], fitted[a.effect.name], self.bench.joints)
-            slopes = screen.of(e, seen, fit.station(k), values)  # type: ignore[arg-type]
+            slopes = screen.of(e, seen, fit.station(k), values)
             out[:, :, mine] = slopes[:, :, [place[columns[i].number] for i in mine]]
         return out
 
