@@ -220,7 +220,10 @@ def _metres(xyz: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 class Cell(_Table):
-    """A cell/1 file, checked. ``folder`` is where it stands: paths in it are relative to that."""
+    """A cell/1 file, checked. ``folder`` is where it stands: paths in it are relative to that.
+
+    Tool and work object may be left to a robot program; ``job_of`` refuses where neither gives them.
+    """
 
     schema_: Literal["cell/1"] = Field(alias="schema")
     robot: str
@@ -232,7 +235,7 @@ class Cell(_Table):
     mount: Mount = Mount()
     tool: ToolTable | None = None
     tools: dict[int, ToolTable] = {}
-    workobject: WorkObject
+    workobject: WorkObject = WorkObject(xyz=(0.0, 0.0, 0.0))
     machine: MachineTable | None = None
     start: Start | None = None
     process: Annotated[Constant | Table, Field(discriminator="kind")]
@@ -244,8 +247,8 @@ class Cell(_Table):
 
     @model_validator(mode="after")
     def _one_kind_of_tool(self) -> Cell:
-        if (self.tool is None) == (not self.tools):
-            raise ValueError("give either [tool] or [tools.1], [tools.2], ... by the number in the file")
+        if self.tool is not None and self.tools:
+            raise ValueError("give either [tool] or [tools.1], [tools.2], ... by the number in the file, not both")
         return self
 
     def __repr__(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,22 @@ def test_a_cell_that_contradicts_the_program(tmp_path: Path, change: dict[str, A
     with pytest.raises(CompensatorError) as caught:
         compensate_file(tmp_path / "part.mod", job(tmp_path, change), tmp_path / "c.mod")
     assert all(word in str(caught.value) for word in [*words, "cell.toml", "part.mod"])
+
+
+def test_a_program_brings_its_tool_and_work_object(tmp_path: Path) -> None:
+    cell = job(tmp_path)
+    compensate_file(tmp_path / "part.mod", cell, tmp_path / "a.mod")
+    bare = tomllib.loads(cell.read_text())
+    del bare["tool"], bare["workobject"]
+    cell.write_text(tomli_w.dumps(bare))
+    done = compensate_file(tmp_path / "part.mod", cell, tmp_path / "b.mod")
+    assert done.report["predicted_error_mm"]["before"]["mean"] > 1.5
+    assert (tmp_path / "a.mod").read_bytes() == (tmp_path / "b.mod").read_bytes()
+    with pytest.raises(CompensatorError, match=r"cell\.toml: workobject is missing$"):
+        preview_file(tmp_path / "path.csv", cell)
+    cell.write_text(tomli_w.dumps({**bare, "workobject": {"xyz": [1500.0, -150.0, 800.0]}}))
+    with pytest.raises(CompensatorError, match=r"give either \[tool\] or \[tools\.1\]"):
+        preview_file(tmp_path / "path.csv", cell)
 
 
 def test_tools_by_name_and_another_language(tmp_path: Path) -> None:
