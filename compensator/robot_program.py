@@ -165,6 +165,14 @@ def _started(job: Job, path: Toolpath, setting: Setting) -> Job:
         if not postures:
             return job
         joints = min(postures, key=lambda q: float(np.abs(q).sum()))
+    outside = np.flatnonzero((joints < job.robot.lower) | (joints > job.robot.upper))
+    if len(outside):
+        i = int(outside[0])
+        low, angle, high = np.degrees([job.robot.lower[i], joints[i], job.robot.upper[i]])
+        raise CellError(
+            f"{path.source}:{path.line[0]}: joint {i + 1} at {angle:.3f} deg is outside the limits {low:.3f} ... "
+            f"{high:.3f} deg of {job.robot.name}: is this program for another robot than that of {job.cell.source}?"
+        )
     start = Start.model_construct(joints=np.degrees(joints).tolist())
     return replace(job, cell=job.cell.model_copy(update={"start": start}))
 

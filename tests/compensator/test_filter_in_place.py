@@ -129,6 +129,18 @@ def test_moves_in_joint_angles_go_through_the_robot(tmp_path: Path) -> None:
     np.testing.assert_allclose(*numbers, atol=2e-3)
 
 
+def test_a_program_of_another_robot(tmp_path: Path) -> None:
+    cell = job(tmp_path)
+    bare = tomllib.loads(cell.read_text())
+    bare.pop("start", None)
+    cell.write_text(tomli_w.dumps(bare))
+    angles = "0,0,0,0,200,0"
+    text = RAPID.replace("MoveJ safe,v1000", f"MoveAbsJ [[{angles}],[9E9,9E9,9E9,9E9,9E9,9E9]],v1000", 1)
+    (tmp_path / "part.mod").write_text(text)
+    with pytest.raises(CompensatorError, match=r"part\.mod:\d+: joint 5 at 200\.000 deg is outside .* another robot"):
+        preview_file(tmp_path / "part.mod", cell)
+
+
 def test_nothing_is_left_behind(tmp_path: Path) -> None:
     cell = job(tmp_path, {"workobject": {"xyz": [1500.0, -150.0, 801.0]}})
     before = sorted(p.name for p in tmp_path.iterdir())
