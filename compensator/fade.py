@@ -50,6 +50,16 @@ def faded_targets(
     return path.rotation, position
 
 
+def held_targets(
+    job: Job, path: Path, wrench: Floats, state: PreloadState, rows: npt.NDArray[np.intp]
+) -> tuple[Floats, Floats]:
+    """Target rotation (N, 3, 3) and position (N, 3), base: the nominal path, at ``rows`` where its command leads."""
+    goes = job.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.middle[rows])
+    rotation, position = path.rotation.copy(), path.position.copy()
+    rotation[rows], position[rows] = goes.rotation, goes.position
+    return rotation, position
+
+
 def _process_part(
     job: Job, path: Path, wrench: Floats, command: Command, state: PreloadState, rows: npt.NDArray[np.intp]
 ) -> Floats:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from compensator.changes import with_changes
 from compensator.compensation import Compensation
 from compensator.errors import SolveError
-from compensator.fade import faded_targets
+from compensator.fade import faded_targets, held_targets
 from compensator.job import Job, check_cuts, check_tools
 from compensator.path import Path, Planner, mm, place
 from compensator.process.wrench import carried_wrench, process_wrench
@@ -43,18 +43,22 @@ def sampled(job: Job, toolpath: Toolpath) -> Toolpath:
     return corners(dense) if job.cell.process.frame == "path" else dense
 
 
-def compensate(job: Job, toolpath: Toolpath) -> Compensation:
+def compensate(job: Job, toolpath: Toolpath, *, rapids_stay: bool = False) -> Compensation:
     """Solve the whole path.
+
+    Args:
+        rapids_stay: rapids are commanded as the toolpath has them, as in a program that is filtered in place; else the
+            correction fades in and out along them.
 
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
     planner = Planner(job.cell, job.robot, job.inverse, job.tools)
     path = planner.plan(sampled(job, toolpath))
-    first = result = _solved(job, path)
+    first = result = _solved(job, path, rapids_stay)
     finer = with_changes(planner, result)
     if finer is not None:
-        result = _solved(job, finer, result)
+        result = _solved(job, finer, rapids_stay, result)
     _check(planner, result)
     before, _ = follow(job, result.path.toolpath, result.path.q, result.wrench)
     return replace(result, before=before, inserted=len(result) - len(first))
@@ -82,30 +86,42 @@ def _near(old: Compensation, path: Path) -> Near:
     return Near(path.q + q, path.q + actual, carried(old.command.extra))
 
 
-def _solved(job: Job, path: Path, old: Compensation | None = None) -> Compensation:
+def _solved(job: Job, path: Path, rapids_stay: bool, old: Compensation | None = None) -> Compensation:
     """Commands for the poses as they are; state and correction agree in the result."""
     toolpath = path.toolpath
     wrench = process_wrench(job.cell, toolpath, path.rotation, path.position)
     if old is not None:
         wrench = carried_wrench(job.cell, wrench, toolpath, old.path.toolpath, old.wrench)
+    near = None if old is None else _near(old, path)
     rotation, position = path.rotation, path.position
-    command, state, rounds = _agree(job, path, rotation, position, wrench, None if old is None else _near(old, path))
-    if np.any(toolpath.kind != CUT):
+    held = np.flatnonzero((toolpath.kind != CUT) & rapids_stay)
+    command, state, rounds = _agree(job, path, rotation, position, wrench, near, held)
+    if len(held):
+        rotation, position = held_targets(job, path, wrench, state, held)
+    elif np.any(toolpath.kind != CUT):
         rotation, position = faded_targets(job, path, wrench, command, state)
-        command, state, rounds = _agree(job, path, rotation, position, wrench, command)
+        command, state, rounds = _agree(job, path, rotation, position, wrench, command, held)
     empty = Prediction(path.rotation, path.position, command.torque, command.error)
     return Compensation(job, path, wrench, rotation, position, command, state, empty, rounds, 0)
 
 
 def _agree(
-    job: Job, path: Path, rotation: Floats, position: Floats, wrench: Floats, near: Near | Command | None
+    job: Job,
+    path: Path,
+    rotation: Floats,
+    position: Floats,
+    wrench: Floats,
+    near: Near | Command | None,
+    held: npt.NDArray[np.intp],
 ) -> tuple[Command, PreloadState, int]:
-    """Iterate command and state until the state stops changing."""
+    """Iterate command and state until the state stops changing; poses ``held`` are commanded as they are."""
     start = job.state_before
     state = walk(job.effects, job.values, commanded_moves(job, path.q), np.zeros_like(path.q), start)
     command: Command | None = None
     rows = np.arange(len(path))
     for rounds in range(1, STATE_ROUNDS + 1):
+        if len(held):
+            rotation, position = held_targets(job, path, wrench, state, held)
         begin = None if near is None else Near(near.q[rows], near.actual[rows], near.extra[rows])
         some = path.toolpath if command is None else path.toolpath.take(rows)
         part = job.command(

@@ -67,7 +67,7 @@ def compensate_file(
     job, path, source = _loaded(toolpath, cell, say)
     in_place = filter_of(language) if source.language == language else None
     say("solving")
-    result = compensate(job, path)
+    result = compensate(job, path, rapids_stay=in_place is not None)
     with Outputs() as outputs:
         say(f"writing {language}")
         with outputs.writing(program) as staged:
