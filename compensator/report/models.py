@@ -13,7 +13,7 @@ from compensator.tasks_models import Made
 
 def show_map(done: Mapped) -> None:
     """Extremes of a map, what is blank, what the result does not know."""
-    console, r = Console(), done.report
+    console, r = Console(markup=False), done.report
     if not console.is_terminal:
         return
     console.print(
@@ -44,7 +44,7 @@ def show_map(done: Mapped) -> None:
 
 def show_made(done: Made) -> None:
     """A row per joint."""
-    console, r = Console(), done.report
+    console, r = Console(markup=False), done.report
     if not console.is_terminal:
         return
     table = Table()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from compensator.tasks import Done, Say
 from stiffness.model import builtin_model
@@ -21,26 +22,26 @@ if TYPE_CHECKING:  # the libraries of a fit take half a second that compensate a
 @contextmanager
 def progress(verbose: bool) -> Iterator[Say]:
     """Says what is being done: a spinner on a terminal, lines with ``verbose``, nothing when piped."""
-    console = Console(stderr=True)
+    console = Console(stderr=True, markup=False)
     if verbose:
         yield lambda text: console.print(text, highlight=False)
     elif console.is_terminal:
         with console.status("starting") as status:
-            yield lambda text: status.update(text)
+            yield lambda text: status.update(Text(text))
     else:
         yield lambda text: None
 
 
 def show(done: Done) -> None:
     """Table of the numbers, files, what the result does not know; nothing when piped."""
-    console = Console()
+    console = Console(markup=False)
     if not console.is_terminal:
         return
     report, result = done.report, done.result
     job = result.job
     console.print(
-        f"[bold]{result.path.toolpath.source}[/] on {job.robot.name}: {report['n_poses']} poses, "
-        f"{report['n_cut']} cutting, {report['seconds']} s"
+        Text(result.path.toolpath.source, "bold"),
+        f"on {job.robot.name}: {report['n_poses']} poses, {report['n_cut']} cutting, {report['seconds']} s",
     )
     table = Table(title="predicted TCP error, mm")
     for head in ("", "mean", "95 %", "max"):
@@ -78,7 +79,7 @@ def _sentence(done: Done) -> str:
 
 def show_fit(done: Identified) -> None:
     """Parameters, residuals and what the data do not determine; nothing when piped."""
-    console, report = Console(), done.report
+    console, report = Console(markup=False), done.report
     if not console.is_terminal:
         return
     table = Table(title=f"{report['n_readings']} readings, effects {', '.join(report['effects'])}")
@@ -104,14 +105,14 @@ def show_fit(done: Identified) -> None:
 
 def show_lines(lines: Sequence[str]) -> None:
     """Plain lines; nothing when piped."""
-    console = Console()
+    console = Console(markup=False)
     for line in lines if console.is_terminal else ():
         console.print(line, highlight=False)
 
 
 def show_evaluation(report: dict[str, Any]) -> None:
     """One line per kind of evidence; nothing when piped."""
-    console = Console()
+    console = Console(markup=False)
     if not console.is_terminal:
         return
     for kind, score in report.items():
@@ -138,13 +139,13 @@ def show_robots() -> None:
             masses = "assumed"
         stiffness = "published" if builtin_model(name) else "none"
         table.add_row(name, f"{reach * 1e3:.0f} (links in line)", stiffness, masses)
-    Console(width=110).print(table)
+    Console(width=110, markup=False).print(table)
 
 
 def show_robot(name: str) -> None:
     """Limits, masses, sources and assumptions of a robot."""
     robot = load_robot(name)
-    console = Console(width=110)
+    console = Console(width=110, markup=False)
     console.print(repr(robot), highlight=False)
     table = Table()
     for head in ("joint", "limits, deg", "speed, deg/s", "mass, kg", "centre of mass in its link frame, mm"):

@@ -89,7 +89,7 @@ def test_terminal_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         written(tmp_path, lines(cycle(branches=("loading",)), cycle()), HEADER), ABB, tmp_path / "m.toml"
     )
     screen = Console(record=True, force_terminal=True, width=120, file=open(tmp_path / "screen", "w"))  # noqa: SIM115
-    monkeypatch.setattr(shown, "Console", lambda: screen)
+    monkeypatch.setattr(shown, "Console", lambda **_: screen)
     shown.show_made(done)
     text = screen.export_text()
     screen.file.close()
