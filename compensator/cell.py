@@ -168,6 +168,31 @@ class ProgramTable(_Table):
     default_feed: Number = Field(default=1000.0, gt=0, le=300000)
 
 
+class ExternalAxis(_Table):
+    """What an external axis of a robot program carries; mm, base axes.
+
+    ``robot``: a rail, ``direction`` is the way the base goes as the value rises (mm). ``part``: a table, which turns
+    about ``direction`` through ``center`` (deg). ``nothing``: it may move as it likes.
+    """
+
+    carries: Literal["robot", "part", "nothing"]
+    direction: Three = (0.0, 0.0, 0.0)
+    center: Three = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _complete(self) -> ExternalAxis:
+        if self.carries == "nothing":
+            return self
+        if not abs(float(np.linalg.norm(self.direction)) - 1.0) < 1e-6:
+            raise ValueError(f"direction = {list(self.direction)}: a direction of length 1 in base axes is expected")
+        if self.carries == "part" and "center" not in self.model_fields_set:
+            raise ValueError("center is missing: a point on the axis of the table, mm in the base")
+        if self.carries == "robot" and "center" in self.model_fields_set:
+            raise ValueError("center is of a table (carries = \"part\"): a rail has none")
+        _in_mm("center", self.center)
+        return self
+
+
 class MachineAxis(_Table):
     """A rotary axis: ``direction`` about which the tool turns relative to the work, ``centre`` on it, mm."""
 
@@ -237,6 +262,7 @@ class Cell(_Table):
     tools: dict[int, ToolTable] = {}
     workobject: WorkObject = WorkObject(xyz=(0.0, 0.0, 0.0))
     machine: MachineTable | None = None
+    external: dict[Annotated[str, Field(pattern=r"^eax_[a-f]$|^E[1-6]$|^GP[2-8] J[1-9]$")], ExternalAxis] = {}
     start: Start | None = None
     process: Annotated[Constant | Table, Field(discriminator="kind")]
     solve: Solve = Solve()

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.compensation import Compensation
+from compensator.external import carried
 from compensator.job import ONE_TOOL, Job
 from compensator.path import place
 from stiffness.inverse import SphericalInverse
@@ -29,12 +30,17 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
     joints = c.command.q if corrected else path.q
     deflection = c.target_position - position if corrected else c.error_before
     turn, origin = to_work[:3, :3], to_work[:3, 3]
+    position, rotation = position @ turn.T + origin, turn @ rotation
+    nominal_position, nominal_rotation = path.position @ turn.T + origin, turn @ path.rotation
+    if on_axes := carried(job.cell, toolpath):
+        position, rotation = on_axes.back(position, rotation)
+        nominal_position, nominal_rotation = on_axes.back(nominal_position, nominal_rotation)
     feed, findings = _feed(job, toolpath)
     spherical = isinstance(job.inverse, SphericalInverse)
     return Program(
         name=job.cell.program.name,
-        position=position @ turn.T + origin,
-        rotation=turn @ rotation,
+        position=position,
+        rotation=rotation,
         joints=joints,
         feed=feed,
         findings=findings,
@@ -52,8 +58,9 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
         comments=tuple((e.pose, e.word) for e in toolpath.events if e.pose < len(toolpath)),
         robot=job.robot.name,
         source=toolpath.source,
-        nominal_position=path.position @ turn.T + origin,
-        nominal_rotation=turn @ path.rotation,
+        nominal_position=nominal_position,
+        nominal_rotation=nominal_rotation,
+        nominal_joints=path.q,
         wrench=c.wrench,
         deflection=deflection,
     )

@@ -13,13 +13,16 @@ from compensator.changes import bends
 from compensator.compensation import Compensation
 from compensator.errors import SolveError
 from compensator.export import program_of
+from compensator.external import carried, in_frame
 from compensator.path import Planner, place
+from compensator.robot_program import completed
 from compensator.state import follow
 from compensator.turn import quaternion_matrix, slerp_quaternion
+from compensator.untilted import tilt, untilted
 from compensator.verify import PRINTED, Verified
-from toolpaths.programs.program import Finding, Program
-from toolpaths.programs.rewriting import Filter
-from toolpaths.readers import reader_of
+from toolpaths.programs.program import WARNING, Finding, Program
+from toolpaths.programs.rewriting import Filter, check, filter_of, says_turns
+from toolpaths.readers import ON_A_MACHINE, reader_of
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -50,21 +53,52 @@ class Filtered:
         return f"Filtered({self.files[0].name}, {len(self.changes)} changes)"
 
 
+def filter_for(source: Toolpath, language: str, toolpath: Path) -> Filter | None:
+    """The filter in place for ``source``, read from ``toolpath``; None where another language is to be written.
+
+    Raises:
+        WriteError: the program holds what no filter can keep; names the line.
+    """
+    found = filter_of(language) if source.language == language else None
+    if found is not None:
+        check(found, toolpath.read_bytes(), toolpath)
+    return found
+
+
 def filter_program(c: Compensation, rows: Floats, toolpath: Path, staged: Path, language: Filter) -> Filtered:
     """Write ``toolpath`` to ``staged`` with the commands of ``c``.
 
     Args:
         rows: ``row`` of the poses that the reader gave.
     """
+    source = toolpath.read_bytes()
+    left: tuple[Finding, ...] = ()
+    if not says_turns(language, source):
+        c, left = untilted(c), _left_tilted(c, toolpath)
     index = needed_poses(c, rows)
     program, row = _taken(_as_written(c), index), c.path.toolpath.row[index]
-    rewritten = language.rewrite(toolpath.read_bytes(), program, row, toolpath)
+    rewritten = language.rewrite(source, program, row, toolpath, **_machine(c))
     staged.write_bytes(rewritten.text)
     files = [staged]
     for suffix, data in rewritten.beside:
         files.append(staged.with_suffix(suffix))
         files[-1].write_bytes(data)
-    return Filtered(tuple(files), rewritten.changes, program, row)
+    return Filtered(tuple(files), (*rewritten.changes, *left), program, row)
+
+
+def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:
+    """What a program without words for the tool's axis leaves."""
+    off, k = tilt(c)
+    if off <= TURNED:
+        return ()
+    what = f"the deflection tilts the tool by up to {np.degrees(off):.2g} deg, which a file without tool vectors "
+    remedy = "Positions are corrected; write a program in the robot's language to have the tilt corrected, too"
+    return (Finding(WARNING, f"{toolpath}:{int(c.path.toolpath.line[k])}", what + "cannot take back", remedy),)
+
+
+def _machine(c: Compensation) -> dict[str, Any]:
+    """The machine that a file was read with, where its language has one."""
+    return {"machine": c.job.cell.posted_for()} if c.path.toolpath.language in ON_A_MACHINE else {}
 
 
 def needed_poses(c: Compensation, rows: Floats) -> Index:
@@ -124,21 +158,23 @@ def _taken(program: Program, index: Index) -> Program:
     return replace(program, **per_pose, comments=())
 
 
-def verify_filtered(c: Compensation, done: Filtered, source: Toolpath, names: Path) -> Verified:
+def verify_filtered(c: Compensation, done: Filtered, names: Path) -> Verified:
     """Read the rewritten program and let the model deflect it, at every pose that was solved.
 
     Args:
-        source: what the reader gave for the program as it was.
         names: path of the program as the user will see it.
 
     Raises:
         SolveError: the file does not say what was solved.
     """
     chord = FINER * c.job.cell.sampling.chord * 1e-3
-    read = reader_of(done.files[0]).read(done.files[0], str(names), chord)
-    row, pose = _aligned(c, done, source, read)
+    read = reader_of(done.files[0]).read(done.files[0], str(names), chord, **_machine(c))
+    read = completed(c.job, in_frame(read, c.path.toolpath.setting))
+    row, pose = _aligned(done, read)
     toolpath, cut = c.path.toolpath, c.cutting
     position, rotation = _between(c, read, row, pose, done)
+    if on_axes := carried(c.job.cell, toolpath):
+        position, rotation = on_axes.forth(position, rotation)
     base = c.job.cell.workobject.matrix()
     rotation, position = base[:3, :3] @ rotation, position @ base[:3, :3].T + base[:3, 3]
     position, rotation = position[cut], rotation[cut]
@@ -157,13 +193,13 @@ def verify_filtered(c: Compensation, done: Filtered, source: Toolpath, names: Pa
     return Verified(error, float(np.linalg.norm(position - c.command.position[rows], axis=1).max()))
 
 
-def _aligned(c: Compensation, done: Filtered, source: Toolpath, read: Toolpath) -> tuple[Floats, Index]:
+def _aligned(done: Filtered, read: Toolpath) -> tuple[Floats, Index]:
     """(K,) rows of the source, and the pose of ``read`` that stands there, for every written pose that cuts and the
     pose that each cut starts from."""
     rows: list[float] = []
     poses: list[int] = []
-    inside = set(source.row[np.abs(source.row - np.rint(source.row)) > 1e-9].tolist())
     written = done.program
+    end = np.abs(done.row - np.rint(done.row)) < 1e-9  # others need not stand there: an arc may still say them
     ends = np.flatnonzero(np.abs(read.row - np.rint(read.row)) < 1e-9)
     cutting = read.kind[ends] == CUT
     starts = np.concatenate([cutting[1:], [False]])
@@ -173,7 +209,7 @@ def _aligned(c: Compensation, done: Filtered, source: Toolpath, read: Toolpath) 
             near = read.kind[k] != CUT or np.linalg.norm(read.position[k] - written.position[at]) <= PRINTED
             if near and read.kind[k] == written.kind[at]:
                 break
-            if float(done.row[at]) not in inside:
+            if end[at]:
                 raise SolveError(f"{place(read, k)}: the program prints another pose than the one that was solved")
             at += 1
         if at == len(written):

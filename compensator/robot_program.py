@@ -9,11 +9,13 @@ import numpy.typing as npt
 
 from compensator.cell import Cell, Start, ToolTable, WorkObject
 from compensator.errors import CellError
+from compensator.external import as_programmed, external_notes, seen_from_base
 from compensator.job import Job, job_of
 from compensator.path import Planner
 from compensator.turn import quaternion_matrix
 from stiffness.inverse import SphericalInverse
 from toolpaths.programs.program import ToolFrame
+from toolpaths.readers.robot_arcs import with_arcs
 from toolpaths.rotation import quaternion_from_matrix, rpy_from_matrix, turn_between
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
 
@@ -39,7 +41,8 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     place = {"workobject": _workobject(cell, toolpath, setting)}
     cell = cell.model_copy(update={**place, **_tools(cell, toolpath, setting)})
     job = job_of(cell)
-    path = _needed(_with_positions(job, toolpath, setting))
+    job = replace(job, notes=(*job.notes, *external_notes(cell, toolpath)))
+    path = _needed(seen_from_base(cell, completed(job, toolpath)))
     job = _started(job, path, setting)
     return job, _with_joint_moves(job, path, setting)
 
@@ -112,6 +115,13 @@ def _refuse_other(what: str, xyz: Floats, rotation: Floats, other_xyz: Floats, o
 def _three(values: Floats) -> tuple[float, float, float]:
     x, y, z = (float(v) for v in values)
     return x, y, z
+
+
+def completed(job: Job, toolpath: Toolpath) -> Toolpath:
+    """The poses that the robot gives of moves in joint angles, and the points of arcs that start there."""
+    if toolpath.setting is None:
+        return toolpath
+    return with_arcs(as_programmed(job.cell, _with_positions(job, toolpath, toolpath.setting)))
 
 
 def _with_positions(job: Job, toolpath: Toolpath, setting: Setting) -> Toolpath:

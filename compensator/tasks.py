@@ -14,16 +14,17 @@ import numpy.typing as npt
 from compensator.cell import load_cell
 from compensator.compensation import Compensation
 from compensator.export import program_of
-from compensator.filtering import Filtered, filter_program, verify_filtered
+from compensator.external import without_external
+from compensator.filtering import Filtered, filter_for, filter_program, verify_filtered
 from compensator.job import Job
 from compensator.outputs import Outputs, refuse_clashes
 from compensator.path import Planner
-from compensator.robot_program import job_for
+from compensator.robot_program import completed, job_for
 from compensator.solve import compensate, sampled, uncompensated
 from compensator.summary import as_json, summary
 from compensator.verify import verify
 from toolpaths.programs import Written, format_of, write_program
-from toolpaths.programs.rewriting import filter_of, refuse_compensated
+from toolpaths.programs.rewriting import refuse_compensated
 from toolpaths.readers import read_toolpath
 from toolpaths.toolpath import Toolpath
 
@@ -65,7 +66,7 @@ def compensate_file(
     refuse_clashes((toolpath, cell), (program, report, json))
     _refuse_compensated(toolpath)
     job, path, source = _loaded(toolpath, cell, say)
-    in_place = filter_of(language) if source.language == language else None
+    in_place = filter_for(source, language, toolpath)
     say("solving")
     result = compensate(job, path, rapids_stay=in_place is not None)
     with Outputs() as outputs:
@@ -75,9 +76,10 @@ def compensate_file(
             if in_place is not None:
                 written = filter_program(result, source.row, toolpath, staged, in_place)
                 say("verifying the written program")
-                checked = verify_filtered(result, written, source, program)
+                checked = verify_filtered(result, written, program)
             else:
-                written = write_program(program_of(result), staged, language)
+                alone = without_external(program_of(result), job.cell, source)
+                written = write_program(alone, staged, language)
                 say("verifying the written program")
                 checked = verify(result, staged, language)
         for file in written.files:
@@ -137,7 +139,8 @@ def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Toolpath, Toolpa
     table = load_cell(cell)
     say(f"reading {toolpath.name}")
     source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
-    return *job_for(table, source), source
+    job, path = job_for(table, source)
+    return job, path, completed(job, source)
 
 
 def _refuse_compensated(toolpath: Path) -> None:

@@ -47,6 +47,9 @@ class Setting:
         joints: row -> (n,) rad of moves given in joint angles. Their position and quaternion are NaN.
         zones: (rows,) m the corner at the move's end may be cut by; 0 is an exact stop, NaN: not said.
         configuration: (rows,) bits as in Program, -1: not said; None: the language does not say.
+        external: external axis, as the language calls it -> (rows,) where it stands at the move's end, mm or deg, NaN:
+            not said. Axes that stand at 0 all the time are left out.
+        arcs: row of an arc that starts from joint angles -> (3,) m of a point that it passes, m its points may be off.
     """
 
     tools: Mapping[int, ToolFrame] = field(default_factory=dict)
@@ -54,6 +57,8 @@ class Setting:
     joints: Mapping[int, Floats] = field(default_factory=dict)
     zones: Floats | None = None
     configuration: Ints | None = None
+    external: Mapping[str, Floats] = field(default_factory=dict)
+    arcs: Mapping[int, tuple[Floats, float]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Setting({len(self.tools)} tools, {len(self.joints)} joint moves)"

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compensator import tasks
 from compensator.cell import load_cell
-from compensator.errors import CellError, CompensatorError
+from compensator.errors import CellError
 from compensator.tasks import compensate_file, preview_file
 from tests.compensator.small_jobs import columns, files
-from toolpaths.errors import ReadError
+from toolpaths.errors import ReadError, WriteError
 from toolpaths.readers import read_toolpath
 
 TABLES: dict[str, Any] = {
@@ -78,16 +79,30 @@ def test_systems_and_pivot_in_mm(tmp_path: Path) -> None:
     np.testing.assert_allclose(ends, [[1, 2, 3], [101, -5, 6], [101 - 230, -5, 236]], rtol=0, atol=1e-10)
 
 
-def test_systems_are_not_filtered_in_place(tmp_path: Path) -> None:
-    """The coordinates of the file are 100 mm from those in the work object: they must not get into it."""
-    job = files(tmp_path, {"machine": {"systems": {"G55": [100.0, 0.0, 0.0]}}})
-    text = "G21 G90 G55\nG0 X0 Y0 Z50\nG1 Z-2 F500\nX30\nG0 Z50\nM30\n"
-    with pytest.raises(CompensatorError, match=r"part\.nc:3: the pose was planned 100 mm .*\[machine\.systems\]"):
-        compensate_file(rotary(tmp_path, text), job.cell, job.out / "part.nc")
+def test_systems_are_filtered_in_place(tmp_path: Path) -> None:
+    """The numbers of the file are those of its own systems; read with the same machine it is what was commanded."""
+    systems = {"G54": [0.0, 0.0, 0.0], "G55": [60.0, 10.0, -3.0]}
+    job = files(tmp_path, {"machine": {"systems": systems}})
+    text = "G21 G90 G54\nG0 X0 Y0 Z50\nG1 Z-2 F500\nX30\nG0 Z50\nG55 X0 Y0\nG1 Z1\nG91 X5\nG90 X20 Y4\nG0 Z50\nM30\n"
+    one = "G21 G90\nG0 X0 Y0 Z50\nG1 Z-2 F500\nX30\nG0 Z50\nX60 Y10\nG1 Z-2\nX65\nX80 Y14\nG0 Z47\nM30\n"
+    done = compensate_file(rotary(tmp_path, text), job.cell, job.out / "part.nc")
+    assert done.report["predicted_error_mm"]["after"]["max"] < 5e-3 < 0.05 < done.report["max_correction_mm"]
+    machine = load_cell(job.cell).posted_for()
+    got = read_toolpath(job.out / "part.nc", machine=machine)
+    plain = files(tmp_path)
+    compensate_file(rotary(tmp_path, one), plain.cell, plain.out / "one.nc")
+    np.testing.assert_allclose(got.position, read_toolpath(plain.out / "one.nc").position, rtol=0, atol=1.5e-6)
+    kept = [line for line in (job.out / "part.nc").read_text().split("\n") if "G0" in line or "G5" in line]
+    assert kept == ["G21 G90 G54", "G0 X0 Y0 Z50", "G0 Z50", "G55 X0 Y0", "G0 Z50"]
+
+
+def test_rotary_words_are_refused_before_the_solve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Filtered in place they would need other angles; into another language they go."""
+    job = files(tmp_path, {"machine": TABLES})
+    with pytest.raises(WriteError, match=r"part\.nc:2: rotary words .* in the robot's language"):
+        monkeypatch.setattr(tasks, "compensate", None)
+        compensate_file(rotary(tmp_path), job.cell, job.out / "part.nc")
     assert job.left() == []
-    assert compensate_file(tmp_path / "part.nc", job.cell, job.out / "part.mod").files
-    same = files(tmp_path, {"machine": {"systems": {"G55": [0.0, 0.0, 0.0]}}})
-    assert compensate_file(tmp_path / "part.nc", same.cell, job.out / "part.nc").files
 
 
 def test_other_languages_do_not_need_it(tmp_path: Path) -> None:

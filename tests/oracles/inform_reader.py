@@ -133,6 +133,33 @@ def move(line: str, positions: dict[str, Position], used: list[str]) -> Move:
     return Move(m[1], positions[m[2]], speed, None if m[5] is None else int(m[5]))
 
 
+@dataclass
+class Dialect:
+    """How a job is put together, whoever wrote it: its pseudo instructions in their order, position lines, moves."""
+
+    words: list
+    positions: dict
+    moves: list
+
+
+def dialect(path: Path) -> Dialect:
+    """A job of any post: what has to hold in all of them is checked, what they may choose is not."""
+    lines = path.read_bytes().decode("ascii").replace("\r\n", "\n").split("\n")
+    assert lines.pop() == "" and lines[0] == "/JOB" and lines[-1] == "END"
+    words = [line.split()[0] for line in lines if line.startswith("/")]
+    found = [re.fullmatch(r"(C\d{5})=(.*)", line) for line in lines]
+    positions = {m[1]: [float(v) for v in m[2].split(",")] for m in found if m}
+    assert list(positions) == [f"C{k:05d}" for k in range(len(positions))]
+    assert all(len(v) == 6 for v in positions.values())
+    count = next(re.fullmatch(r"///NPOS (\d+),0,0,0,0,0", line) for line in lines if line.startswith("///NPOS"))
+    assert int(count[1]) == len(positions)
+    assert lines[lines.index("NOP") - 1].startswith("///GROUP1 RB1")
+    used: list[str] = []
+    moves = [move(line, positions, used) for line in lines[lines.index("NOP") :] if line.startswith("MOV")]
+    assert sorted(used) == sorted(positions)
+    return Dialect(words, positions, moves)
+
+
 def pose(position: Position) -> np.ndarray:
     """(4, 4) mm: the frame turned in the order Rz, Ry, Rx about its own axes."""
     rx, ry, rz = np.radians(position.angles)

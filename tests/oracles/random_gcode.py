@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Iterable
 
 AXES, CENTRES = "XYZ", "IJK"
+RESET = "G80\nG92.1\nG94 G91.1\n"  # from whatever state to that in which a program begins
 PLANES = {"G17": 2, "G18": 1, "G19": 0}
 
 
@@ -195,3 +197,8 @@ class RandomProgram:
             if self.cycle:
                 self.emit(["G80"])
                 self.motion = self.cycle = ""
+
+
+def joined(seeds: Iterable[int]) -> str:
+    """Several programs in one file: each begins in the state that the one before it leaves."""
+    return RESET.join(RandomProgram(seed).text.removesuffix("M2\n") for seed in seeds) + "M2\n"

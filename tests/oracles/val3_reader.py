@@ -138,6 +138,20 @@ def run(app: Application, name: str, depth: int) -> None:
             raise AssertionError(f"not VAL3: {line!r}")
 
 
+MOVE = re.compile(r"(?:\w+=)?(move[jlc])\((.*)\)")
+
+
+def moves_of(path: Path) -> list[tuple[str, tuple[str, ...]]]:
+    """Of a VAL3 program of any post: the moves as word and what their arguments are called, such as ("movel", ("p[]",
+    "t[]", "m")) where the first two are elements of arrays."""
+    (program,) = document(path, "Program/2", "Programs")
+    assert program.get("access") == "public" and legal(program.get("name"))
+    lines = [line.strip() for line in program.find(SPACE % ("Program/2", "Code")).text.split("\n") if line.strip()]
+    assert lines[0] == "begin" and lines[-1] == "end"
+    found = [MOVE.fullmatch(line) for line in lines]
+    return [(m[1], tuple(re.sub(r"\[\d+\]", "[]", a.strip()) for a in m[2].split(","))) for m in found if m]
+
+
 def at(app: Application, name: str, index: str, kind: str) -> dict:
     found, values = app.data[name]
     assert found == kind and int(index) < len(values), f"{name}[{index}] as {kind}"

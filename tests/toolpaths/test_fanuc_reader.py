@@ -15,6 +15,7 @@ from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
 from toolpaths.programs import fanuc as writer
 from toolpaths.programs import write_program
+from toolpaths.programs.fanuc_motion import speed_texts
 from toolpaths.readers.fanuc import read, refuse_written
 
 POSE = """P[{n}]{{
@@ -125,8 +126,9 @@ def test_frame_0_is_the_base_and_other_groups_pass(tmp_path):
     [
         ("L PR[1] 20mm/sec FINE", "not known before"),
         ("L P[R[1]] 20mm/sec FINE", "not known before"),
-        ("L P[1] R[2]mm/sec FINE", "not known before"),
+        ("L P[1] R[2:v]mm/sec FINE", "the speed R[2:v] is not known before"),
         ("L P[1] 20mm/sec CNT R[1]", "not known before"),
+        ("L P[1] 20mm/sec CNT101", "CNT101 is above 100"),
         ("L P[1] 20mm/sec FINE Offset,PR[1]", "option 'Offset"),
         ("L P[1] 20mm/sec FINE Tool_Offset,PR[1]", "option"),
         ("L P[1] 20mm/sec FINE Skip,LBL[1]", "option"),
@@ -140,11 +142,19 @@ def test_frame_0_is_the_base_and_other_groups_pass(tmp_path):
         ("C P[3] P[1] 20mm/sec FINE", "joint angles"),
         ("L P[1] 1.2.3mm/sec FINE", "not a number"),
         ("  JMP LBL[1]", "'JMP LBL[1]' is not read"),
-        ("  IF R[1]=1,JMP LBL[1]", "is not read"),
+        ("  IF R[1]=1,JMP LBL[1]", "an IF decides about 'JMP LBL[1]'"),
+        ("  IF (R[1:a,b]=1) THEN", "an IF (line 6) decides about 'L P[2] 20mm/sec FINE'"),
+        ("  IF DI[1]=ON,UFRAME_NUM=2", "an IF decides about 'UFRAME_NUM=2'"),
+        ("  ENDIF", "'ENDIF' is not read"),
         ("  FOR R[1]=1 TO 5", "is not read"),
         ("  SELECT R[1]=1,CALL A", "is not read"),
         ("  WAIT DI[1]=ON TIMEOUT,LBL[1]", "is not read"),
-        ("  CALL OTHER", "CALL OTHER: what that program does"),
+        ("J P[1] 50% FINE Skip,LBL[1]", "option 'Skip"),
+        ("J PR[1] 50% FINE Skip,LBL[1]", "not known before"),
+        ("J PR[1:home] 50% FINE", "starts where 'J PR[1:home] 50% FINE' (line 6) leads"),
+        ("J P[1] 50% FINE Offset,PR[1]", "starts where 'J P[1] 50% FINE Offset,PR[1]' (line 6) leads"),
+        ("L P[1] R[2]mm/sec FINE TB .10sec,CALL A", "the speed R[2] is not known"),
+        ("L P[1] 20mm/sec FINE TB .10sec,JMP LBL[1]", "option 'TB"),
         ("  RUN OTHER", "is not read"),
         ("  UFRAME[1]=PR[4]", "PR[4] is not known"),
         ("  $MCR.$GENOVERRIDE=5", "not read"),
@@ -157,7 +167,8 @@ def test_frame_0_is_the_base_and_other_groups_pass(tmp_path):
 def test_refused_by_line(tmp_path, line, word):
     with pytest.raises(ReadError) as caught:
         read_text(tmp_path, plain("L P[1] 20mm/sec FINE", line, "L P[2] 20mm/sec FINE"))
-    assert caught.value.line == (7 if "UFRAME_NUM=5" in line else 6) and word in str(caught.value)
+    later = ("UFRAME_NUM=5", "THEN", "J PR[1:home]", "J P[1] 50% FINE Offset")
+    assert caught.value.line == (7 if any(w in line for w in later) else 6) and word in str(caught.value)
 
 
 MISTAKES = [
@@ -204,34 +215,15 @@ def test_mistakes(tmp_path, text, word):
     assert word in str(caught.value) and time.monotonic() - began < 5
 
 
-def test_a_called_program_that_only_sets_signals_is_let_pass(tmp_path):
-    (tmp_path / "tcp_on.LS").write_text(program(["  !on", "  DO[1]=ON", "  WAIT .50(sec)", "  END"]))
-    assert [e.word for e in read_text(tmp_path, plain("  CALL TCP_On", "L P[1] 5mm/sec FINE")).events] == [
-        "CALL TCP_On"
-    ]
-    (tmp_path / "tcp_on.LS").write_text(program(["L P[1] 5mm/sec FINE"], pose(1, 3)))
-    with pytest.raises(ReadError, match=r"does more than set signals.*'L P\[1\] 5mm/sec FINE' in line 5"):
-        read_text(tmp_path, plain("  CALL TCP_On", "L P[1] 5mm/sec FINE"))
-
-
 @pytest.mark.parametrize(
-    ("name", "calls", "line", "poses", "cutting"),
-    [
-        ("robodk/Program.LS", ["Subprog"], 53, 6, 4),
-        ("robodk_posts/Fanuc_R30iA_test_post.ls", ["TCP_On", "TCP_Off"], 45, 9, 8),
-    ],
+    ("name", "poses", "cutting"),
+    [("robodk/Program.LS", 6, 4), ("robodk_posts/Fanuc_R30iA_test_post.ls", 9, 8)],
 )
-def test_real_programs(shared, tmp_path, name, calls, line, poses, cutting):
-    """Both call programs that are not in the data: refused without them, read with them beside."""
-    path = tmp_path / Path(name).name
-    path.write_bytes((shared / "data" / "cam" / name).read_bytes())
-    with pytest.raises(ReadError, match=f"CALL {calls[0]}: what that program does") as caught:
-        read(path, path.name, 1e-5)
-    assert caught.value.line == line
-    for call in calls:
-        (tmp_path / f"{call}.LS").write_text(program(["  DO[1]=ON"]))
+def test_real_programs(shared, tmp_path, name, poses, cutting):
+    path = shared / "data" / "cam" / name
     t = read(path, path.name, 1e-5)
     assert len(t) == poses and t.kind.sum() == cutting and set(t.tool.tolist()) == {9}
+    assert sum(e.word.startswith("CALL ") for e in t.events) == (1 if poses == 6 else 2)
     if poses == 9:
         np.testing.assert_allclose(t.position[1:3], [[0.2, 0.25, 0.348735], [0.2, 0.2, 0.262132]])
         np.testing.assert_allclose(t.setting.workobject[:3, 3], [0.807767, -0.9637, 0.041479])
@@ -251,6 +243,8 @@ def test_what_is_written_is_read(tmp_path):
     np.testing.assert_allclose(t.setting.workobject, p.workobject, atol=2e-7)
     np.testing.assert_allclose(t.setting.tools[9].rotation, p.tools[1].rotation, atol=2e-7)
     assert t.setting.configuration[1:].tolist() == p.configuration.tolist()
+    speed = np.where(p.kind == 1, p.feed, p.rapid_speed)
+    np.testing.assert_allclose(t.feed[1:], speed_texts(speed)[1], rtol=1e-12)
     got = Rotation.from_quat(t.quaternion[1:], scalar_first=True).as_matrix()
     np.testing.assert_allclose(got, p.rotation, atol=3e-7)
 

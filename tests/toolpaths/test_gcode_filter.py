@@ -14,13 +14,14 @@ import pytest
 
 from tests.oracles.random_gcode import RandomProgram
 from tests.oracles.sample_programs import SPINDLE
-from tests.toolpaths.test_rs274_reader import reference
+from tests.toolpaths.test_rs274_reader import PRINTED_INCH, check, reference
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.programs.gcode import rotation_of
 from toolpaths.programs.gcode_filter import rewrite
 from toolpaths.programs.program import Program
 from toolpaths.programs.rewriting import MARKER, Rewritten
 from toolpaths.readers.gcode import parse
+from toolpaths.readers.gcode_rotary import Machine
 from toolpaths.toolpath import CUT, Toolpath
 
 HEAD = "G21 G90 G17\nG0 X0 Y0 Z5\nF600\n"
@@ -225,14 +226,70 @@ def test_rotary_words_are_refused() -> None:
         rewrite(text, program, np.zeros(1), Path("a.nc"))
 
 
-def test_shift_by_place_after_compensated_moves_is_refused() -> None:
-    with pytest.raises(WriteError, match=r"a.nc:5: G92 after compensated moves"):
-        filtered(HEAD + "G1 X10 Z-1\nG92 X0\nG1 X5\nM30\n")
-    new, program, _ = filtered("G92 X0 Y0 Z0\n".join(["G21\n", HEAD]) + "G1 X10 Z-1\nG52 X5\nX6\nM30\n")
-    np.testing.assert_allclose(cuts(read(new.text)), cuts(program), atol=6e-4)
+def test_a_shift_by_place_names_the_corrected_place() -> None:
+    """Else the origin, and with it every rapid that follows, would move along with the correction."""
+    text = HEAD + "G1 X10 Z-1\nG92 X0 (here) Z4\nG1 X5\nG0 Z9\nX2 Y3\nG92.1\nG1 X6 Z1\nM30\n"
+    path = read(text.encode())
+    moved = path.position + np.where((path.kind == CUT)[:, None], [[0.0003, -0.0002, 0.00004]], 0.0)
+    new = rewrite(text.encode(), program_of(path, moved), path.row, Path("a.nc"))
+    out = new.text.decode().split("\n")
+    assert "G92 X0.3 (here) Z4.04" in out and "G1 X5.3" in out and "G0 Z9" in out and "X2 Y3" in out
+    assert [(c.place, c.what) for c in new.changes] == [
+        ("a.nc:5", "G92 names the corrected place, so that the origin stays")
+    ]
+    again = read(new.text)
+    np.testing.assert_allclose(cuts(again), moved[path.kind == CUT] * 1e3, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(again.position[path.line == 8], path.position[path.line == 8], rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["gcode_fusion/1110_wall_265bit.nc", "gcode_cncjs/tball.gcode"])
+@pytest.mark.parametrize("seed", range(30))
+def test_random_programs_with_shifts(seed: int, tmp_path: Path) -> None:
+    """G52, G92 and its kin, inch and mm, G90 and G91: cuts are where they have to be; rs274 reads the same."""
+    text = RandomProgram(seed, 60).text
+    new, program, _ = filtered(text, 2e-4)
+    again = read(new.text)
+    np.testing.assert_allclose(cuts_without_arcs(again, program), 0, atol=1.1e-3)
+    if shutil.which("rs274"):
+        file = tmp_path / "new.ngc"
+        file.write_bytes(new.text)
+        check(again, reference(file), PRINTED_INCH if "G20" in text.upper() else 1e-4)
+
+
+@pytest.mark.parametrize(("unit", "digits"), [("G21", 3), ("G20", 5)])
+def test_shifts_in_a_row_add_nothing_up(unit: str, digits: int) -> None:
+    """A hundred of them, with a change of units between block and shift."""
+    other = "G20" if unit == "G21" else "G21"
+    body = "".join(f"{unit} G1 X{k + 0.5} F9\n{other}\nG92 X1.25\nX1.5\n{unit} G92 X{k}\n" for k in range(1, 100))
+    text = f"G21\nG0 X0 Y0 Z5\nF600\nG21\n{unit} F9\n{body}G1 X1 F9\nM30\n".replace("X1.5\n", "G1 X1.5 F9\n")
+    path = read(text.encode())
+    moved = path.position + np.where((path.kind == CUT)[:, None], [[0.00037, -0.00021, 0.00004]], 0.0)
+    again = read(rewrite(text.encode(), program_of(path, moved), path.row, Path("a.nc")).text)
+    np.testing.assert_allclose(again.position, moved, rtol=0, atol=6e-7 if digits == 3 else 3e-7)
+
+
+def test_systems_of_the_machine() -> None:
+    """Numbers count from where the machine has G55; without the machine the poses are refused."""
+    machine = Machine(systems={"G54": (0.0, 0.0, 0.0), "G55": (0.05, -0.01, 0.002)})
+    text = HEAD + "G54 G1 X10 Z-1\nG55 X10 Y1 Z0\nG91 X5\nG0 Z9\nM30\n"
+    path = parse(text.split("\n"), "a.nc", machine).toolpath(1e-5)
+    moved = path.position + np.where((path.kind == CUT)[:, None], [[0.0003, -0.0002, 0.00004]], 0.0)
+    program = replace(program_of(path, moved), nominal_position=path.position, nominal_rotation=rotation_of(path.axis))
+    new = rewrite(text.encode(), program, path.row, Path("a.nc"), machine)
+    assert "\nG54 G1 X10.3 Y-0.2 Z-0.96\nG55 X10.3 Y0.8 Z0.04\nG91 X5\nG0 Z9\n" in new.text.decode()
+    again = parse(new.text.decode().split("\n"), "a.nc", machine).toolpath(1e-5)
+    np.testing.assert_allclose(cuts(again), cuts(program), rtol=0, atol=1e-9)
+    elsewhere = Machine(systems={"G54": (0.0, 0.0, 0.0), "G55": (0.0, 0.0, 0.0)})
+    with pytest.raises(WriteError, match=r"a.nc:5: the pose was planned 50 mm from where the file has it"):
+        rewrite(text.encode(), program, path.row, Path("a.nc"), elsewhere)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "gcode_fusion/1110_wall_265bit.nc", "gcode_fusion/1121_btn8copies_20bit.nc", "gcode_cncjs/tball.gcode",
+        "gcode_cncjs/tball-pocket.gcode", "gcode_cncjs/jsdc.gcode",
+    ],
+)  # fmt: skip
 def test_real_files(shared: Path, name: str) -> None:
     data = (shared / "data/cam" / name).read_bytes()
     path = read(data)

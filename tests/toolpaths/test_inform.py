@@ -165,7 +165,8 @@ def test_tool_change_pauses_and_takes_the_other_tool(tmp_path):
 
 def test_tools_and_start_are_said(tmp_path):
     found = [str(f) for f in write_program(small(), tmp_path / "p.jbi").findings]
-    assert any("tool file 1 of the controller has to be X 10 Y -20 Z 250 mm, Rx 0 Ry 30 Rz 0 deg" in f for f in found)
+    tool = "X 10 Y -20 Z 250 mm, Rx 0 Ry 30 Rz 0 deg, load 35 kg, centre mm 0 5 120"
+    assert any(f"tool file 1 of the controller has to be {tool}" in f for f in found)
     assert any("[start] is not written" in f for f in found)
     assert any("pose 5 (part.nc:15) (and 2 more places): the arm reaches behind its axis 1" in f for f in found)
     p = small()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import time
 from pathlib import Path
@@ -85,7 +86,7 @@ def test_spline_lines_with_their_own_frames(tmp_path: Path) -> None:
         "$IPO_MODE=SIPO_MODE(FP1.IPO_FRAME), $ORI_TYPE=SORI_TYP(LCPDAT1) C_SPL"
     )
     data = "TOOL_DATA[3]={X 30,Y -20,Z 240,A 0,B 25,C 0}\nBASE_DATA[4]={X 1500,Y -150,Z 800,A 20,B 0,C 0}\n"
-    text = program(data + line.replace(" C_SPL", "") + "\nSPTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 -5}")
+    text = program(data + line + "\nSPTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 -5}")
     path = read(tmp_path, text, KRL_DAT)
     np.testing.assert_allclose(path.feed, [0.3, np.nan])
     assert path.tool[0] == 3 and path.setting.workobject[0, 3] == 1.5
@@ -93,7 +94,7 @@ def test_spline_lines_with_their_own_frames(tmp_path: Path) -> None:
 
 
 REFUSED = [
-    ("P=$POS_ACT\nLIN P", 3, "$POS_ACT"),
+    ("P=$POS_ACT\nLIN P", 3, "$POS_ACT, where the arm stands (line 2). Give the poses as numbers, there in place of"),
     ("LIN XP9", 2, "XP9"),
     (f"WHILE $IN[1]\nLIN {POSE}\nENDWHILE", 2, "WHILE"),
     (f"LOOP\nLIN {POSE}\nENDLOOP", 2, "LOOP"),
@@ -105,9 +106,17 @@ REFUSED = [
     (f"LIN {POSE}\nCIRC {POSE},{POSE},CA 90", 3, "CA"),
     (f"LIN {POSE}\nCIRC {POSE},{POSE}", 3, "one line"),
     ("SPLINE\nENDSPLINE", 2, "SPLINE"),
+    (f"SWITCH N\nCASE 1\nLIN {POSE}\nENDSWITCH", 2, "N, which"),
+    ("SWITCH 1\nCASE\nENDSWITCH", 3, "CASE without a value"),
+    ("SWITCH 1\nCASE 1\n", 5, "ENDSWITCH is missing"),
+    (f"LIN {POSE}\n$BASE=BASE_DATA[7]\nLIN {{X 1}}", 4, "what is kept of the pose before is not known"),
+    (f"LIN {POSE}\n$TOOL={{X 9,Y 0,Z 0,A 0,B 0,C 0}}\nLIN_REL {{X 1}}", 4, "where the arm stands before"),
     ("LIN {X 1,Y 2,Z 1e999,A 0,B 0,C 0}", 2, "finite"),
     ("LIN {X 1,Y 2,Z 3,A 0,B 0", 2, ""),
-    ("DRILL(5)", 2, "arguments"),
+    (f"DRILL({POSE})", 2, "arguments"),
+    (f"$VEL.CP=20\nLIN {POSE}", 3, "0.02 where 20 mm/s is meant"),
+    (f"$VEL={{CP 3.5,ORI1 200,ORI2 200}}\nLIN {POSE}", 3, "at most 3"),
+    ("LIN {X 1,Y 2,Z 3,A 0,B 0,C 0,E1 1e999}", 2, "finite"),
     (f"$IPO_MODE=#TCP\nLIN {POSE}", 3, "#TCP"),
     ("G1 X1", 2, "no line of KRL"),
 ]  # fmt: skip
@@ -118,6 +127,52 @@ def test_what_is_known_only_at_run_time_is_refused_by_line(tmp_path: Path, body:
     with pytest.raises(ReadError) as caught:
         read(tmp_path, program(body))
     assert caught.value.line == line and word in str(caught.value)
+
+
+def test_constant_choices(tmp_path: Path) -> None:
+    one, other = (f"LIN {{X {k},Y 2,Z 3,A 0,B 0,C 180}}\n" for k in (1, 9))
+    body = f"M=2\nSWITCH 2*M\nCASE 1,3\n{other}CASE 5,4\n{one}CASE 4\n{other}DEFAULT\n{other}ENDSWITCH\n"
+    body += f"SWITCH M ; why\n; so\nDEFAULT\n{one}ENDSWITCH\n"
+    body += "SWITCH $MODE_OP\nCASE #T1\n$OUT[1]=TRUE\nENDSWITCH"
+    assert read(tmp_path, program(body)).position[:, 0].tolist() == [1e-3, 1e-3]
+
+
+def test_relative_moves_in_tool_and_base(tmp_path: Path) -> None:
+    steps = ["LIN_REL {X 1,Z 5} C_DIS #TOOL", "LIN_REL {Y 2} #BASE", "lin_rel {x 3} C_DIS"]
+    path = read(tmp_path, program("\n".join(["LIN {X 10,Y 20,Z 30,A 90,B 0,C 180}", *steps])))
+    np.testing.assert_allclose(path.position[1:] * 1e3, [[10, 21, 25], [10, 23, 25], [13, 23, 25]], atol=1e-12)
+
+
+def test_two_bases_that_only_the_controller_knows(tmp_path: Path) -> None:
+    lines = [f"$BASE=BASE_DATA[{k}]\nLIN {POSE}\n" for k in (7, 7, 8)]
+    assert read(tmp_path, program("".join(lines[:2]))).setting.workobject is None
+    with pytest.raises(ReadError, match="another frame") as caught:
+        read(tmp_path, program("".join(lines)))
+    assert caught.value.line == 7
+
+
+def test_long_lines_do_not_take_longer_than_their_length(tmp_path: Path) -> None:
+    began = time.process_time()
+    wide = " " * 50_000
+    relative = ("LIN_REL {X 1}%sx", "LIN_REL {X 1}%s#BASE%sx")
+    for line in (*relative, "PTP%sx", "LIN {X 1}%sC_DIS%sx", "SLIN {X 1} WITH%sC_A%s"):
+        with contextlib.suppress(ReadError):
+            read(tmp_path, program(f"LIN {POSE}\n{line.replace('%s', wide)}"))
+    assert time.process_time() - began < 3.0
+
+
+def test_calls_and_labels(tmp_path: Path) -> None:
+    path = read(tmp_path, program(f'SPINDLE_ON(8000,#CW,"x",TRUE)\nLAB1:\nMSG()\n$VEL.CP=3\nLIN {POSE}'))
+    assert path.line.tolist() == [6] and path.feed.tolist() == [3.0]
+    assert [e.word for e in path.events] == ['SPINDLE_ON(8000,#CW,"x",TRUE)', "MSG()"]
+
+
+def test_a_start_that_was_taught_can_be_given_as_numbers(shared: Path, tmp_path: Path) -> None:
+    text = (shared / "data/cam/krl_waam/Hollow_Box_cleaned.src").read_text()
+    path = read(tmp_path, text.replace("= $POS_ACT", "= {X 10,Y 20,Z 30,A 40,B 5,C 180}"))
+    offsets = [[float(v) for v in found] for found in re.findall(r"OFFSET_POS = {X (\S+), Y (\S+), Z (\S+),", text)]
+    cut = path.kind == 1
+    np.testing.assert_allclose(path.position[cut][:-1] * 1e3 - [10, 20, 30], offsets, atol=1e-9)
 
 
 def test_parts_and_two_programs_are_refused(tmp_path: Path) -> None:

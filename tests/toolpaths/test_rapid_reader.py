@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import time
 from pathlib import Path
@@ -131,7 +132,15 @@ REFUSED = [
     (f"TriggL {target(1, 2, 3)},v10,t1,z1,tool0;", 3, "TriggL"),
     (f"SearchL di1,p1,{target(1, 2, 3)},v10,tool0;", 3, "SearchL"),
     ("PDispSet pose1;", 3, "PDispSet"),
-    ("DrillHole 5;", 3, "DrillHole"),
+    (f"DrillHole {target(1, 2, 3)};", 3, "instruction DrillHole is not known"),
+    ("SpotL p99,v10,gun1,spot1,tool0;", 3, "SpotL"),
+    ('%"cut" + "2"%;', 3, "routine is known only at run time"),
+    (f"IF di1=1 MoveL {target(1, 2, 3)},v10,z1,tool0;", 3, "di1"),
+    ("IF TRUE;", 3, "IF needs"),
+    ("IF TRUE IF TRUE Stop;", 3, "one instruction is expected"),
+    (f"TEST n\nCASE 1:\nMoveL {target(1, 2, 3)},v10,z1,tool0;\nENDTEST", 3, "n, which"),
+    ("TEST 1\nCASE 1\nStop;\nENDTEST", 4, "colon"),
+    ("TEST 1\nCASE 1:\nStop;\n", 7, "ENDTEST is missing"),
     (f"MoveL {target(1, 2, 3)},v10,z1,tool0\\Corr;", 3, "sensor"),
     ("MoveL [[1,2,3],[1,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;", 3, "length 1.41"),
     ("MoveL [[1,2,1e999],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;", 3, "finite"),
@@ -147,6 +156,87 @@ def test_what_is_known_only_at_run_time_is_refused_by_line(tmp_path: Path, body:
     with pytest.raises(ReadError) as caught:
         read(tmp_path, module(body))
     assert caught.value.line == line and word in str(caught.value)
+
+
+CALLS = """MODULE M
+PROC main()
+  SpindleOn 8000\\Cw,"a;b";  SpindleOff;
+  Warm 3;
+  start:
+  IF di1=1 SetDO do1,1;
+  IF (TRUE AND NOT FALSE) OR 3 DIV 2=1 MoveL [[1,2,3],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;
+  IF FALSE MoveL [[9,9,9],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;
+  MoveL [[4,5,6],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;
+ENDPROC
+PROC Warm(num minutes)
+  ! nothing moves
+  IF di2=1 THEN
+    SetAO ao1,minutes;
+  ENDIF
+ENDPROC
+ENDMODULE
+"""
+
+
+def test_calls_labels_and_short_conditions(tmp_path: Path) -> None:
+    path = read(tmp_path, CALLS)
+    np.testing.assert_allclose(path.position * 1e3, [[1, 2, 3], [4, 5, 6]])
+    assert path.line.tolist() == [7, 9]
+    assert [e.word for e in path.events][:4] == ['SpindleOn 8000\\Cw,"a;b";', "SpindleOff;", "Warm 3;", "start"]
+
+
+def test_constant_choices(tmp_path: Path) -> None:
+    one, other = (f"MoveL {target(k, 2, 3)},v10,z1,tool0;\n" for k in (1, 9))
+    body = f"TEST 2*m\nCASE 1, 3:\n{other}CASE 5,4 :\n{one}CASE 4:\n{other}DEFAULT:\n{other}ENDTEST\n"
+    body += f"TEST m DEFAULT:\n{one}ENDTEST\nTEST m\nENDTEST\n"
+    body += "TEST di1\nCASE 1: Set do1;\nDEFAULT: ! nothing\nENDTEST\n"
+    assert read(tmp_path, module(body, "CONST num m:=2;\n")).position[:, 0].tolist() == [1e-3, 1e-3]
+
+
+LONG = ["IF di=1 SetDO x,1;\n", "lab:\n", "c{};\n", "TEST n CASE 1: Set x; ENDTEST\n", "IF x ", " "]
+
+
+@pytest.mark.parametrize("text", LONG)
+def test_long_files_do_not_take_longer_for_each_line(tmp_path: Path, text: str) -> None:
+    began = time.process_time()
+    body = "".join(text.replace("{}", str(k)) for k in range(20_000))
+    for code in (body, f"TEST {body}", f"IF {body}"):
+        with contextlib.suppress(ReadError):
+            read(tmp_path, module(f"MoveL {target(1, 2, 3)},v10,z1,tool0;\n{code}"))
+    assert time.process_time() - began < 6.0
+
+
+def test_two_work_objects_that_only_the_controller_knows(tmp_path: Path) -> None:
+    """Where one lies in the other is not known: the poses of the two cannot be put together."""
+    lines = [f"MoveL {target(k, 2, 3)},v10,z1,tool0\\WObj:=w{w};\n" for k, w in ((1, 1), (2, 1), (3, 2))]
+    assert read(tmp_path, module("".join(lines[:2]))).setting.workobject is None
+    with pytest.raises(ReadError, match="another frame") as caught:
+        read(tmp_path, module("".join(lines)))
+    assert caught.value.line == 5
+
+
+def test_routines_of_a_module_beside(tmp_path: Path) -> None:
+    """Those that move are refused: their moves would be missing. The others are told of where poses are changed."""
+    text = module(f"Wash;\nMoveL {target(1, 2, 3)},v10,z1,tool0;\n")
+    (tmp_path / "cell.sys").write_text("MODULE Cell\nPROC Wash()\nSetDO do1,1;\nENDPROC\nENDMODULE\n")
+    assert len(read(tmp_path, text)) == 1
+    other = f"MODULE Two\n  PROC Wash( )\n    MoveL {target(1, 2, 3)},v10,z1,tool0;\n  ENDPROC\nENDMODULE\n"
+    (tmp_path / "two.MOD").write_text(other)
+    (tmp_path / "cell.sys").unlink()
+    with pytest.raises(ReadError, match=r"Wash stands in two\.MOD and moves the arm") as caught:
+        read(tmp_path, text)
+    assert caught.value.line == 3
+
+
+def test_frames_that_are_no_numbers_and_tables(tmp_path: Path) -> None:
+    for old, new in (("[[1500,", "[[1e999,"), ("[[30,-20,240]", "[[30,-1e999,240]")):
+        with pytest.raises(ReadError, match="not a finite number"):
+            read(tmp_path, RAPID.replace(old, new, 1))
+    held = RAPID.replace('[FALSE,TRUE,"",[[1500', '[TRUE,TRUE,"",[[1500')
+    with pytest.raises(ReadError, match="held by the arm"):
+        read(tmp_path, held)
+    turning = read(tmp_path, RAPID.replace('[FALSE,TRUE,"",[[1500', '[FALSE,FALSE,"STN1",[[1500'))
+    assert turning.setting.workobject is None  # where the table stands is the cell's to say
 
 
 def test_two_programs_and_a_part_of_one_are_refused(tmp_path: Path) -> None:

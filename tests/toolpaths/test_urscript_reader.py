@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from toolpaths.errors import ReadError
 from toolpaths.programs import urscript as writer
 from toolpaths.programs import write_program
 from toolpaths.programs.rewriting import refuse_compensated
+from toolpaths.readers.robot_arcs import with_arcs
 from toolpaths.readers.urscript import read
 
 A, B, C = "p[0.1, 0, 0, 3.14159265, 0, 0]", "p[0.2, 0.05, 0, 0, 3, 0]", "p[.3,0,0,1e-1,0,0]"
@@ -92,6 +94,33 @@ def test_an_arc(tmp_path):
     np.testing.assert_allclose(np.diff(turn), np.diff(turn)[0], atol=1e-9)
 
 
+def test_poses_that_are_worked_out_from_constants(tmp_path):
+    """pose_add adds positions and multiplies rotations, pose_inv inverts, pose_trans composes: by scipy."""
+    a, b = [0.1, 0.2, -0.3, 0.4, -1.0, 2.0], [0.05, 0, 0.02, 0.3, 0.1, -0.2]
+    u, v = "p" + str(a), "p" + str(b)
+    t = read_text(tmp_path, plain(*(f"movel({x}, v=0.1)" for x in (f"pose_add({u}, {v})", f"pose_inv({u})"))))
+    ra, rb = (Rotation.from_rotvec(x[3:]) for x in (a, b))
+    np.testing.assert_allclose(t.position, [np.add(a[:3], b[:3]), -ra.inv().apply(a[:3])], atol=1e-12)
+    got = Rotation.from_quat(t.quaternion, scalar_first=True).as_matrix()
+    np.testing.assert_allclose(got, [(ra * rb).as_matrix(), ra.inv().as_matrix()], atol=1e-12)
+
+
+def test_an_arc_behind_joint_angles_waits_for_the_robot(tmp_path):
+    """One pose until forward kinematics give its start; then as many as behind a pose."""
+    start = [0.1, -0.05, 0.02, 0, 3.1, 0]
+    arc = f"movec({C}, {B}, v=0.02)"
+    t = read_text(tmp_path, plain(f"movej({Q})", arc, f"movel({A})"), 1e-4)
+    assert t.row.tolist() == [0, 1, 2] and list(t.setting.arcs) == [1]
+    position, quaternion = t.position.copy(), t.quaternion.copy()
+    position[0], quaternion[0] = start[:3], Rotation.from_rotvec(start[3:]).as_quat(scalar_first=True)
+    done = with_arcs(replace(t, position=position, quaternion=quaternion))
+    whole = read_text(tmp_path, plain(f"movel(p{start})", arc, f"movel({A})"), 1e-4)
+    assert len(done) == len(whole) > 10
+    for name in ("position", "quaternion", "axis", "row", "feed"):
+        np.testing.assert_allclose(getattr(done, name)[1:], getattr(whole, name)[1:], atol=1e-12)
+    assert done.line.tolist() == whole.line.tolist()
+
+
 def test_functions_run_where_they_are_called(tmp_path):
     text = "def go(x, v):\n  movel(p[x, 0, 0, 0, 0, 0], v=v)\nend\n"
     text += f"def idle():\n  while (True):\n    movel({A})\n  end\nend\n"
@@ -124,7 +153,9 @@ def test_what_decides_about_no_move_is_let_pass(tmp_path):
         (["x = get_actual_tcp_pose()", "movel(x)"], 3, "get_actual_tcp_pose() is computed while"),
         (["x = get_actual_tcp_pose()", "movel(pose_trans(x, p[0,0,0,0,0,0]))"], 3, "computed while"),
         (["if 1 == 1:\n    x = 2\n  end", "movel(p[x,0,0,0,0,0])"], 5, "which may or may not run"),
-        (["thread t():\n    sync()\n  end", "h = run t()"], 5, "run t()"),
+        ([f"thread t():\n    movel({A})\n  end", "h = run t()"], 5, "the thread t moves the arm: 'movel("),
+        (["run t()"], 2, "the thread t is not in the file"),
+        (["while (True):\n    movel(" + A + ")\n  end"], 2, "in PolyScope clear 'Program Loops Forever'"),
         (["servoj([0,0,0,0,0,0])"], 2, "servoj() is not read"),
         (["speedl([0,0,0,0,0,0])"], 2, "speedl()"),
         (["movel(p[1,2,3])"], 2, "a pose of 3 numbers"),
@@ -149,7 +180,7 @@ def test_what_decides_about_no_move_is_let_pass(tmp_path):
         (["force_mode(1)"], 2, "force_mode() is not read"),
         (["x = force_mode(1)"], 2, "computed while"),
         (["movel(p[2000,0,0,0,0,0])"], 2, "beyond 1000 m"),
-        ([f"movej({Q})", f"movec({A}, {C})"], 3, "start is not given as a pose"),
+        ([f"movec({A}, {C})"], 2, "an arc whose start is not given"),
         ([f"movel({A})", f"movec({A}, {C})"], 3, "on one line"),
     ],
 )
@@ -204,6 +235,55 @@ def test_mistakes(tmp_path, text, word):
     assert word in str(caught.value) and time.monotonic() - began < 5
 
 
+def test_what_polyscope_writes(tmp_path):
+    """Its header, its step counter in a thread, its program tree, waypoints as pose and joints."""
+    text = """def Finish():
+  set_gravity([0.0, 0.0, 9.82])
+  set_tcp(p[0.0,0.0,0.1,0.0,0.0,0.0])
+  set_payload(2.5, [0.0, 0.0, 0.05])
+  set_standard_analog_input_domain(0, 1)
+  set_tool_analog_input_domain(0, 1)
+  set_analog_outputdomain(0, 0)
+  set_tool_voltage(0)
+  set_input_actions_to_default()
+  set_tool_communication(False, 115200, 0, 1, 1.5, 3.5)
+  set_tool_output_mode(0)
+  set_runstate_configurable_digital_output_to_value(0, 0)
+  set_safety_mode_transition_hardness(1)
+  modbus_add_signal("192.168.0.10", 255, 0, 0, "MODBUS_1", False)
+  modbus_set_runstate_dependent_choice("MODBUS_1", 0)
+  step_count_9e0b = 0.0
+  thread Step_Counter_Thread_9e0b():
+    while (True):
+      step_count_9e0b = step_count_9e0b + 1.0
+      sync()
+    end
+  end
+  run Step_Counter_Thread_9e0b()
+  global Waypoint_1_p=p[.600000000000, -.2, .3, 0.0, 3.141592653590, 0.0]
+  global Waypoint_1_q=[-0.3, -1.6, 2.0, -1.97, -1.57, -0.3]
+  global Waypoint_2_p=p[.600000000000, -.2, .25, 0.0, 3.141592653590, 0.0]
+  $ 1 "Robot Program"
+  $ 2 "MoveJ"
+  $ 3 "Waypoint_1" "breakAfter"
+  movej(get_inverse_kin(Waypoint_1_p, qnear=Waypoint_1_q), a=1.3962634015954636, v=1.0471975511965976)
+  $ 5 "Waypoint_2" "breakAfter"
+  movel(Waypoint_2_p, a=1.2, v=0.25)
+  watch = run Step_Counter_Thread_9e0b()
+  kill watch
+  $ 6 "Halt"
+  halt
+end
+"""
+    t = read_text(tmp_path, text)
+    assert t.line.tolist() == [30, 32] and t.kind.tolist() == [0, 1] and t.setting.tools[1].mass == 2.5
+    np.testing.assert_allclose(t.position, [[0.6, -0.2, 0.3], [0.6, -0.2, 0.25]])
+    with pytest.raises(ReadError, match=r"test\.script:37: 'movel.*step_count_9e0b: set in line 19"):
+        read_text(
+            tmp_path, text.replace("  halt", "  movel(Waypoint_2_p, v=0.02)\n  movel(Waypoint_2_p, v=step_count_9e0b)")
+        )
+
+
 def test_real_programs(shared, tmp_path):
     folder = shared / "data" / "cam" / "robodk"
     t = read(folder / "UniveralRobots.script", "u.script", 1e-5)
@@ -213,17 +293,9 @@ def test_real_programs(shared, tmp_path):
     np.testing.assert_allclose(t.setting.zones[3:11], 0.001)
     np.testing.assert_allclose(t.setting.joints[2], [-3.831622, -2.007013, -1.342957, -1.224118, 2.230783, 1.418370])
     np.testing.assert_allclose(t.setting.tools[1].xyz, [0.05, 0, 0.45])
-    with pytest.raises(ReadError, match="an arc whose start is not given as a pose") as caught:
-        read(folder / "Prog1.script", "p.script", 1e-5)
-    assert caught.value.line == 69
-    # the joint move before the arc put in front of the line
-    lines = (folder / "Prog1.script").read_text().split("\n")
-    lines[66], lines[67] = lines[67], lines[66]
-    t = read_text(tmp_path, "\n".join(lines), 1e-4)
-    ends = t.row == np.round(t.row)
-    assert ends.sum() == 5 and len(t) > 12
-    np.testing.assert_allclose(t.position[ends][3:], [[0.6638, 0.060394, 1.007847], [0.6638, 0.060394, 0.8564]])
-    assert [e.word[:5] for e in t.events] == ["popup", "sleep", "set_s", "while"]
+    t = read(folder / "Prog1.script", "p.script", 1e-5)
+    assert len(t) == 5 and t.kind.tolist() == [0, 0, 1, 0, 1] and sorted(t.setting.joints) == [0, 1, 3]
+    np.testing.assert_allclose(t.setting.arcs[4][0], [0.768367, -0.048527, 0.8564])
 
 
 def test_what_is_written_is_read(tmp_path):

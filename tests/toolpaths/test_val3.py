@@ -164,7 +164,11 @@ def test_other_arms(tmp_path):
 
 
 def test_what_the_user_has_to_know(tmp_path):
-    assert "the payload is not written" in str(write_program(small(), tmp_path / "part1.pgx").findings)
+    found = [str(f) for f in write_program(small(), tmp_path / "part1.pgx").findings]
+    said = "tool 1: a tool of VAL3 holds no payload: load 35 kg, centre mm 0 5 120 (flange). set it on the controller"
+    assert any(said in f for f in found)
+    unknown = changed(small(), tools={1: ToolFrame("pen", np.zeros(3), np.eye(3))})
+    assert not any("payload" in str(f) for f in write_program(unknown, tmp_path / "part1.pgx").findings)
     (tmp_path / "b").mkdir()
     found = write_program(random_program(55000, 1, lock=False), tmp_path / "b" / "big.pgx").findings
     assert any("about 10 MB of VAL3" in str(f) for f in found)

@@ -43,11 +43,10 @@ def corrections(moves: RobotMoves, program: Program, row: Floats) -> list[Correc
     """One per cutting move that changes, in the order of the moves.
 
     A move changes where its end is another pose than the file has, or where poses are put in before its end; an arc
-    keeps the points that only stand for its roundness, unless one of its poses is corrected.
+    keeps the points that only stand for its roundness, unless one of its poses, or its start, is corrected.
     """
     position, rotation = _in_own_frames(moves, program, row)
-    nominal = program.position if program.nominal_position is None else program.nominal_position
-    same = np.linalg.norm(program.position - nominal, axis=1) <= SAME_PLACE
+    same = _same(program)
     owner = np.ceil(np.asarray(row) - 1e-9).astype(np.int64)
     starts = np.searchsorted(owner, np.arange(len(moves) + 1))
     count = np.diff(starts)
@@ -57,10 +56,19 @@ def corrections(moves: RobotMoves, program: Program, row: Floats) -> list[Correc
     changed = moved | (count[cuts] > 1)
     for move, end_moved in zip(cuts[changed].tolist(), moved[changed].tolist(), strict=True):
         part = slice(int(starts[move]), int(starts[move + 1]))
-        if end_moved or not (moves.mark["word"][move] == ARC and same[part].all()):
+        whole = slice(max(part.start - 1, 0), part.stop)  # with the pose that it starts from
+        if end_moved or not (moves.mark["word"][move] == ARC and same[whole].all()):
             poses = tuple(range(part.start, part.stop))
             out.append(Correction(move, position[part], rotation[part], poses, end_moved))
     return out
+
+
+def _same(program: Program) -> Bools:
+    """(M,) poses that are commanded where they have to be."""
+    nominal = program.position if program.nominal_position is None else program.nominal_position
+    turned = program.rotation if program.nominal_rotation is None else program.nominal_rotation
+    place = np.linalg.norm(program.position - nominal, axis=1) <= SAME_PLACE
+    return np.asarray(place & (np.abs(program.rotation - turned).max(axis=(1, 2), initial=0.0) <= SAME_TURN))
 
 
 def _moved(moves: RobotMoves, cuts: Ints64, position: Floats, rotation: Floats) -> Bools:

@@ -17,6 +17,8 @@ from toolpaths.programs.program import Floats, Ints
 
 #: What the controller counts as 180 deg, deg: measured between 0.0004 and 0.0007.
 TURN_TOLERANCE = 5e-4
+#: How far the model's joint angles may be off those of the controller's own kinematics, deg.
+NOISE = 0.1
 
 
 def turn_numbers(degrees: Floats) -> Ints:
@@ -32,6 +34,36 @@ def config_texts(joints: Floats, configuration: Ints | None) -> list[str]:
     rows = [(b, *t) for b, t in zip(bits.tolist(), turns.tolist(), strict=True)]
     made = {row: f"{letters(row[0])}, {row[1]}, {row[2]}, {row[3]}" for row in set(rows)}
     return [made[row] for row in rows]
+
+
+def continued_turns(said: Floats, nominal: Floats, commanded: Floats) -> Ints:
+    """Turn numbers (N, K) of joints that a correction moved, counted as the program counts them.
+
+    Args:
+        said: (N, K) turn numbers of the program for the nominal poses, in the order of the moves; NaN: it does not say.
+        nominal: (N, K) deg, joint angles there by the model, perhaps in other whole turns than the controller's.
+        commanded: (N, K) deg, behind the correction, in the model's turns.
+
+    The model's turns are the controller's but for a whole number, which ``said`` tells at every pose. Within NOISE of
+    180 deg it can be either of two there: then it is that of the pose before, since the joint turned continuously; and
+    what the program says stays, unless the correction itself leads past 180 deg.
+    """
+    away = said - nominal / 360.0
+    whole = np.rint(away)
+    sure = np.abs(away - whole) <= 0.5 - NOISE / 360.0
+    for k in np.flatnonzero(~sure.all(axis=0)).tolist():
+        told = np.flatnonzero(sure[:, k] if sure[:, k].any() else np.isfinite(away[:, k]))
+        last = whole[told[0], k] if len(told) else 0.0
+        for i in np.flatnonzero(~sure[:, k]).tolist():
+            if i > 0:
+                last = whole[i - 1, k]
+            if not abs(away[i, k] - last) >= 1.0:  # also where nothing is said
+                whole[i, k] = last
+    out, before = turn_numbers(commanded + 360.0 * whole), turn_numbers(nominal + 360.0 * whole)
+    close = [np.abs((q % 360.0) - 180.0) < NOISE for q in (nominal, commanded)]
+    kept = close[0] & close[1] & np.isfinite(said)
+    out[kept] += said[kept].astype(np.int32) - before[kept]
+    return out
 
 
 def letters(bits: int) -> str:

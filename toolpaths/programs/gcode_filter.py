@@ -12,21 +12,25 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.programs.gcode_place import TILT, UP, Place
+from toolpaths.programs.gcode_refusals import LINE, check, refuse_moved, says_turns
 from toolpaths.programs.gcode_style import Style, Word, style_of, with_words, words_of
 from toolpaths.programs.program import WARNING, Finding, Floats, Program, merged
 from toolpaths.programs.rewriting import MARKER, SAME_PLACE, Rewritten, refuse_compensated
-from toolpaths.readers.gcode import ROTARY, Blocks, parse
+from toolpaths.readers.gcode import INCH, MM, Blocks, parse
 from toolpaths.readers.gcode_machine import ARCS, FIRST_CYCLE, Step
+from toolpaths.readers.gcode_rotary import Machine
 from toolpaths.toolpath import CUT
 
-LINE = re.compile(r"([^\r\n\f]*)(\r\n|\r|\n|\f|$)")
+__all__ = ["check", "rewrite", "says_turns"]
+
 SHIFT = re.compile(r"G0*92(?!\.?[123])", re.I)
 ARC_TOLERANCE = 1e-6  # m: poses nearer than this to an arc are on it
 COARSEST = 1.0  # rad between two poses of an arc that becomes lines
+UNITS = {200: INCH, 210: MM}
 STOPS = (0, 1, 2, 30)  # M words that end or halt the block they stand in
 
 
-def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
+def rewrite(source: bytes, program: Program, row: Floats, path: Path, machine: Machine | None = None) -> Rewritten:
     """The file with the poses of ``program``.
 
     Args:
@@ -34,20 +38,21 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
         program: commanded poses in the file's coordinate system, in the order of execution.
         row: (N,) of each pose in ``Toolpath.row``.
         path: the file, for messages.
+        machine: with which the file was read: where its coordinate systems lie.
 
     Raises:
         ReadError: the file cannot be read, or is compensated already.
         WriteError: a pose cannot be put in place; names the line.
     """
     refuse_compensated(source, str(path))
+    check(source, path)
     pairs = [(m[1], m[2]) for m in LINE.finditer(source.decode("latin-1"))]
     if len(pairs) > 1 and pairs[-1] == ("", ""):
         pairs.pop()
     texts = [text for text, _ in pairs]
     texts[0] = texts[0].removeprefix("\xef\xbb\xbf")
-    _refuse_rotary(texts, path)
     tail = [""] if pairs[-1][1] else []
-    blocks = parse([t.rstrip("\x1a") for t in texts] + tail, str(path), trace=True)
+    blocks = parse([t.rstrip("\x1a") for t in texts] + tail, str(path), machine, trace=True)
     writer = _Rewriter(texts, program, np.asarray(row, dtype=np.float64), path, blocks)
     changed = writer.run()
     end = next((e for _, e in pairs if e), "\n")
@@ -59,14 +64,6 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
         lines = changed.get(k + 1, [texts[k] if k == 0 else text])
         out += [line + (ending or end) for line in lines[:-1]] + [lines[-1] + ending]
     return Rewritten("".join(out).encode("latin-1"), merged(writer.changes))
-
-
-def _refuse_rotary(texts: Sequence[str], path: Path) -> None:
-    for k, text in enumerate(texts):
-        if ROTARY.search(text) and any(w.letter in "ABC" for w in words_of(text)):
-            raise WriteError(
-                f"{path}:{k + 1}: rotary words cannot be corrected in place. Write the program in the robot's language"
-            )
 
 
 def _marker_line(texts: Sequence[str]) -> int:
@@ -90,21 +87,6 @@ def _shifts(text: str) -> bool:
     return any(w.letter == "G" and w.key == 920 for w in words_of(text))
 
 
-def _refuse_moved(program: Program, row: Floats, ends: Floats, path: Path) -> None:
-    """Refuse poses that were planned elsewhere than the file says, as with [machine.systems] of the cell."""
-    whole = np.flatnonzero((np.abs(row - np.round(row)) < 1e-9) & (program.kind == CUT))
-    if program.nominal_position is None or not len(whole):
-        return
-    away = np.abs(program.nominal_position[whole] - ends[np.round(row[whole]).astype(np.intp)]).max(axis=1)
-    if (far := ~(away <= 1e-6)).any():
-        k = int(np.argmax(far))
-        raise WriteError(
-            f"{path}:{program.line[whole[k]]}: the pose was planned {away[k] * 1e3:g} mm from where the file has it: "
-            "coordinate systems of the cell ([machine.systems]) cannot be corrected in place. "
-            "Write the program in the robot's language"
-        )
-
-
 class _Rewriter:
     """Goes through the blocks that move, and knows where the rewritten file has the tool."""
 
@@ -120,7 +102,7 @@ class _Rewriter:
         move = np.ceil(row - 1e-9)
         if len(row) == 0 or (np.diff(row) < 0).any() or move[0] < 0 or move[-1] >= len(self.moves):
             raise WriteError(f"{path}: the poses do not belong to this file ({len(self.moves)} moves)")
-        _refuse_moved(program, row, self.moves[:, :3], path)
+        refuse_moved(program, row, self.moves[:, :3], path)
         self.first = np.searchsorted(move, np.arange(len(self.moves) + 1))
         self.place = Place(self.style)  # where the rewritten file is
         self.nominal: Sequence[float] = self.place.at  # where the file is
@@ -140,7 +122,7 @@ class _Rewriter:
         changed: dict[int, list[str]] = {}
         before = 0
         for k, step in enumerate(self.steps):
-            self._check_shift(before, step)
+            self._name_places(before, step, changed)
             before = step.line
             if step.motion < FIRST_CYCLE or not (k and self.steps[k - 1].motion >= FIRST_CYCLE):
                 self.expanding = step.motion >= FIRST_CYCLE and self._series_differs(k)
@@ -154,14 +136,20 @@ class _Rewriter:
         self._check_tilt()
         return changed
 
-    def _check_shift(self, before: int, step: Step) -> None:
-        """A G92 names the place where the tool is: it must be the same in both files."""
+    def _name_places(self, before: int, step: Step, changed: dict[int, list[str]]) -> None:
+        """A G92 names the place where the tool is: the corrected one, so that the origin stays where it was."""
         for k in self.shifts[bisect_left(self.shifts, before) : bisect_left(self.shifts, step.line)]:
-            if not np.allclose(self.place.at, self.nominal, rtol=0, atol=1e-9, equal_nan=True):
-                raise WriteError(
-                    f"{self.path}:{k + 1}: G92 after compensated moves would shift the origin by the correction. "
-                    "Post with G52 or one coordinate system"
-                )
+            words = words_of(self.texts[k])
+            new = self.place.named(words, self.nominal, step.shift, self._unit_at(k))
+            if new:
+                changed[k + 1] = [with_words(self.texts[k], self.style, new, words=words)]
+                what = "G92 names the corrected place, so that the origin stays"
+                self.changes.append(Finding(WARNING, f"{self.path}:{k + 1}", what))
+
+    def _unit_at(self, line: int) -> float:
+        """G20 or G21 in force in a line."""
+        keys = ([w.key for w in words_of(t) if w.letter == "G"] for t in reversed(self.texts[: line + 1]) if "2" in t)
+        return next((UNITS[key] for found in keys for key in found if key in UNITS), MM)
 
     # --- one block --------------------------------------------------------------------------------------------
 

@@ -62,6 +62,26 @@ class Place:
             new["XYZ"[k]] = self.style.number(value, inch)
         return new
 
+    def named(self, words: list[Word], nominal: Sequence[float], shift: Sequence[float], unit: float) -> dict[str, str]:
+        """The numbers of a G92 that keep the origin: ``nominal`` is where the file has the tool.
+
+        An axis whose place was not known is where it says, with ``shift`` as after it.
+        """
+        new, at = {}, list(self.at)
+        for w in words:
+            k = "XYZ".find(w.letter)
+            if k < 0:
+                continue
+            off = self.at[k] - nominal[k]
+            if off != off:
+                at[k] = w.value * unit + shift[k]
+            elif abs(off) > 1e-9:
+                exact = w.value + off / unit
+                texts = (self.style.number(exact, unit == INCH, digits) for digits in (None, 6, 7))
+                new[w.letter] = next((t for t in texts if abs(float(t) - exact) * unit < 1e-9), f"{exact:.8f}")
+        self.at = at
+        return new
+
     def tool_vector(self, axis: Floats, words: list[Word]) -> dict[str, str]:
         """I, J, K of a tool vector, all three where they differ from what is in force or stands there."""
         self.turn(words)

@@ -18,6 +18,7 @@ import numpy as np
 
 from toolpaths.programs.inform_moves import Moves, angles_text, moves, rconf
 from toolpaths.programs.inform_read import read_back as read_back
+from toolpaths.programs.load import load_words
 from toolpaths.programs.parts import part_findings, parts
 from toolpaths.programs.program import ERROR, WARNING, Finding, Floats, Program
 from toolpaths.programs.text import plain
@@ -86,9 +87,10 @@ def _tool_findings(program: Program) -> Iterator[Finding]:
             yield Finding(ERROR, f"tool {n}", f"a tool of INFORM has a number from 0 to {TOOLS}", "number it so")
         elif n in program.tools:
             x, y, z, rx, ry, rz = _placed(program.tools[n].xyz, program.tools[n].rotation)
+            load = "".join(f", {words}" for words in load_words(program.tools[n]))
             yield Finding(
                 WARNING, f"tool {n}", "a job holds no tool data",
-                f"tool file {n} of the controller has to be X {x} Y {y} Z {z} mm, Rx {rx} Ry {ry} Rz {rz} deg",
+                f"tool file {n} of the controller has to be X {x} Y {y} Z {z} mm, Rx {rx} Ry {ry} Rz {rz} deg{load}",
             )  # fmt: skip
     if program.start_joints is not None:
         yield Finding(
@@ -214,6 +216,7 @@ def _said(program: Program) -> str:
     for n in sorted({int(t) for t in np.unique(program.tool)}):
         tool = program.tools[n]
         lines += _comment(f"Tool {n} {tool.name}") + _frame_comment(tool.xyz, tool.rotation)
+        lines += "".join(_comment(words) for words in load_words(tool))
     lines += "'Work object in the robot frame\n"
     return lines + _frame_comment(program.workobject[:3, 3], program.workobject[:3, :3])
 

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from toolpaths.errors import WriteError
+from toolpaths.programs.krl import status_and_turn
 from toolpaths.programs.program import Floats, Program, merged
-from toolpaths.programs.rewriting import MARKER, SAME_TURN, Edit, Rewritten, edited
-from toolpaths.programs.robot_rewrite import Declared, Placing, line_end, newline_of, respelled
+from toolpaths.programs.respelling import line_end, newline_of, respelled
+from toolpaths.programs.rewriting import MARKER, Edit, Rewritten, calls_elsewhere, edited
+from toolpaths.programs.robot_rewrite import Declared, Placing
 from toolpaths.readers.krl import run_of
 from toolpaths.readers.krl_expressions import POSE
 from toolpaths.readers.krl_moves import LITERAL, MOTION
 from toolpaths.readers.krl_run import Run
 from toolpaths.readers.robot_moves import ARC, RobotMoves
-from toolpaths.rotation import kuka_from_matrix, matrix_from_kuka
+from toolpaths.rotation import kuka_from_matrix
 
 _NAME_LIMIT = 24
+_T = re.compile(r"(?<!\w)T\s+(\d{1,2})(?![\w.])", re.I)
 _ROUNDED = re.compile(r"(?<!\w)C_\w+", re.I)
 
 
@@ -34,6 +38,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     style = KrlStyle(run, moves)
     placing = Placing(style, moves, program, row)
     placing.place()
+    found = [*placing.changes, *calls_elsewhere(run.elsewhere)]
     at = line_end(run.text, run.header_end)
     edits = [Edit(at, at, f"; {MARKER}{style.newline}"), *placing.edits]
     text = edited(run.text[: run.border], [e for e in edits if e.start <= run.border])
@@ -41,7 +46,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     later = [Edit(e.start - first, e.end - first, e.new) for e in edits if e.start > run.border]
     values = edited(run.text[first:], later)
     beside = ((Path(run.beside).suffix, values.encode("latin-1")),) if run.beside else ()
-    return Rewritten(text.encode("latin-1"), merged(placing.changes), beside)
+    return Rewritten(text.encode("latin-1"), merged(found), beside)
 
 
 class KrlStyle:
@@ -62,18 +67,36 @@ class KrlStyle:
         more = [k for k in ("S", "T", "E1", "E2", "E3", "E4", "E5", "E6") if isinstance(value.get(k), float)]
         return "{" + ",".join([*parts, *(f"{k} {value[k]:g}" for k in more)]) + "}"
 
-    def spelled(self, literal: str, position: Floats, rotation: Floats | None) -> str:
+    def turns(self, rotation: Floats) -> Floats:
+        """A, B, C deg."""
+        return np.degrees(kuka_from_matrix(rotation))
+
+    def spelled(self, literal: re.Match[str], position: Sequence[float], turn: Sequence[float] | None) -> str:
         """Other numbers; of the two ways to spell a turn the one near the old angles."""
-        match = LITERAL.fullmatch(literal)
+        if turn is None:
+            return respelled(literal, position, (4, 4, 4))
+        near = _near(turn, [float(v) for v in literal.groups()[3:6]])
+        return respelled(literal, (*position, *near), (4, 4, 4, 6, 6, 6))
+
+    def standing(self, literal: str, external: Mapping[str, float]) -> str:
+        """Other values of E1 ... E6."""
+        for name, value in external.items():
+            if match := re.search(rf"(?<!\w){name}\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)", literal, re.I):
+                literal = literal[: match.start()] + respelled(match, (value,), (4,)) + literal[match.end() :]
+        return literal
+
+    def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
+        """Whether an axis has another sign."""
+        return np.asarray(_turn(nominal) != _turn(commanded))
+
+    def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
+        """T, in the bits that are those of ``nominal``."""
+        match = _T.search(literal)
         if match is None:
-            raise WriteError(f"{self.run.source}: {literal[:60]!r} is no pose")
-        values, digits = [float(v) for v in position * 1e3], [4, 4, 4]
-        if rotation is not None:
-            old = np.array([float(match[k]) for k in range(4, 7)])
-            if np.abs(rotation - matrix_from_kuka(np.radians(old))).max() > SAME_TURN:
-                values += _near(np.degrees(kuka_from_matrix(rotation)), old)
-                digits += [6] * 3
-        return respelled(literal, match, values, digits)
+            return literal
+        said, old, new = int(match[1]), int(_turn(nominal[None])[0]), int(_turn(commanded[None])[0])
+        changed = (old ^ new) & ~(said ^ old)
+        return f"{literal[: match.start(1)]}{said ^ changed}{literal[match.end(1) :]}"
 
     def inserted(self, move: int, target: str) -> str:
         """LIN (or SLIN) with what stands behind the move; fly-by where the move stops."""
@@ -82,7 +105,7 @@ class KrlStyle:
         tail = self.text[int(mark["ref_end"][move]) : int(mark["end"][move])].rstrip()
         spline = self.text[start : start + 5].upper() in ("SLIN ", "SCIRC", "SLIN{")
         if not _ROUNDED.search(tail):
-            tail = (" C_SPL" if spline else " C_DIS") + tail
+            tail = f"{tail} C_SPL" if spline else f" C_DIS{tail}"
         return f"{'SLIN' if spline else 'LIN'} {target}{tail}"
 
     def straight(self, move: int) -> Iterator[Edit]:
@@ -92,7 +115,7 @@ class KrlStyle:
         word = MOTION.match(self.text, start, end)
         if word and word[1].upper() not in ("LIN", "SLIN"):
             yield Edit(start, word.end(), "SLIN" if word[1].upper().startswith("S") else "LIN")
-            frame = re.compile(r"\s*#BASE", re.I).search(self.text, start, end)
+            frame = re.compile(r"(?<!\s)\s*+#(?:BASE|TOOL)", re.I).search(self.text, start, end)
             if word[1].upper().endswith("_REL") and frame:
                 yield Edit(frame.start(), frame.end(), "")
         if mark["word"][move] == ARC:
@@ -112,13 +135,14 @@ class KrlStyle:
         raise WriteError(f"{self.run.source}: no free name for {name}")
 
 
-def _near(angles: Floats, old: Floats) -> list[float]:
+def _near(angles: Sequence[float], old: Sequence[float]) -> list[float]:
     """A, B, C deg of the same turn, as near to ``old`` as whole turns and the other spelling allow."""
     a, b, c = angles
-    options = [np.array(v) for v in ((a, b, c), (a + 180.0, 180.0 - b, c + 180.0))]
-    options = [v - 360.0 * np.round((v - old) / 360.0) for v in options]
-    best: list[float] = min(options, key=lambda v: float(np.abs(v - old).max())).tolist()
-    return best
+    ways = [
+        [v - 360.0 * round((v - was) / 360.0) for v, was in zip(way, old, strict=True)]
+        for way in ((a, b, c), (a + 180.0, 180.0 - b, c + 180.0))
+    ]
+    return min(ways, key=lambda way: max(abs(v - was) for v, was in zip(way, old, strict=True)))
 
 
 def _matrices(quaternion: Floats) -> Floats:
@@ -126,3 +150,8 @@ def _matrices(quaternion: Floats) -> Floats:
 
     known = np.where(np.isfinite(quaternion), quaternion, np.array([1.0, 0.0, 0.0, 0.0]))
     return matrix_from_quaternion(known)
+
+
+def _turn(joints: Floats) -> npt.NDArray[np.int64]:
+    """(K,) T of joint angles (K, 6) rad."""
+    return status_and_turn(joints, np.zeros(len(joints), dtype=np.int32))[1]

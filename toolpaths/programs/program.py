@@ -85,6 +85,7 @@ class Program:
         source: name of the file that the poses come from.
         nominal_position: (N, 3) m, where the TCP has to be; None: where it is commanded.
         nominal_rotation: (N, 3, 3).
+        nominal_joints: (N, n) rad, of the nominal pose, in the same turns as ``joints``; None: not known.
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
         findings: what whoever made the program has to say about it.
@@ -109,6 +110,7 @@ class Program:
     source: str = ""
     nominal_position: Floats | None = None
     nominal_rotation: Floats | None = None
+    nominal_joints: Floats | None = None
     wrench: Floats | None = None
     deflection: Floats | None = None
     findings: tuple[Finding, ...] = field(default=())

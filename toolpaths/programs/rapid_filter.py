@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.programs.program import Floats, Program, merged
-from toolpaths.programs.rewriting import MARKER, SAME_TURN, Edit, Rewritten, edited
-from toolpaths.programs.robot_rewrite import Declared, Placing, line_end, newline_of, respelled
+from toolpaths.programs.rapid import confdata
+from toolpaths.programs.respelling import line_end, newline_of, respelled
+from toolpaths.programs.rewriting import MARKER, Edit, Rewritten, calls_elsewhere, edited
+from toolpaths.programs.robot_rewrite import Declared, Placing
 from toolpaths.readers.rapid import run_of
-from toolpaths.readers.rapid_moves import LITERAL
+from toolpaths.readers.rapid_moves import EXTERNAL, LITERAL
 from toolpaths.readers.rapid_run import Run
 from toolpaths.readers.robot_moves import ARC, RobotMoves
-from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
+from toolpaths.rotation import quaternion_from_matrix
 
 _NAME_LIMIT = 32
 _TAIL = re.compile(r"(\s*,[^,\[]*,\s*)([^,\\\s]+)")
@@ -34,10 +37,11 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     style = RapidStyle(run, moves)
     placing = Placing(style, moves, program, row)
     placing.place()
+    found = [*placing.changes, *calls_elsewhere(run.elsewhere)]
     at = line_end(run.text, run.module.body_at)
     marker = Edit(at, at, f"  ! {MARKER}{style.newline}")
     text = edited(run.text, [marker, *placing.edits])
-    return Rewritten(text.encode("latin-1"), merged(placing.changes))
+    return Rewritten(text.encode("latin-1"), merged(found))
 
 
 class RapidStyle:
@@ -57,19 +61,37 @@ class RapidStyle:
         shown = ",".join("9E9" if v >= 8.9e9 else f"{v:.10g}" for v in axes)
         return f"[[{position}],[{turn}],[{','.join(f'{v:g}' for v in conf)}],[{shown}]]"
 
-    def spelled(self, literal: str, position: Floats, rotation: Floats | None) -> str:
+    def turns(self, rotation: Floats) -> Floats:
+        """Quaternions."""
+        return quaternion_from_matrix(rotation)
+
+    def spelled(self, literal: re.Match[str], position: Sequence[float], turn: Sequence[float] | None) -> str:
         """Other numbers; the quaternion on the side of the old one, none of its digits where it stays."""
-        match = LITERAL.fullmatch(literal)
-        if match is None:
-            raise WriteError(f"{self.run.source}: {literal[:60]!r} is no robtarget")
-        values, digits = [float(v) for v in position * 1e3], [4, 4, 4]
-        if rotation is not None:
-            old = np.array([float(match[k]) for k in range(4, 8)])
-            if np.abs(rotation - matrix_from_quaternion(old)).max() > SAME_TURN:
-                new = quaternion_from_matrix(rotation)
-                values += (new if new @ old >= 0.0 else -new).tolist()
-                digits += [8] * 4
-        return respelled(literal, match, values, digits)
+        if turn is None:
+            return respelled(literal, position, (4, 4, 4))
+        side = sum(float(old) * new for old, new in zip(literal.groups()[3:7], turn, strict=True))
+        turn = turn if side >= 0.0 else [-v for v in turn]
+        return respelled(literal, (*position, *turn), (4, 4, 4, 8, 8, 8, 8))
+
+    def standing(self, literal: str, external: Mapping[str, float]) -> str:
+        """Other values of eax_a ... eax_f."""
+        for name, value in external.items():
+            if match := LITERAL.fullmatch(literal):
+                literal = respelled(match, (value,), (4,), 12 + EXTERNAL.index(name))
+        return literal
+
+    def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
+        """Whether axis 1, 4 or 6 is in another quarter."""
+        return np.asarray((_quarters(nominal) != _quarters(commanded)).any(axis=1))
+
+    def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
+        """cf1, cf4 and cf6 where they are those of ``nominal``, but for whole turns."""
+        old, new = _quarters(nominal[None])[0].tolist(), _quarters(commanded[None])[0].tolist()
+        for group, was, now in zip((8, 9, 10), old, new, strict=True):
+            match = LITERAL.fullmatch(literal)
+            if match is not None and now != was and (float(match[group]) - was) % 4 == 0:
+                literal = respelled(match, (float(match[group]) + now - was,), (0,), group)
+        return literal
 
     def inserted(self, move: int, target: str) -> str:
         """MoveL with speed, tool and work object of the move; a stop point becomes the smallest fly-by zone."""
@@ -103,3 +125,8 @@ class RapidStyle:
             if (new := name[: _NAME_LIMIT - len(suffix)] + suffix).upper() not in taken:
                 return new
         raise WriteError(f"{self.run.source}: no free name for {name}")
+
+
+def _quarters(joints: Floats) -> npt.NDArray[np.int64]:
+    """(K, 3) cf1, cf4, cf6 of joint angles (K, 6) rad."""
+    return confdata(joints, None)[:, :3]

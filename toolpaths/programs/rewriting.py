@@ -9,13 +9,13 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, cast
 
 from toolpaths.errors import ReadError
-from toolpaths.programs.program import Finding, Floats, Program
+from toolpaths.programs.program import WARNING, Finding, Floats, Program
 
 #: The words of the one comment that a rewritten program carries near its top.
 MARKER = "compensated by toolpath-compensator"
@@ -55,7 +55,11 @@ class Edit:
 
 
 class Filter(Protocol):
-    """What the module ``<language>_filter`` offers."""
+    """What the module ``<language>_filter`` offers.
+
+    A module may also have ``check(source, path)``, which raises a WriteError before the solve where the file holds
+    what cannot be kept, and ``says_turns(source)``: whether the file has words for the orientation of the tool.
+    """
 
     def rewrite(self, source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
         """The file ``source`` (read from ``path``) with the poses of ``program``; ``row`` is theirs in Toolpath.row.
@@ -74,6 +78,18 @@ def filter_of(language: str) -> Filter | None:
     return cast(Filter, importlib.import_module(name))
 
 
+def check(language: Filter, source: bytes, path: Path) -> None:
+    """Refuse what the filter cannot keep, as far as the file alone shows it."""
+    if own := getattr(language, "check", None):
+        own(source, path)
+
+
+def says_turns(language: Filter, source: bytes) -> bool:
+    """Whether the file has words for the orientation of the tool."""
+    own = getattr(language, "says_turns", None)
+    return own is None or bool(own(source))
+
+
 def refuse_compensated(data: bytes, source: str) -> None:
     """Refuse a program that this product wrote: compensated twice is wrong.
 
@@ -83,6 +99,13 @@ def refuse_compensated(data: bytes, source: str) -> None:
     if found := _MARKED.search(data):
         line = data.count(b"\n", 0, found.start()) + 1
         raise ReadError(source, line, "this program is compensated already", "Give the program as it was before that.")
+
+
+def calls_elsewhere(elsewhere: Mapping[str, int]) -> Iterator[Finding]:
+    """Warnings for calls (name -> line) of what is not in the file."""
+    for name, line in elsewhere.items():
+        what = f"{name} is not in this file: it is taken to leave the arm where it is"
+        yield Finding(WARNING, f"line {line}", what, "its moves are not compensated, if it has any")
 
 
 def edited(text: str, edits: Iterable[Edit]) -> str:

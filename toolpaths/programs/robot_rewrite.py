@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -15,14 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import WriteError
+from toolpaths.programs.arc_fit import Arcs
 from toolpaths.programs.program import WARNING, Finding, Floats, Program
 from toolpaths.programs.rewriting import SAME_PLACE, SAME_TURN, Edit
-from toolpaths.readers.robot_moves import ARC, RobotMoves, circle_through, slerped
-from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
+from toolpaths.readers.robot_moves import ARC, RobotMoves
+from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT
 
-ARC_PLACE = 1e-5  # m that commanded poses may lie off one arc
-ARC_TURN = 2e-4  # rad that they may be turned off the turn from its start to its end
 _ROW = 1e-9
 _WORDS = re.compile(r"[A-Za-z_$][\w$]*")
 
@@ -48,8 +47,20 @@ class Style(Protocol):
     def aggregate(self, move: int) -> str:
         """The target of a move that is no literal, as one."""
 
-    def spelled(self, literal: str, position: Floats, rotation: Floats | None) -> str:
-        """A literal with other numbers: (3,) m and (3, 3); without rotation that stays."""
+    def turns(self, rotation: Floats) -> Floats:
+        """Rotations (K, 3, 3) as the numbers (K, m) that ``spelled`` takes."""
+
+    def spelled(self, literal: re.Match[str], position: Sequence[float], turn: Sequence[float] | None) -> str:
+        """A literal with other numbers: (3,) mm and (m,); without ``turn`` those of the orientation stay."""
+
+    def standing(self, literal: str, external: Mapping[str, float]) -> str:
+        """A literal with other values of external axes."""
+
+    def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
+        """(K,) whether the language tells joint angles (K, 6) rad apart."""
+
+    def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
+        """A literal for joint angles ``commanded`` (6,), where it says what holds for ``nominal``."""
 
     def inserted(self, move: int, target: str) -> str:
         """A straight move to ``target`` as it is put in before the move's statement."""
@@ -90,19 +101,40 @@ class Placing:
     changes: list[Finding] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._own = self.moves.from_main()
         nearest = np.rint(self.row)
         whole = np.abs(self.row - nearest) < _ROW
         self._at = np.full(len(self.moves), -1, dtype=np.intp)
         inside = whole & (nearest >= 0) & (nearest < len(self.moves))
         self._at[nearest[inside].astype(np.intp)] = np.flatnonzero(inside)
-        between = np.flatnonzero(~whole)
         self._between: dict[int, list[int]] = {}
-        for k in between.tolist():
+        for k in np.flatnonzero(~whole).tolist():
             self._between.setdefault(int(np.ceil(self.row[k])), []).append(k)
+        self._work_out_poses()
+        self._arcs = Arcs(self.moves, self.program, self.row)
         self._uses: dict[tuple[int, int], dict[int, _Use]] = {}  # place of the numbers -> place of naming -> use
         self._lines: dict[int, str] = {}  # statement -> lines put in before it
         self._straight: set[int] = set()
+
+    def _work_out_poses(self) -> None:
+        """What ``spelled`` takes, for all poses at once: each in the frame of the move that it belongs to."""
+        move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
+        position, rotation = self.program.position.copy(), self.program.rotation.copy()
+        for number, (turn, origin) in enumerate(self.moves.from_main()):
+            mine = self.moves.mark["frame"][move] == number
+            if mine.any():
+                position[mine] = position[mine] @ turn.T + origin
+                rotation[mine] = turn @ rotation[mine]
+        off = np.linalg.norm(position - self.moves.position[move], axis=1)
+        with np.errstate(invalid="ignore"):  # moves to joint angles have no pose
+            turned = np.abs(rotation - matrix_from_quaternion(self.moves.quaternion[move])).max(axis=(1, 2)) > SAME_TURN
+        self._other = turned | (off > SAME_PLACE)
+        self._position, self._turned = (position * 1e3).tolist(), turned.tolist()
+        self._turns = self.style.turns(rotation).tolist()
+        nominal = self.program.nominal_joints
+        self._other_branch = np.zeros(len(self.row), dtype=bool)
+        if nominal is not None and nominal.shape[1] == 6:
+            self._nominal = nominal[np.maximum(self._at[move], 0)]  # of the end of the move
+            self._other_branch = self.style.branches_differ(self._nominal, self.program.joints) & (self._at[move] >= 0)
 
     def place(self) -> None:
         """Make all edits.
@@ -114,9 +146,9 @@ class Placing:
         missing = cutting[self._at[cutting] < 0]
         if len(missing):
             raise WriteError(f"{self._line(int(missing[0]))}: no pose was worked out for this move")
-        changed = self._changed(cutting)
-        for r, other in zip(cutting.tolist(), changed.tolist(), strict=True):
-            if self.moves.mark["word"][r] == ARC:
+        arcs = self.moves.mark["word"][cutting] == ARC
+        for r, other, arc in zip(cutting.tolist(), self._other[self._at[cutting]].tolist(), arcs.tolist(), strict=True):
+            if arc:
                 self._arc(r, other)
             else:
                 self._line_move(r, other)
@@ -129,48 +161,36 @@ class Placing:
     def _note(self, r: int, what: str, count: int = 1) -> None:
         self.changes.append(Finding(WARNING, f"line {int(self.moves.mark['line'][r])}", what, "", count))
 
-    def _changed(self, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
-        """Whether the pose of each move is another than in the source."""
-        at = self._at[rows]
-        position, rotation = self._in_own(at, rows)
-        moved = np.linalg.norm(position - self.moves.position[rows], axis=1)
-        old = matrix_from_quaternion(self.moves.quaternion[rows])
-        return np.asarray((moved > SAME_PLACE) | (np.abs(rotation - old).max(axis=(1, 2)) > SAME_TURN))
+    def _spelled(self, literal: re.Match[str], k: int) -> str:
+        out = self.style.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)
+        if self._other_branch[k]:
+            return self.style.configured(out, self._nominal[k], self.program.joints[k])
+        return out
 
-    def _in_own(self, at: npt.NDArray[np.intp], rows: npt.NDArray[np.intp]) -> tuple[Floats, Floats]:
-        """Poses of the program in the frames of the moves ``rows``."""
-        position, rotation = self.program.position[at].copy(), self.program.rotation[at].copy()
-        for number, (turn, origin) in enumerate(self._own):
-            mine = self.moves.mark["frame"][rows] == number
-            if mine.any():
-                position[mine] = position[mine] @ turn.T + origin
-                rotation[mine] = turn @ rotation[mine]
-        return position, rotation
-
-    def _pose(self, k: int, r: int) -> tuple[Floats, Floats]:
-        position, rotation = self._in_own(np.array([k]), np.array([r]))
-        return position[0], rotation[0]
-
-    def _literal(self, r: int, name: str = "target") -> str:
+    def _literal(self, r: int, name: str = "target") -> re.Match[str]:
         mark = self.moves.mark
-        text = self.style.text[mark[f"{name}_start"][r] : mark[f"{name}_end"][r]]
-        return text if self.style.literal.fullmatch(text) else self.style.aggregate(r)
+        literal = self.style.literal
+        match = literal.fullmatch(self.style.text, int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r]))
+        if match is None and (match := literal.fullmatch(self.style.aggregate(r))) is None:
+            raise WriteError(f"{self._line(r)}: this target cannot be written as numbers")
+        return match
 
     def _line_move(self, r: int, other: bool) -> None:
-        between = self._between.get(r, [])
+        between = self._between.get(r)
         if not other and not between:
-            self._use(r, self._literal(r), "target", keep=True)
+            self._use(r, None, "target")
             return
         literal = self._literal(r)
-        self._insert(r, between, literal)
-        wanted = self.style.spelled(literal, *self._pose(int(self._at[r]), r)) if other else literal
-        self._use(r, wanted, "target", keep=not other)
+        if between:
+            self._insert(r, between, literal)
+        self._use(r, self._spelled(literal, int(self._at[r])) if other else None, "target")
 
-    def _insert(self, r: int, between: list[int], literal: str) -> None:
+    def _insert(self, r: int, between: list[int], literal: re.Match[str]) -> None:
         if not between:
             return
         start = int(self.moves.mark["start"][r])
-        lines = [self.style.inserted(r, self.style.spelled(literal, *self._pose(k, r))) for k in between]
+        poses = [self._standing(r, k, self._spelled(literal, k)) for k in between]
+        lines = [self.style.inserted(r, pose) for pose in poses]
         begin = max(self.style.text.rfind("\n", 0, start), self.style.text.rfind("\r", 0, start)) + 1
         indent = re.match(r"[ \t]*", self.style.text[begin:start])
         text = "".join(line + self.style.newline + (indent[0] if indent else "") for line in lines)
@@ -182,72 +202,53 @@ class Placing:
         self.edits.append(Edit(start, start, text))
         self._note(r, "poses put in before the move", len(between))
 
-    def _use(self, r: int, wanted: str, name: str, keep: bool = False) -> None:
-        """Note that a move needs ``wanted`` where its target (or via point) stands."""
+    def _standing(self, r: int, k: int, pose: str) -> str:
+        """The pose with external axes where they are on the way: they move evenly, together with the TCP."""
+        share = float(self.row[k]) - (r - 1)
+        stands: dict[str, float] = {}
+        for name, values in self.moves.external.items():
+            a, b = float(values[r - 1]) if r else np.nan, float(values[r])
+            known = values[np.isfinite(values)]
+            if a == b or np.isnan(b) or (np.isnan(a) and (known == b).all()):
+                continue
+            if np.isnan(a):
+                problem = f"poses have to be put in, but where {name} stands before the move is not known"
+                raise WriteError(f"{self._line(r)}: {problem}. Give it in the move before")
+            stands[name] = a + share * (b - a)
+        return self.style.standing(pose, stands) if stands else pose
+
+    def _use(self, r: int, wanted: str | None, name: str) -> None:
+        """Note that a move needs ``wanted`` where its target (or via point) stands; None: what stands there."""
         mark = self.moves.mark
         place = int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r])
         prefix = "ref" if name == "target" else "via_ref"
         reference = int(mark[f"{prefix}_start"][r]), int(mark[f"{prefix}_end"][r])
-        if keep:
-            wanted = self.style.text[slice(*place)]
+        text = self.style.text[slice(*place)]
+        wanted = text if wanted is None else wanted
         seen = self._uses.setdefault(place, {}).setdefault(reference[0], _Use(wanted, r, reference))
         if seen.wanted != wanted:
             raise WriteError(f"{self._line(r)}: this line runs several times, with different poses: write it out")
 
     def _arc(self, r: int, other: bool) -> None:
         between = self._between.get(r, [])
-        corrected = self._arc_points(r, between)
+        first = int(self._at[r - 1])
+        poses = np.array([first, *between, int(self._at[r])])
+        corrected = self._arcs.via(r, poses) if first >= 0 else None
         if corrected is None:
             self._insert(r, between, self._literal(r))
             self._make_straight(r)
             self._note(r, "an arc became short lines")
         else:
             via, moved = corrected
-            literal = self._literal(r, "via")
-            self._use(r, self.style.spelled(literal, via, None) if moved else literal, "via", keep=not moved)
-        wanted = self.style.spelled(self._literal(r), *self._pose(int(self._at[r]), r)) if other else ""
-        self._use(r, wanted, "target", keep=not other)
+            numbers: list[float] = (via * 1e3).tolist()
+            self._use(r, self.style.spelled(self._literal(r, "via"), numbers, None) if moved else None, "via")
+        self._use(r, self._spelled(self._literal(r), int(self._at[r])) if other else None, "target")
 
     def _make_straight(self, r: int) -> None:
         start = int(self.moves.mark["start"][r])
         if start not in self._straight:
             self._straight.add(start)
             self.edits += self.style.straight(r)
-
-    def _arc_points(self, r: int, between: list[int]) -> tuple[Floats, bool] | None:
-        """The via point (3,) in the move's frame and whether it moved; None where the poses are on no arc."""
-        first, last = int(self._at[r - 1]), int(self._at[r])
-        via = self.moves.via[r]
-        if first < 0:
-            return None
-        ends = self.moves.in_main(self.moves.position)[r - 1 : r + 1]
-        main = self.moves.in_main(self.moves.via)[r]
-        center, normal, sweep, share, _ = circle_through(ends[:1], main[None], ends[1:])
-        k = np.array([first, *between, last])
-        t = self.row[k] - (r - 1)
-        nominal = _on_circle(ends[0], center[0], normal[0], sweep[0] * t)
-        shift = self.program.position[k] - nominal
-        moved = np.array([np.interp(share[0], t, column) for column in shift.T])
-        if np.linalg.norm(moved) < SAME_PLACE and np.abs(shift).max() < SAME_PLACE:
-            return via, False
-        if not self._one_arc(k, t, main + moved):
-            return None
-        turn, origin = self._own[int(self.moves.mark["frame"][r])]
-        return turn @ (main + moved) + origin, True
-
-    def _one_arc(self, k: npt.NDArray[np.intp], t: Floats, via: Floats) -> bool:
-        points = self.program.position[k]
-        center, normal, _, _, flat = circle_through(points[:1], via[None], points[-1:])
-        if flat[0]:
-            return False
-        arm = points - center
-        height = arm @ normal[0]
-        radius = np.linalg.norm(arm - height[:, None] * normal, axis=1)
-        if np.hypot(height, radius - radius[0]).max() > ARC_PLACE:
-            return False
-        q = quaternion_from_matrix(self.program.rotation[k])
-        way = slerped(np.repeat(q[:1], len(k), axis=0), np.repeat(q[-1:], len(k), axis=0), t)
-        return bool(2.0 * np.sqrt(np.maximum(0.0, 1.0 - np.sum(way * q, axis=1) ** 2)).max() <= ARC_TURN)
 
     def _settle(self, place: tuple[int, int], uses: dict[int, _Use]) -> None:
         """One pose in the text and all moves that take it."""
@@ -301,37 +302,3 @@ class Placing:
     def _others(self, target: Declared, uses: int) -> bool:
         """Whether something else than these uses names the target: rapids, Offs(...), other routines."""
         return self._counts[target.name.upper()] - 1 > uses
-
-
-def _on_circle(start: Floats, center: Floats, normal: Floats, angle: Floats) -> Floats:
-    """Points (K, 3) of a circle, ``angle`` (K,) from ``start`` on."""
-    out = start - center
-    side = np.cross(normal, out)
-    return np.asarray(center + np.cos(angle)[:, None] * out + np.sin(angle)[:, None] * side)
-
-
-def respelled(literal: str, match: re.Match[str], values: Sequence[float], decimals: Sequence[int]) -> str:
-    """A literal with the numbers of groups 1, 2, ... replaced, those that stay the same in print left as they are."""
-    pieces, at = [], 0
-    for group, (value, least) in enumerate(zip(values, decimals, strict=True), start=1):
-        old = match[group]
-        digits = max(least, len(old.partition(".")[2]) if "e" not in old.lower() else 0)
-        if abs(float(old) - value) < 0.5 * 10.0**-least:
-            continue
-        new = f"{value:.{digits}f}"
-        new = new.lstrip("-") if float(new) == 0.0 else new
-        pieces += [literal[at : match.start(group)], new]
-        at = match.end(group)
-    return "".join([*pieces, literal[at:]])
-
-
-def newline_of(text: str) -> str:
-    """The line end that a text uses first."""
-    found = re.search(r"\r\n|\n|\r", text)
-    return found[0] if found else "\n"
-
-
-def line_end(text: str, at: int) -> int:
-    """Where the line of a place ends, behind its line end."""
-    found = re.compile(r"\r\n|\n|\r|$").search(text, at)
-    return found.end() if found else len(text)

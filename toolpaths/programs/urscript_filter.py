@@ -10,13 +10,17 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.programs.arc_fit import Arcs
+from toolpaths.programs.blending import CUT_TOLERANCE
 from toolpaths.programs.corrections import Correction, corrections
-from toolpaths.programs.program import WARNING, Finding, Floats, Program
+from toolpaths.programs.kept_arc import via_point
+from toolpaths.programs.program import WARNING, Finding, Floats, Program, merged
 from toolpaths.programs.rewriting import MARKER, Edit, Rewritten, edited, refuse_compensated
 from toolpaths.programs.text import number
 from toolpaths.readers.robot_moves import ARC, RobotMoves
@@ -33,26 +37,28 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     """The .script ``source`` with the poses of ``program``."""
     refuse_compensated(source, str(path))
     moves = moves_of(source, str(path))
-    work = _Work(source.decode("latin-1"), moves, program, path)
+    work = _Work(source.decode("latin-1"), moves, program, row, path)
     found = corrections(moves, program, row)
     if found:
         poses = np.concatenate([c.poses for c in found])
         work.vectors[poses] = ur_from_matrix(np.concatenate([c.rotation for c in found]))
     for c in found:
         work.move(c)
-    return Rewritten(work.text_out().encode("latin-1"), tuple(work.changes))
+    return Rewritten(work.text_out().encode("latin-1"), merged(work.changes))
 
 
 class _Work:
     """Edits of one file."""
 
-    def __init__(self, text: str, moves: RobotMoves, program: Program, path: Path) -> None:
-        self.text, self.moves, self.program, self.path = text, moves, program, path
+    def __init__(self, text: str, moves: RobotMoves, program: Program, row: Floats, path: Path) -> None:
+        self.text, self.moves, self.program, self.row, self.path = text, moves, program, row, path
+        self.arcs = Arcs(moves, program, row)
         self.eol = "\r\n" if "\r\n" in text else "\n"
         self.edits: list[Edit] = []
         self.changes: list[Finding] = []
         self.limited: set[int] = set()
         self.vectors = np.zeros((len(program), 3))
+        self.way, self.fly = _radii(program.position)
         self.uses = Counter(moves.mark["target_start"].tolist())
         self.runs = Counter(moves.mark["start"].tolist())
 
@@ -63,6 +69,12 @@ class _Work:
             problem = f"{self._place(c.move)}: this move runs more than once, and would need other poses each time"
             raise WriteError(f"{problem}. Write the function's moves out where it is called")
         arc = self.moves.mark["word"][c.move] == ARC
+        via = via_point(c, self.arcs, self.row) if arc else None
+        if via is not None:
+            self._through(c, via, start, end)
+            if c.moved:
+                self._end(c, start, end)
+            return
         if len(c.poses) > 1:
             self._note(c.move, "an arc became straight lines" if arc else "poses were put in", len(c.poses) - 1)
         indent = self.text[self.text.rfind("\n", 0, start) + 1 : start]
@@ -71,17 +83,16 @@ class _Work:
             self.edits.append(Edit(start - len(indent), start - len(indent), "".join(lines)))
             self._limit_before(c)
         if arc:
+            self.limited.add(start)
             self.edits.append(Edit(start, end, self._like(c, len(c.poses) - 1)))
             return
         if c.moved:
             self._end(c, start, end)
         if lines:
-            self._limit(c.move, self._room(c.poses[-1]))
+            self._limit(c.move, float(self.way[c.poses[-1]]))
 
     def text_out(self) -> str:
         """The file with its edits and the marker behind the first def."""
-        if not self.edits:
-            return self.text
         head = _HEAD.search(self.text)
         at = head.end(2) if head else 0
         marker = Edit(at, at, f"{head[3] if head else ''}# {MARKER}{self.eol}")
@@ -95,8 +106,22 @@ class _Work:
             self.edits.append(Edit(*target, literal))
             return
         self._note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
-        first, last = self._arguments(self.text[start:end])[0]
+        first, last = self._arguments(self.text[start:end])[int(self.moves.mark["word"][c.move] == ARC)]
         self.edits.append(Edit(start + first, start + last, self._in_base(c, len(c.poses) - 1)))
+
+    def _through(self, c: Correction, via: Floats, start: int, end: int) -> None:
+        """The point ``via`` (3,) m as what an arc passes. Its turn is not used: that of a pose in the move stays."""
+        first, last = self._arguments(self.text[start:end])[0]
+        given = (start + first, start + last)
+        if given != self._span(c.move, "via_start", "via_end"):
+            self._note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
+            passed = replace(c, position=np.array([via]), rotation=c.rotation[-1:], poses=c.poses[-1:])
+            self.edits.append(Edit(*given, self._in_base(passed, 0)))
+            return
+        old = self.text[slice(*given)]
+        vector = np.array([float(m[0]) for m in _NUMBER.finditer(old)][3:])
+        rotation, origin = self._frame(c)
+        self.edits.append(Edit(*given, self._literal(old, rotation @ via + origin, vector)))
 
     def _span(self, move: int, first: str, last: str) -> tuple[int, int]:
         return int(self.moves.mark[first][move]), int(self.moves.mark[last][move])
@@ -121,9 +146,10 @@ class _Work:
             pose = statement[first : inside.start] + literal + statement[inside.stop : last]
         else:
             pose = self._in_base(c, k)
-        radius = self._room(c.poses[k])
+        radius = float(self.fly[c.poses[k]])
         if k == len(c.poses) - 1:
-            radius = min(radius, float(self.moves.zone[c.move]))
+            room = self.way[c.poses[k] : c.poses[k] + 2].min()  # of an arc: nobody else looks at what comes behind it
+            radius = min(float(room), float(self.moves.zone[c.move]))
         texts = [statement[a:b] for a, b in spans]
         if arc:
             named = self._named("movec", texts)
@@ -160,11 +186,19 @@ class _Work:
 
     def _in_base(self, c: Correction, k: int) -> str:
         """Pose ``k`` as a literal in the base frame."""
-        frame = self.moves.frames[int(self.moves.mark["frame"][c.move])]
-        rotation, origin = (np.eye(3), np.zeros(3)) if frame is None else (frame[:3, :3], frame[:3, 3])
+        rotation, origin = self._frame(c)
         vector = ur_from_matrix(rotation @ c.rotation[k])
-        values = [*(rotation @ c.position[k] + origin).tolist(), *vector.tolist()]
+        target = self._span(c.move, "target_start", "target_end")
+        plain = target[0] >= 0 and np.array_equal(rotation, np.eye(3))
+        old = _NUMBER.findall(self.text[slice(*target)]) if plain else []
+        turned = _nearest(vector.tolist(), [float(v) for v in old[3:]]) if len(old) == 6 else vector.tolist()
+        values = [*(rotation @ c.position[k] + origin).tolist(), *turned]
         return "p[" + ", ".join(f"{round(v, 8) + 0.0:.8f}" for v in values) + "]"
+
+    def _frame(self, c: Correction) -> tuple[Floats, Floats]:
+        """Rotation and origin of the move's frame in the base."""
+        frame = self.moves.frames[int(self.moves.mark["frame"][c.move])]
+        return (np.eye(3), np.zeros(3)) if frame is None else (frame[:3, :3], frame[:3, 3])
 
     def _literal(self, old: str, position: Floats, vector: Floats) -> str:
         """The literal ``p[...]`` with other numbers; no fewer digits, and the vector next to the one that was."""
@@ -179,23 +213,15 @@ class _Work:
             at = m.end()
         return "".join([*pieces, old[at:]])
 
-    def _room(self, pose: int) -> float:
-        """The largest blend at a pose, m."""
-        position = self.program.position
-        if pose == 0 or pose + 1 >= len(position):
-            return 0.0
-        gaps = np.linalg.norm(np.diff(position[pose - 1 : pose + 2], axis=0), axis=1)
-        return _SHARE * float(np.nan_to_num(gaps).min())
-
     def _limit_before(self, c: Correction) -> None:
         """The blend of the move before, whose way out became shorter."""
         if c.move and c.poses[0]:
-            self._limit(c.move - 1, self._room(c.poses[0] - 1))
+            self._limit(c.move - 1, float(self.way[c.poses[0]]))
 
     def _limit(self, move: int, room: float) -> None:
-        if float(self.moves.zone[move]) <= room:
-            return
         start, end = self._span(move, "start", "end")
+        if float(self.moves.zone[move]) <= room or start in self.limited:
+            return
         statement = self.text[start:end]
         spans = self._arguments(statement)
         at = _radius_argument([statement[a:b] for a, b in spans], statement)
@@ -205,6 +231,19 @@ class _Work:
                 self.limited.add(start + a)
                 self.edits.append(Edit(start + a, start + b, _with_radius(statement[a:b], room)))
                 self._note(move, "a blend radius became smaller, like the segment beside it", 1)
+
+
+def _radii(position: Floats) -> tuple[Floats, Floats]:
+    """Of every pose (N,) m: the largest blend on the way to it, and the largest at a pose that is put in: that also
+    keeps to the way behind it, and misses its corner by no more than CUT_TOLERANCE (blending.py)."""
+    step = np.nan_to_num(np.diff(position, axis=0))
+    gap = np.linalg.norm(step, axis=1)
+    way = _SHARE * np.concatenate([[0.0], gap])
+    fly = np.minimum(way, np.append(way[1:], 0.0))
+    unit = step / np.maximum(gap, 1e-300)[:, None]
+    bend = 0.5 * np.linalg.norm(np.diff(unit, axis=0), axis=1)
+    fly[1:-1] = np.minimum(fly[1:-1], 2.0 * CUT_TOLERANCE / np.maximum(bend, 1e-12))
+    return way, fly
 
 
 def _nearest(vector: list[float], before: list[float]) -> list[float]:

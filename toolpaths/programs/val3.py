@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.programs.load import load_words
 from toolpaths.programs.program import ERROR, WARNING, Finding, Program
 from toolpaths.programs.text import is_legal, plain, words_of
 from toolpaths.programs.val3_data import Data, data, data_text
@@ -66,8 +67,10 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
             WARNING, path.name, f"about {size / 1e6:.0f} MB of VAL3, which a controller loads as a whole",
             "see that it has the memory, or sample the path more coarsely",
         )  # fmt: skip
-    if any(t.mass is not None for t in program.tools.values()):
-        yield Finding(WARNING, "tools", "the payload is not written", "set it on the controller before running")
+    for n in sorted({int(t) for t in np.unique(program.tool)}):
+        if words := load_words(program.tools[n]):
+            what = f"a tool of VAL3 holds no payload: {', '.join(words)} (flange)"
+            yield Finding(WARNING, f"tool {n}", what, "set it on the controller before running")
 
 
 def _folder_findings(path: Path) -> Iterator[Finding]:
@@ -108,7 +111,8 @@ def _main(program: Program, words: Data, stem: str, body: Iterator[str]) -> Iter
     head = f"  // {_comment('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
     head += f"  // {_comment('Source: ' + program.source)}\n"
     for number in words.tools:
-        head += f"  // tool {number}: {_comment(program.tools[number].name)}\n"
+        said = "".join(f", {words}" for words in load_words(program.tools[number]))
+        head += f"  // tool {number}: {_comment(program.tools[number].name + said)}\n"
     starts = 1 if program.start_joints is None else 2
     head += "".join(f"  movej(jStart[{i}],tTool{tool}[0],mStart[0])\n" for i in range(starts))
     return _program(stem, iter((head,)), body, iter(("  waitEndMove()\n",)))

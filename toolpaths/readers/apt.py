@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from toolpaths.toolpath import Toolpath
 
 UPRIGHT: Vector = (0.0, 0.0, 1.0)
 SAME_AXIS = 1e-6
+GCODE = re.compile(r"[GMNTSFO]\d+(?:[A-Z].*)?")
 MOST_DRILLED = 1_000_000  # poses that cycles may add: a short file must not fill the memory
 
 
@@ -95,7 +97,8 @@ class _Reader:
         elif s.word in EVENTS:
             self._event(s)
         elif s.word not in PASSED:
-            raise refusal(self.source, s, REFUSED.get(s.word, "this reader does not know the word"))
+            remedy = "This looks like G-code: name the file .nc." if GCODE.fullmatch(s.word) else ""
+            raise refusal(self.source, s, REFUSED.get(s.word, "this reader does not know the word"), remedy)
 
     def finish(self, chord: float) -> Toolpath:
         """The poses, when all of the file is read."""

@@ -9,13 +9,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from toolpaths.readers.apt_words import UNIT_TOLERANCE, Statement, number, numbers, refusal
 from toolpaths.readers.frame import Frame
 from toolpaths.readers.gcode_arc import FULL_CIRCLE
 from toolpaths.readers.track import Vector
-from toolpaths.toolpath import Floats
 
 ENDS = 2e-3, 1e-3  # file units, share of the radius: by how much an end may miss the circle
 MOST_TURNS = 100.0
@@ -62,20 +59,31 @@ def sweep(
     center, axis = arc.center, arc.axis
     if frame:
         center, axis = frame.point(center), frame.vector(axis)
-    n = np.array(axis)
-    norm = float(np.linalg.norm(n))
+    norm = math.hypot(*axis)
     if not abs(norm - 1.0) <= UNIT_TOLERANCE:
         raise refusal(source, s, f"the axis of the circle has length {norm:.6g}, 1 expected")
-    n = n / norm
-    u, v = (w - np.dot(w, n) * n for w in (np.array(p) - np.array(center) for p in (start, end)))
-    _check_radius(s, arc, (float(np.linalg.norm(u)), float(np.linalg.norm(v))), source)
+    n = (axis[0] / norm, axis[1] / norm, axis[2] / norm)
+    u, v = _beside(start, center, n), _beside(end, center, n)
+    _check_radius(s, arc, (math.hypot(*u), math.hypot(*v)), source)
     angle = _angle(s, arc, u, v, n, source)
-    return center, (float(n[0]), float(n[1]), float(n[2])), -angle if arc.clockwise else angle
+    return center, n, -angle if arc.clockwise else angle
 
 
-def _angle(s: Statement, arc: Circle, u: Floats, v: Floats, n: Floats, source: str) -> float:
+# Plain numbers: there is one circle a move in some files, and arrays of three take twenty times as long.
+
+
+def _beside(p: Vector, center: Vector, n: Vector) -> Vector:
+    """From the axis of the circle to a place, at right angles."""
+    x, y, z = p[0] - center[0], p[1] - center[1], p[2] - center[2]
+    rise = x * n[0] + y * n[1] + z * n[2]
+    return x - rise * n[0], y - rise * n[1], z - rise * n[2]
+
+
+def _angle(s: Statement, arc: Circle, u: Vector, v: Vector, n: Vector, source: str) -> float:
     """How far the arc turns its way round from u to v, rad; more than one turn where TIMES says so."""
-    left = math.atan2(float(np.dot(np.cross(u, v), n)), float(np.dot(u, v)))
+    (a, b, c), (x, y, z) = u, v
+    across = (b * z - c * y) * n[0] + (c * x - a * z) * n[1] + (a * y - b * x) * n[2]
+    left = math.atan2(across, a * x + b * y + c * z)
     angle = (-left if arc.clockwise else left) % math.tau
     if angle < FULL_CIRCLE:
         angle += math.tau

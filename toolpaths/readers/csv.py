@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -54,7 +55,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
 
 def _columns(header: str, source: str) -> list[str]:
     names = [name.strip().strip('"').strip() for name in header.split(",")]
-    if len(names) == 1 and any(mark in header for mark in ";\t"):
+    if len(names) == 1 and any(name.strip(' "') in POSITION for name in re.split(r"[;\t]", header)):
         problem = "the columns are not separated by commas"
         raise ReadError(source, 1, problem, "Export with ',' between columns and '.' in numbers.")
     known = (*POSITION, *AXIS, *QUATERNION, *OPTIONAL)
@@ -97,6 +98,8 @@ def _filled(body: list[str], feed: int) -> list[str]:
 def _blame(lines: list[str], rows: list[int], columns: list[str], source: str, problem: str) -> NoReturn:
     for n in rows:
         cells = [cell.strip().strip('"').strip() for cell in lines[n].split(",")]
+        if cells == columns:
+            raise ReadError(source, n + 1, "the header line again: two files in one", "Give one file each.")
         if len(cells) != len(columns):
             remedy = "Numbers need '.' as decimal sign; the last row may be cut off."
             raise ReadError(source, n + 1, f"{len(cells)} values, the header has {len(columns)}", remedy)

@@ -28,6 +28,8 @@ _POSE = re.compile(
 )  # fmt: skip
 _JOINTS = re.compile(_GROUP + r"\s*+" + r",\s*+".join(rf"J{i}{_NUMBER}deg\s*+" for i in range(1, 7)) + _END)
 _FRAMES = re.compile(r"F|\d{1,3}")
+#: An axis of what stands behind the six numbers, and the group that it belongs to.
+_EXTERNAL = re.compile(r"(GP\d)\s*:|([A-Z]\d?)\s*=\s*(-?(?:\d+\.?\d*|\.\d+))\s*(?:mm|deg)")
 #: Between two records: nothing but space.
 _SPACE = re.compile(r"\s*")
 FREE = -1  # a frame or tool number given as F: whatever is active
@@ -43,9 +45,15 @@ class Statement:
     end: int
 
 
+External = tuple[tuple[str, float], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A position of group 1: numbers as mm and deg (X Y Z W P R), or J1 ... J6 with ``bits`` -1."""
+    """A position of group 1: numbers as mm and deg (X Y Z W P R), or J1 ... J6 with ``bits`` -1.
+
+    ``external``: E1 to E3 and the axes of other groups, such as ("E1", 600.0), ("GP2 J1", -30.0), mm or deg.
+    """
 
     start: int
     end: int
@@ -53,6 +61,7 @@ class Record:
     tool: int
     bits: int
     numbers: tuple[float, ...]
+    external: External = ()
 
 
 class Listing:
@@ -60,19 +69,24 @@ class Listing:
 
     Attributes:
         text: one character a byte.
-        records: number -> Record.
+        records: number -> Record; None: never taught.
     """
 
     def __init__(self, text: str, source: str) -> None:
         self.text, self.source = text, source
         self._configs: dict[str, int] = {}
         self._numbers = {"F": FREE}
+        self._externals: dict[str, External] = {"": ()}
         self._starts = [m.end() for m in _LINE_END.finditer(text)]
         at = self._sections()
         self.body = (self._next_line(at["MN"]), at.get("POS", at["END"]))
-        self.records: dict[int, Record] = {}
+        self.records: dict[int, Record | None] = {}
         if "POS" in at:
             self._read_records(self._next_line(at["POS"]), at["END"])
+
+    def external(self) -> tuple[str, ...]:
+        """Names of the external axes of all records."""
+        return tuple(dict.fromkeys(name for values in self._externals.values() for name, _ in values))
 
     def line(self, offset: int) -> int:
         """Number of the line at an offset, counted from 1."""
@@ -139,19 +153,31 @@ class Listing:
             offset = at + len(self.text[at:end]) - len(self.text[at:end].lstrip())
             raise self.refuse(offset, f"{rest[:30]!r} is no position", "Expected: P[n]{ GP1: ... };")
 
-    def _record(self, m: re.Match[str]) -> Record:
+    def _record(self, m: re.Match[str]) -> Record | None:
         body = m[2]
-        if pose := _POSE.match(body):
-            frame, tool, config, *texts = pose.groups()
+        if found := _POSE.match(body):
+            frame, tool, config, *texts = found.groups()
             bits = self._bits(m, config)
-        elif joints := _JOINTS.match(body):
-            frame, tool, *texts = joints.groups()
+        elif found := _JOINTS.match(body):
+            frame, tool, *texts = found.groups()
             bits = -1
+        elif "**" in body:
+            return None
         else:
-            what = "was never taught (***)" if "**" in body else "is neither X Y Z W P R with CONFIG nor J1 to J6"
-            raise self.refuse(m.start(), f"P[{m[1]}] {what} of group 1", "Record the position again, or delete it.")
+            what = f"P[{m[1]}] is neither X Y Z W P R with CONFIG nor J1 to J6 of group 1"
+            raise self.refuse(m.start(), what, "Record the position again, or delete it.")
         numbers = tuple(map(float, texts))
-        return Record(m.start(), m.end(), self._number(m, frame), self._number(m, tool), bits, numbers)
+        external = self._external(body[found.end() :].strip())
+        return Record(m.start(), m.end(), self._number(m, frame), self._number(m, tool), bits, numbers, external)
+
+    def _external(self, rest: str) -> External:
+        if rest not in self._externals:
+            group, out = "", []
+            for named, axis, value in _EXTERNAL.findall(rest):
+                group = f"{named} " if named else group
+                out += [] if named else [(group + axis, float(value))]
+            self._externals[rest] = tuple(out)
+        return self._externals[rest]
 
     def _bits(self, m: re.Match[str], config: str) -> int:
         if config not in self._configs:

@@ -12,6 +12,7 @@ COMMENT = re.compile(r"\(([^()]*)\)|;(.*)")
 FLOW = "SUB|ENDSUB|CALL|IF|ELSE|WHILE|DO|REPEAT|RETURN"
 O_WORD = re.compile(rf"\s*(?:N\d+\s*)?(O\s*[<#\[\d][\w>\].]*\s*(?:{FLOW})|O\s*[<#\[])")
 MACRO = re.compile(r"\b(?:IF|WHILE|GOTO|THEN|ENDIF|POPEN|DPRNT|DO\d|END\d)|GOTO")
+STRANGER = re.compile(r"\s*([A-Z]{3}[A-Z_]*)")  # a word of another language
 
 CYCLES = (730, 810, 820, 830, 850)
 SYSTEMS = {540: "G54", 550: "G55", 560: "G56", 570: "G57", 580: "G58", 590: "G59", 591: "G59.1", 592: "G59.2",
@@ -57,6 +58,8 @@ G_REFUSED: dict[int, str] = {
     **dict.fromkeys((431, 432, 440), "a tool length that this reader does not know; post with G43 H"),
     **dict.fromkeys((382, 383, 384, 385, 310), "probing"),
     70: "diameter mode of lathes",
+    700: "inch on some controls, a turning cycle on others; write G20 for inch",
+    710: "mm on some controls, a turning cycle on others; write G21 for mm",
     **dict.fromkeys((330, 331, 320), "threading"),
     960: "constant surface speed of lathes; post with G97",
 }
@@ -78,7 +81,7 @@ SYMBOLS: dict[str, str] = {
     "/": "block delete: whether the line counts is chosen at the machine; keep it or delete it",
     "(": "a comment that is not closed, or one inside another",
     ")": "a closing bracket without a comment",
-    "%": "a second '%' before the program ends",
+    "%": "it stands alone in its line, at the begin and at the end of a program",
 }
 
 Words = dict[str, float]
@@ -120,7 +123,13 @@ def _what(other: str, text: str) -> str:
     if found := O_WORD.match(text):
         return f"{found[1].strip()[:30]!r}: an O-word, it controls the flow of the program; post without subprograms"
     told = next((c for c in other + text if c in SYMBOLS), other)  # X#1: the '#' says more than the X
-    if found := MACRO.search(text):
+    found = MACRO.search(text)
+    if not found and (stranger := STRANGER.match(text)):
+        hint = ", as Fanuc and LinuxCNC have it"
+        if "/" in text:
+            hint = ": this looks like APT/CL, name the file .apt or .cls"
+        return f"{stranger[1][:30]!r} is no word of G-code{hint}"
+    if found:
         return f"{told!r} in a macro statement ({found[0]}): it is computed while the machine runs"
     return f"{told!r}: {SYMBOLS.get(told, 'not a G-code word')}"
 

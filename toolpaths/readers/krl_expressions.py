@@ -7,14 +7,13 @@ Programming 5.2 (aggregates, geometric operator).
 from __future__ import annotations
 
 import math
-import operator
 import re
 from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
-from toolpaths.readers.rapid_values import Runtime
+from toolpaths.readers.expression import ExpressionError, Runtime, Tokens, runtime
 from toolpaths.rotation import kuka_from_matrix, matrix_from_kuka
 from toolpaths.toolpath import Floats
 
@@ -28,19 +27,12 @@ _TOKEN = re.compile(
     r"(?P<space>\s++)|(?P<number>(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)|(?P<name>[$#A-Za-z_][\w$]*+)"
     r'|(?P<string>"[^"]*+")|(?P<bits>\'[^\']*+\')|(?P<mark>==|<>|<=|>=|[-+*/=<>,()\[\]{}:.])'
 )
-_DEEPEST = 40
-_COMPARE: dict[str, Callable[[Value, Value], bool]] = {
-    "==": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge,
-}  # fmt: skip
+_COMPARED = ("==", "<>", "<", ">", "<=", ">=")
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ABS": abs, "SQRT": math.sqrt, "SIN": lambda a: math.sin(math.radians(a)),
     "COS": lambda a: math.cos(math.radians(a)), "TAN": lambda a: math.tan(math.radians(a)),
     "ACOS": lambda a: math.degrees(math.acos(a)),
 }  # fmt: skip
-
-
-class ExpressionError(Exception):
-    """What stands there is no expression that can be worked out."""
 
 
 class Scope(Protocol):
@@ -68,56 +60,26 @@ def aggregate(pose: Floats) -> dict[str, Value]:
     return dict(zip(POSE, [*(pose[:3, 3] * 1e3).tolist(), *angles.tolist()], strict=True))
 
 
-class Expression:
+class Expression(Tokens):
     """A piece of a line, worked out from left to right."""
 
     def __init__(self, text: str, scope: Scope) -> None:
-        self.scope, self.at, self._depth = scope, 0, 0
-        self.tokens: list[tuple[str, str]] = []
-        at = 0
-        while at < len(text):
-            match = _TOKEN.match(text, at)
-            if not match:
-                raise ExpressionError(f"{text[at : at + 20]!r} cannot be read")
-            if match.lastgroup != "space":
-                self.tokens.append((str(match.lastgroup), match[0]))
-            at = match.end()
-
-    def whole(self) -> Value:
-        """The value of the whole piece."""
-        value = self.value()
-        if self.at < len(self.tokens):
-            raise ExpressionError(f"{self.peek()!r} is not expected here")
-        return value
-
-    def peek(self, further: int = 0) -> str:
-        """A token, upper case; empty at the end."""
-        at = self.at + further
-        return self.tokens[at][1].upper() if at < len(self.tokens) else ""
-
-    def take(self, expected: str = "") -> str:
-        """The next token."""
-        if self.at >= len(self.tokens) or (expected and self.peek() != expected):
-            found = repr(self.peek()) if self.at < len(self.tokens) else "the end"
-            raise ExpressionError(f"{expected or 'a value'!r} expected, found {found}")
-        self.at += 1
-        return self.tokens[self.at - 1][1]
+        super().__init__(text, _TOKEN)
+        self.scope = scope
 
     def value(self) -> Value:
         """OR, AND, NOT, comparison, sum."""
-        self._depth += 1
-        if self._depth > _DEEPEST:
-            raise ExpressionError(f"brackets more than {_DEEPEST} deep")
+        self.deeper()
         left = self._comparison()
         while self.peek() in ("OR", "AND", "EXOR"):
             word, right = self.take().upper(), self._comparison()
-            if unknown := _runtime(left, right):
+            if unknown := runtime(left, right):
                 left = unknown
             elif not isinstance(left, bool) or not isinstance(right, bool):
                 raise ExpressionError("TRUE or FALSE expected")
             else:
                 left = (left or right) if word == "OR" else (left and right) if word == "AND" else left != right
-        self._depth -= 1
+        self.higher()
         return left
 
     def _comparison(self) -> Value:
@@ -125,16 +87,7 @@ class Expression:
             self.take()
             value = self._sum()
             return value if isinstance(value, Runtime) else not value
-        left = self._sum()
-        if self.peek() not in _COMPARE:
-            return left
-        compare, right = _COMPARE[self.take()], self._sum()
-        if unknown := _runtime(left, right):
-            return unknown
-        try:
-            return compare(left, right)
-        except TypeError:
-            raise ExpressionError("values of different kinds are compared") from None
+        return self.compared(self._sum, _COMPARED)
 
     def _sum(self) -> Value:
         left = self._product()
@@ -154,7 +107,7 @@ class Expression:
         while self.peek() == ":":
             self.take()
             right = self._signed()
-            if unknown := _runtime(left, right):
+            if unknown := runtime(left, right):
                 left = unknown
             elif not isinstance(left, dict) or not isinstance(right, dict):
                 raise ExpressionError("':' stands between two frames")
@@ -163,11 +116,7 @@ class Expression:
         return left
 
     def _signed(self) -> Value:
-        sign = 1.0
-        while self.peek() in ("+", "-"):
-            sign = -sign if self.take() == "-" else sign
-        value = self._primary()
-        return value if sign > 0 else _numbers("*", -1.0, value)
+        return self.signed(self._primary, lambda v: _numbers("*", -1.0, v))
 
     def _primary(self) -> Value:
         if self.at >= len(self.tokens):
@@ -189,9 +138,7 @@ class Expression:
         return value
 
     def _aggregate(self) -> Value:
-        self._depth += 1
-        if self._depth > _DEEPEST:
-            raise ExpressionError(f"brackets more than {_DEEPEST} deep")
+        self.deeper()
         if self.peek(1) == ":" and self.tokens[self.at][0] == "name":
             self.at += 2
         out: dict[str, Value] = {}
@@ -206,7 +153,7 @@ class Expression:
             if self.peek() != "}":
                 self.take(",")
         self.take("}")
-        self._depth -= 1
+        self.higher()
         return next((v for v in out.values() if isinstance(v, Runtime)), out)
 
     def _named(self) -> Value:
@@ -252,7 +199,7 @@ class Expression:
             if self.peek() != ")":
                 self.take(",")
         self.take(")")
-        if unknown := _runtime(*values):
+        if unknown := runtime(*values):
             return unknown
         if name not in _FUNCTIONS or len(values) != 1 or not isinstance(values[0], float):
             return Runtime(f"{name}(...)")
@@ -262,12 +209,8 @@ class Expression:
             raise ExpressionError(f"{name}: {e}") from None
 
 
-def _runtime(*values: Value) -> Runtime | None:
-    return next((v for v in values if isinstance(v, Runtime)), None)
-
-
 def _numbers(sign: str, left: Value, right: Value) -> Value:
-    if unknown := _runtime(left, right):
+    if unknown := runtime(left, right):
         return unknown
     if not isinstance(left, float) or not isinstance(right, float):
         raise ExpressionError(f"{sign} between values that are no numbers")

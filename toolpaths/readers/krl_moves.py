@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from toolpaths.programs.program import ToolFrame
-from toolpaths.readers.krl_expressions import AXES, POSE, Expression, ExpressionError, Value, frame
+from toolpaths.readers.expression import ExpressionError, Runtime
+from toolpaths.readers.krl_expressions import AXES, POSE, Expression, Value
+from toolpaths.readers.krl_frames import Mounted
 from toolpaths.readers.krl_scan import Statement
-from toolpaths.readers.rapid_values import Runtime
 from toolpaths.readers.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack, Span
 from toolpaths.rotation import matrix_from_kuka, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats
@@ -26,10 +27,14 @@ _N = r"\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*"
 #: A pose of numbers: groups 1-6 X ... C, group 7 what follows them.
 LITERAL = re.compile(r"\{\s*(?:\w+\s*:)?\s*" + ",\\s*".join(k + _N for k in POSE) + r"((?:,[^{}]*)?)\}(?!\s*:)", re.I)
 _STATUS = re.compile(r"\bS\s+(\d+)", re.I)
+EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
+_AXIS = re.compile(r"\b(E[1-6])\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)", re.I)
 _NAME = re.compile(r"\s*([A-Za-z_$][\w$]*)\s*(?=,|$|C_|WITH)", re.I)
 _TAIL = re.compile(r"\s*((?:C_\w+\s*)*)(?:WITH\s+(.*))?$", re.I | re.S)
+_SYSTEM = re.compile(r"(?<!\s)\s*+#(?:BASE|TOOL)\s*+$", re.I)
 _PIECE = re.compile(r"[{}()\[\],]|(?<![\w$])(?:C_\w+|WITH)(?!\w)|\s(?=C_|WITH\b)", re.I)
 _WITH = re.compile(r"(\$[A-Z_]+(?:\.[A-Z]+)?)\s*=\s*(.*)$", re.I | re.S)
+FASTEST = 3.0  # m/s, KUKA's own bound of $VEL.CP
 _NAN = math.nan
 _EXACT = 1e-15  # what sine and cosine of right angles leave
 _POSES = ("E6POS", "POS", "FRAME")
@@ -52,21 +57,17 @@ class Mover:
 
     def __init__(self, run: Run) -> None:
         self.run = run
-        self.track = RobotTrack(run.source, "krl", quaternions)
+        self.track = RobotTrack(run.source, "krl", quaternions, EXTERNAL)
         self.others: dict[int, dict[str, Value]] = {}
         self._tails: dict[str, Tail] = {}
-        self._numbers: dict[str, int | None] = {"$TOOL": 0, "$BASE": None}
-        self._tools: dict[str, int] = {}
+        self.mounted = Mounted(run, self.track)
         self._last: tuple[float, ...] | None = None  # X ... C of the pose before, in the same base and tool
-        self._mounted: tuple[int, int] | None = None
+        self._frames: tuple[int, int] | None = None
+        self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""  # external axes, and how the pose before gives them
 
     def forget(self) -> None:
         """Speed, rounding, tool or base may be others from here on."""
         self._tails.clear()
-
-    def numbered(self, name: str, number: int | None) -> None:
-        """$TOOL or $BASE is the one of a number, or of none."""
-        self._numbers[name] = number
 
     def move(self, motion: re.Match[str], s: Statement) -> None:
         """Append the move of one line."""
@@ -103,7 +104,7 @@ class Mover:
             (*values[:6], 0.0, feed, zone, *via),
             (code, int(kind), tool, self.run.line(s.start), base, _branch(values[6]), s.start, s.end, *span, *via_span),
         )
-        self._last, self._mounted = tuple(values[:6]) if code != JOINTS else None, (tool, base)
+        self._last, self._frames = tuple(values[:6]) if code != JOINTS else None, (tool, base)
 
     def _blanks(self, at: int, end: int) -> int:
         text = self.run.text
@@ -119,7 +120,23 @@ class Mover:
         if not math.isfinite(sum(values)) or max(map(abs, values)) > 1e7:
             self.run.refuse(s.start, "a coordinate that is not a finite number")
         status = _STATUS.search(match[7]) if match[7] else None
+        if match[7] != self._more:
+            try:
+                self._stand(s, {name.upper(): float(v) for name, v in _AXIS.findall(match[7])})
+            except ValueError:
+                self.run.refuse(s.start, f"{match[0][-60:]!r} holds something that is no number")
+            self._more = match[7]
         return (*values, float(status[1]) if status else -1.0)
+
+    def _stand(self, s: Statement, values: Mapping[str, Value]) -> None:
+        """Note where the external axes stand; those that a pose does not give stay."""
+        self._more = ""
+        given = {k: values[k] for k in EXTERNAL if isinstance(values.get(k), float)}
+        if not all(map(math.isfinite, given.values())):
+            self.run.refuse(s.start, "an external axis at a number that is not finite")
+        if given:
+            self._axes |= given
+            self.track.stand(tuple(self._axes.values()))
 
     def _argument_end(self, s: Statement, at: int) -> int:
         """Where a target ends: at a comma outside brackets, at C_..., at WITH, at the end of the line."""
@@ -168,14 +185,18 @@ class Mover:
         if isinstance(value, Runtime):
             if word == "PTP":  # HOME of the controller, or where the arm stands anyway
                 run.track.event(f"PTP {text.strip()}", run.line(s.start))
+                self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""
                 return end, span, None
-            run.refuse(s.start, f"the target is known only at run time: {value.reason}", "Give the poses as numbers.")
+            there = ", there in place of $POS_ACT" if "$POS_ACT" in value.reason else ""
+            remedy = f"Give the poses as numbers{there}."
+            run.refuse(s.start, f"the target is known only at run time: {value.reason}", remedy)
         if not isinstance(value, dict):
             run.refuse(s.start, f"{text.strip()[:40]!r} is no pose")
         return end, span, self._values(s, value, word)
 
     def _values(self, s: Statement, value: dict[str, Value], word: str) -> tuple[float, ...]:
         numbers = {k: v for k, v in value.items() if isinstance(v, float)}
+        self._stand(s, numbers)
         if any(k in value for k in AXES):
             if word != "PTP" or not all(k in numbers for k in AXES):
                 self.run.refuse(s.start, "axis angles need PTP and all of A1 ... A6")
@@ -185,10 +206,10 @@ class Mover:
             self.track.joints[self.track.count] = angles
             return (*(_NAN,) * 6, -1.0)
         missing = [k for k in POSE if k not in numbers]
-        if missing and self._last is None:
+        last = self._before(s) if missing else (0.0,) * 6
+        if last is None:
             problem = f"{', '.join(missing)} missing: what is kept of the pose before is not known"
             self.run.refuse(s.start, problem, "Give all of X, Y, Z, A, B and C.")
-        last = self._last or (0.0,) * 6
         pose = [numbers.get(k, last[i]) for i, k in enumerate(POSE)]
         if not math.isfinite(sum(pose)) or max(map(abs, pose)) > 1e7:
             self.run.refuse(s.start, "a coordinate that is not a finite number")
@@ -198,36 +219,43 @@ class Mover:
     def _relative(self, word: str, s: Statement, at: int) -> None:
         if word != "LIN_REL":
             self.run.refuse(s.start, f"{word}: relative to where the arm stands", "Give the pose as numbers.")
+        in_tool = re.compile(r"#TOOL\s*", re.I).search(self.run.text, at, s.end) is not None
         end = self._argument_end(s, at)
-        tail = re.compile(r"\s*#BASE").match(self.run.text, end, s.end)
         try:
-            value = Expression(self.run.text[at:end].replace("#BASE", ""), self.run).whole()
+            value = Expression(_SYSTEM.sub("", self.run.text[at:end]), self.run).whole()
         except ExpressionError as e:
             self.run.refuse(s.start, str(e))
         if not isinstance(value, dict) or not all(isinstance(v, float) for v in value.values()):
             self.run.refuse(s.start, "LIN_REL: the step is known only at run time")
-        if self._last is None:
+        before = self._before(s)
+        if before is None:
             self.run.refuse(s.start, "LIN_REL: where the arm stands before is not known")
         if any(value.get(k, 0.0) for k in POSE[3:]):
             self.run.refuse(s.start, "LIN_REL with a turn is not read", "Give the pose as numbers.")
-        pose = [self._last[i] + value.get(k, 0.0) for i, k in enumerate(POSE)]
+        step = np.array([value.get(k, 0.0) for k in POSE[:3]])
+        turn = matrix_from_kuka(np.radians(before[3:])) if in_tool else np.eye(3)
+        pose = [*(np.array(before[:3]) + turn @ step).tolist(), *before[3:]]
         self.others[self.track.count] = dict(zip(POSE, pose, strict=True))
         first, last = self._blanks(at, end), at + len(self.run.text[at:end].rstrip())
         span = (first, last, first, last)
-        self._append("LIN", s, tail.end() if tail else end, (*pose, -1.0), span, (_NAN,) * 3, NOWHERE)
+        self._append("LIN", s, end, (*pose, -1.0), span, (_NAN,) * 3, NOWHERE)
+
+    def _before(self, s: Statement) -> tuple[float, ...] | None:
+        """X ... C of the pose before; None where it is not known, or of another tool or base."""
+        frames = self.mounted.tool(s, None), self.mounted.base(s, None)
+        return self._last if self._frames == frames else None
 
     def _tail(self, s: Statement, tail: str, word: str) -> Tail:
         """Feed mm/s, rounding mm, tool, base of what stands behind the target."""
         key = f"{word} {tail}"
         known = self._tails.get(key)
         if known is None:
-            known = self._tails[key] = self._worked_out(s, tail, word)
-            if self._mounted != known[2:] and self._mounted is not None:
-                self._last = None  # X ... C are not of the same frames any more
+            known = self._tails[key] = self._worked_out(s, _SYSTEM.sub("", tail), word)
         return known
 
     def _worked_out(self, s: Statement, tail: str, word: str) -> Tail:
-        run, match = self.run, _TAIL.match(tail)
+        run, (tail, behind) = self.run, _behind(tail)
+        match = _TAIL.match(tail)
         if not match:
             what = "CA: an arc by its angle" if re.match(r"\s*,\s*CA", tail, re.I) else repr(tail.strip()[:40])
             run.refuse(s.start, f"{what} behind the target is not read", "Give via point and end of at most one turn.")
@@ -236,11 +264,13 @@ class Mover:
             run.refuse(s.start, "$IPO_MODE #TCP: a tool that stands still", "The arm has to hold the tool.")
         own = self._with(s, match[2] or "")
         speed = own.get("$VEL", own.get("$VEL.CP", self._speed()))
+        if isinstance(speed, float) and speed > FASTEST and word != "PTP":
+            problem = f"$VEL.CP = {speed:g}: it is in m/s, KUKA takes at most {FASTEST:g}"
+            run.refuse(s.start, problem, f"Write {speed * 1e-3:g} where {speed:g} mm/s is meant.")
         feed = speed * 1e3 if isinstance(speed, float) and 0.0 < speed < math.inf and word != "PTP" else _NAN
-        rounded = match[1].upper()
+        rounded = (match[1] + behind).upper()
         zone = self._number("$APO.CDIS") if "C_DIS" in rounded else _NAN if rounded.strip() else 0.0
-        tool = self._tool(s, own.get("$TOOL"))
-        return feed, zone, tool, self._base(s, own.get("$BASE"))
+        return feed, zone, self.mounted.tool(s, own.get("$TOOL")), self.mounted.base(s, own.get("$BASE"))
 
     def _speed(self) -> Value:
         names = self.run.names
@@ -270,52 +300,16 @@ class Mover:
             out[name] = value
         return out
 
-    def _frame(self, s: Statement, name: str, own: Value) -> tuple[int | None, Value]:
-        """Number and value of $TOOL or $BASE, of this line or as set before."""
-        if own is None:
-            variable = self.run.names.get(name)
-            value = Runtime(f"{name}, which is not set") if variable is None else variable.value
-            return self._numbers[name], value
-        if not isinstance(own, float):
-            return None, own
-        return int(own), self.run.look_up(f"{name[1:]}_DATA[{own:g}]") if own else dict.fromkeys(POSE, 0.0)
 
-    def _tool(self, s: Statement, own: Value) -> int:
-        number, value = self._frame(s, "$TOOL", own)
-        load = self.run.names.get("$LOAD")
-        key = f"{number} {value!r} {load.value if load else None!r}"
-        if key not in self._tools:
-            taken = set(self._tools.values())
-            if number is None or (number in taken and not isinstance(value, Runtime)):
-                number = next(n for n in range(1, len(taken) + 3) if n not in taken)
-            self._tools[key] = number
-            if isinstance(value, dict):
-                pose = self._matrix(s, value)
-                name = self.run.names.get(f"TOOL_NAME[{number}]")
-                shown = name.value.strip('"') if name and isinstance(name.value, str) else f"tool {number}"
-                mass, com = _load(load.value if load else None)
-                self.track.tools[number] = ToolFrame(shown, pose[:3, 3], pose[:3, :3], mass, com)
-        return self._tools[key]
-
-    def _base(self, s: Statement, own: Value) -> int:
-        value = self._frame(s, "$BASE", own)[1]
-        return self.track.frame(self._matrix(s, value) if isinstance(value, dict) else None)
-
-    def _matrix(self, s: Statement, value: dict[str, Value]) -> Floats:
-        try:
-            return frame(value)
-        except ExpressionError as e:
-            self.run.refuse(s.start, str(e))
-
-
-def _load(value: Value) -> tuple[float | None, Floats | None]:
-    """kg and m of $LOAD; None where it says nothing."""
-    if not isinstance(value, dict) or not isinstance(value.get("M"), float) or value["M"] <= 0.0:
-        return None, None
-    cm = value.get("CM")
-    if not isinstance(cm, dict) or not all(isinstance(cm.get(k), float) for k in "XYZ"):
-        return None, None
-    return value["M"], np.array([cm[k] for k in "XYZ"]) * 1e-3
+def _behind(tail: str) -> tuple[str, str]:
+    """What stands behind a target without the C_... at its end (at most two), and these."""
+    behind = ""
+    for _ in range(2):
+        rest, _, word = tail.rstrip().rpartition(" ")
+        if not re.fullmatch(r"C_\w+", word, re.I):
+            break
+        tail, behind = rest, f"{word} {behind}"
+    return tail, behind
 
 
 def _pieces(text: str) -> list[str]:

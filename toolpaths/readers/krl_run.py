@@ -8,11 +8,11 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from toolpaths.readers.krl_expressions import NULL, Expression, ExpressionError, Value
+from toolpaths.readers.expression import ExpressionError, Runtime
+from toolpaths.readers.krl_expressions import NULL, Expression, Value
 from toolpaths.readers.krl_moves import MOTION, Mover
 from toolpaths.readers.krl_scan import COMMENT, LOOP, PLAIN, Declaration, Scanner, Statement
 from toolpaths.readers.rapid_run import plain_text
-from toolpaths.readers.rapid_values import Runtime
 from toolpaths.readers.text import comment_word
 
 _ASSIGN = re.compile(r"([$A-Za-z_][\w$]*)((?:\s*\[[^\]]*\])?)((?:\s*\.\s*\w+)*)\s*=(?!=)\s*(.*)$", re.S)
@@ -24,6 +24,7 @@ _HARMLESS = re.compile(
 _STEERING = re.compile(r"(\$POS_CORR|\$VEL_EXT|\$TECH|\$ON_PATH)", re.I)
 _BAS = re.compile(r"BAS\s*\(\s*#(\w+)\s*(?:,\s*(.*))?\)\s*$", re.I)
 _NUMBERED = re.compile(r"(TOOL_DATA|BASE_DATA)\s*\[\s*(\d+)\s*\]\s*$", re.I)
+_HARMLESS_CALLS = {"BAS", "IR_STOPM"}
 _REMEDY = "Post the program with plain LIN, CIRC and PTP."
 _DEEPEST = 20
 
@@ -46,6 +47,7 @@ class Run(Scanner):
     Attributes:
         track: the moves.
         names: name, upper case -> Variable.
+        elsewhere: name -> line of the first call of subprograms that are not in this file.
     """
 
     def __init__(self, text: str, source: str, values: str, beside: str, path: Path) -> None:
@@ -60,6 +62,7 @@ class Run(Scanner):
         self._here = 0
         self._depth = 0
         self._called = {self.first}
+        self.elsewhere: dict[str, int] = {}
 
     def main(self) -> None:
         """Run the first DEF.
@@ -149,11 +152,25 @@ class Run(Scanner):
 
     def _refuse_unknown_call(self, s: Statement, match: re.Match[str]) -> None:
         name = match[1]
-        if match[2].strip() or name.upper() in self.routines:
+        if name.upper() in self.routines or not self._without_poses(match[2]):
             self.refuse(s.start, f"{name}(...) is a subprogram with arguments", _REMEDY)
+        if len(name) > 100:  # more than a file may be called
+            self.refuse(s.start, f"{name[:40]!r}... is no name of KRL", _REMEDY)
         for suffix in (".src", ".SRC"):
             if (other := self.path.with_name(name + suffix)).is_file():
                 self.refuse(s.start, f"{name}() stands in {other.name}", "Put its moves into this file.")
+        if name.upper() not in _HARMLESS_CALLS:
+            self.elsewhere.setdefault(name, self.line(s.start))
+
+    def _without_poses(self, rest: str) -> bool:
+        """Whether arguments are numbers, texts and words only: of what else they are, one may be where the arm goes."""
+        e = Expression(rest, self)
+        while e.peek():
+            if not isinstance(e.value(), float | bool | str):
+                return False
+            if e.peek():
+                e.take(",")
+        return True
 
     def _assign(self, s: Statement, match: re.Match[str]) -> None:
         name = match[1].upper()
@@ -173,9 +190,9 @@ class Run(Scanner):
                 self.names.pop("$VEL.CP", None)
         if name in ("$TOOL", "$BASE", "$LOAD", "$VEL", "$APO", "$IPO_MODE"):
             if numbered := _NUMBERED.match(match[4]):
-                self.mover.numbered(name, int(numbered[2]))
+                self.mover.mounted.numbers[name] = int(numbered[2])
             elif name in ("$TOOL", "$BASE"):
-                self.mover.numbered(name, None)
+                self.mover.mounted.numbers[name] = None
             self.mover.forget()
 
     def _bas(self, s: Statement, what: str, rest: str) -> None:
@@ -197,11 +214,11 @@ class Run(Scanner):
     def _mount(self, name: str, number: Value) -> None:
         if not isinstance(number, float) or not 0 <= number < 1000:
             self.names[name] = Variable(Runtime(f"{name} of a number that is not known"), None)
-            self.mover.numbered(name, None)
+            self.mover.mounted.numbers[name] = None
             return
         value = dict(NULL) if number == 0 else self.look_up(f"{name[1:]}_DATA[{number:g}]")
         self.names[name] = Variable(value, None)
-        self.mover.numbered(name, int(number))
+        self.mover.mounted.numbers[name] = int(number)
 
     def _run_loop(self, s: Statement) -> None:
         values = [Expression(t, self).whole() for t in (s.terms[1:] if s.terms[3] else s.terms[1:3])]
@@ -228,7 +245,7 @@ class Run(Scanner):
                 if all(self._idle(b.body) for b in s.body):
                     self.track.event("IF " + comment_word(plain_text(branch.terms[0])), self.line(s.start))
                     return
-                self.refuse(s.start, f"IF depends on {value.reason}: known only at run time", _REMEDY)
+                self.refuse(s.start, f"what runs depends on {value.reason}: known only at run time", _REMEDY)
             if not isinstance(value, bool):
                 self.refuse(s.start, "the condition of IF is not TRUE or FALSE")
             if value:

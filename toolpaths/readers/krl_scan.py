@@ -20,11 +20,14 @@ _DECL = re.compile(r"(?:DECL|INT|REAL|BOOL|CHAR|FRAME|POS|E6POS|AXIS|E6AXIS|GLOB
 _IF = re.compile(r"IF\s+(.*\S)\s+THEN\s*$|IF\s*(\(.*\))\s*THEN\s*$", re.I)
 _FOR = re.compile(r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s*$", re.I)
 _WORD = re.compile(r"[A-Za-z_$&#]+\w*")
+_LABEL = re.compile(r"[A-Za-z_]\w*\s*:$")
 _REFUSED = {
     "WHILE": "a loop that ends when a condition says so", "REPEAT": "a loop that ends when a condition says so",
-    "LOOP": "a loop without end", "SWITCH": "a choice made while the program runs", "GOTO": "a jump",
+    "LOOP": "a loop without end", "GOTO": "a jump",
     "SPLINE": "a spline block",
 }  # fmt: skip
+_ENDS = frozenset(("END", "ENDFCT", "ELSE", "ENDIF", "ENDFOR", "ENDSWITCH"))
+_CASES = frozenset(("CASE", "DEFAULT"))
 _DEEPEST = 60
 PLAIN, LOOP, CHOICE, COMMENT = "plain", "loop", "choice", "comment"
 
@@ -170,13 +173,14 @@ class Scanner:
                 continue
             text = self.text[start:end]
             word = text.upper()
-            if word in ends:
+            if word in ends or word.split(maxsplit=1)[0] in _CASES & set(ends):
                 self._depth -= 1
                 return out, word
-            if word in ("END", "ENDFCT", "ELSE", "ENDIF", "ENDFOR") or _DEF.match(text):
+            if word in _ENDS or word.split(maxsplit=1)[0] in _CASES or _DEF.match(text):
                 self.refuse(start, f"{text[:30]}, but {last} is missing before it", "The file may be cut off.")
             out.append(self._statement(start, end, text))
-        self.refuse(begin, f"the file is cut off: {last} is missing", "Give the whole file.")
+        remedy = "Give the whole file." + (" Where the post leaves END out, put it there." if last == "END" else "")
+        self.refuse(begin, f"the file is cut off: {last} is missing", remedy)
 
     def _statement(self, start: int, end: int, text: str) -> Statement:
         word = _WORD.match(text)
@@ -188,6 +192,10 @@ class Scanner:
             return self._loop(start, text)
         if first == "IF":
             return self._choice(start, text)
+        if first == "SWITCH":
+            return self._switch(start, text[len(first) :].strip())
+        if _LABEL.match(text):  # GOTO is refused: nothing comes here by a jump
+            return Statement(COMMENT, start, start)
         if _DECL.match(text) and (match := _DECLARED.match(self.text, start, end)):
             if match[2].upper() in self.declared and "=" not in match[0]:
                 return Statement(COMMENT, start, start)
@@ -212,4 +220,20 @@ class Scanner:
         if end == "ELSE":
             body, _ = self._block(("ENDIF",), start, "ENDIF")
             out.body.append(Statement(CHOICE, start, start, body, ("TRUE",)))
+        return out
+
+    def _switch(self, start: int, chosen: str) -> Statement:
+        """SWITCH as a choice: a case holds where one of its values is that of ``chosen``."""
+        out = Statement(CHOICE, start, start)
+        before, end = self._block(("CASE", "DEFAULT", "ENDSWITCH"), start, "ENDSWITCH")
+        if not chosen or any(s.kind != COMMENT for s in before):
+            self.refuse(start, "SWITCH needs a value, then CASE")
+        while end != "ENDSWITCH":
+            at = self._codes[self._at - 1][0]
+            values = end.removeprefix("CASE").strip()
+            if end.startswith("CASE") and not values:
+                self.refuse(at, "CASE without a value")
+            condition = "TRUE" if end == "DEFAULT" else " OR ".join(f"({chosen})==({v})" for v in values.split(","))
+            body, end = self._block(("CASE", "DEFAULT", "ENDSWITCH"), start, "ENDSWITCH")
+            out.body.append(Statement(CHOICE, at, at, body, (condition,)))
         return out

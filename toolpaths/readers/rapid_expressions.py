@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import math
-import operator
 import re
-from collections.abc import Callable
 from typing import Protocol
 
-from toolpaths.readers.rapid_values import FUNCTIONS, RECORDS, Runtime, Value, fits
+from toolpaths.readers.expression import ExpressionError, Runtime, Tokens, runtime
+from toolpaths.readers.rapid_values import FUNCTIONS, RECORDS, Value, fits
 
 _TOKEN = re.compile(
     r'(?P<space>[\s\x1a]++|![^\n\r]*+)|(?P<number>(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)'
     r'|(?P<name>[A-Za-z_]\w*+)|(?P<string>"(?:[^"\n\r]|"")*+")|(?P<mark>:=|<=|>=|<>|[-+*/=<>,()\[\]{}.\\])'
 )
-_DEEPEST = 40
-_COMPARE: dict[str, Callable[[Value, Value], bool]] = {
-    "=": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge,
-}  # fmt: skip
-
-
-class ExpressionError(Exception):
-    """What stands there is no expression that can be worked out."""
+_COMPARED = ("=", "<>", "<", ">", "<=", ">=")
 
 
 class Scope(Protocol):
@@ -32,7 +24,7 @@ class Scope(Protocol):
         ...
 
 
-class Expression:
+class Expression(Tokens):
     """A piece of text, worked out from left to right.
 
     Args:
@@ -41,46 +33,17 @@ class Expression:
     """
 
     def __init__(self, text: str, scope: Scope) -> None:
-        self.scope, self.at, self._depth = scope, 0, 0
-        self.tokens: list[tuple[str, str]] = []
-        at = 0
-        while at < len(text):
-            match = _TOKEN.match(text, at)
-            if not match:
-                raise ExpressionError(f"{text[at : at + 20]!r} cannot be read")
-            if match.lastgroup != "space":
-                self.tokens.append((str(match.lastgroup), match[0]))
-            at = match.end()
-
-    def whole(self) -> Value:
-        """The value of the whole piece."""
-        value = self.value()
-        if self.at < len(self.tokens):
-            raise ExpressionError(f"{self.peek()!r} is not expected here")
-        return value
-
-    def peek(self) -> str:
-        """The next token, upper case; empty at the end."""
-        return self.tokens[self.at][1].upper() if self.at < len(self.tokens) else ""
-
-    def take(self, expected: str = "") -> str:
-        """The next token as written."""
-        if self.at >= len(self.tokens) or (expected and self.peek() != expected):
-            found = repr(self.tokens[self.at][1]) if self.at < len(self.tokens) else "the end"
-            raise ExpressionError(f"{expected or 'a value'!r} expected, found {found}")
-        self.at += 1
-        return self.tokens[self.at - 1][1]
+        super().__init__(text, _TOKEN)
+        self.scope = scope
 
     def value(self) -> Value:
         """OR, XOR, AND, NOT, comparison, sum."""
-        self._depth += 1
-        if self._depth > _DEEPEST:
-            raise ExpressionError(f"brackets more than {_DEEPEST} deep")
+        self.deeper()
         left = self._all()
         while self.peek() in ("OR", "XOR"):
             word = self.take().upper()
             left = _logic(word, left, self._all())
-        self._depth -= 1
+        self.higher()
         return left
 
     def _all(self) -> Value:
@@ -98,16 +61,7 @@ class Expression:
         return value if isinstance(value, Runtime) else not _truth(value)
 
     def _comparison(self) -> Value:
-        left = self._sum()
-        if self.peek() not in _COMPARE:
-            return left
-        compare, right = _COMPARE[self.take()], self._sum()
-        if unknown := _runtime(left, right):
-            return unknown
-        try:
-            return compare(left, right)
-        except TypeError:
-            raise ExpressionError("values of different types are compared") from None
+        return self.compared(self._sum, _COMPARED)
 
     def _sum(self) -> Value:
         left = self._product()
@@ -124,11 +78,7 @@ class Expression:
         return left
 
     def _signed(self) -> Value:
-        sign = 1.0
-        while self.peek() in ("+", "-"):
-            sign = -sign if self.take() == "-" else sign
-        value = self._primary()
-        return value if sign > 0 else _product("*", -1.0, value)
+        return self.signed(self._primary, lambda v: _product("*", -1.0, v))
 
     def _primary(self) -> Value:
         if self.at >= len(self.tokens):
@@ -197,7 +147,7 @@ class Expression:
 
 def item(value: Value, index: Value, name: str) -> Value:
     """An element of an array, counted from 1."""
-    if unknown := _runtime(value, index):
+    if unknown := runtime(value, index):
         return unknown
     if not isinstance(value, list) or not isinstance(index, float) or not 1 <= index <= len(value) or index % 1:
         raise ExpressionError(f"{name} has no element {index}")
@@ -215,7 +165,7 @@ def component(kind: str, part: str) -> tuple[int, str]:
 def _called(name: str, values: list[Value], options: dict[str, Value]) -> Value:
     if name.lower() not in FUNCTIONS:
         return Runtime(f"{name}(...)")
-    if unknown := _runtime(*values, *options.values()):
+    if unknown := runtime(*values, *options.values()):
         return unknown
     function, kinds = FUNCTIONS[name.lower()]
     for k, value in enumerate(values):
@@ -236,10 +186,6 @@ def _floats(value: Value) -> list[float]:
     return [value] if isinstance(value, float) else []
 
 
-def _runtime(*values: Value) -> Runtime | None:
-    return next((v for v in values if isinstance(v, Runtime)), None)
-
-
 def _truth(value: Value) -> bool:
     if not isinstance(value, bool):
         raise ExpressionError("TRUE or FALSE expected")
@@ -247,14 +193,14 @@ def _truth(value: Value) -> bool:
 
 
 def _logic(word: str, left: Value, right: Value) -> Value:
-    if unknown := _runtime(left, right):
+    if unknown := runtime(left, right):
         return unknown
     a, b = _truth(left), _truth(right)
     return (a and b) if word == "AND" else (a or b) if word == "OR" else a != b
 
 
 def _added(left: Value, right: Value, sign: float) -> Value:
-    if unknown := _runtime(left, right):
+    if unknown := runtime(left, right):
         return unknown
     if isinstance(left, float) and isinstance(right, float):
         return left + sign * right
@@ -266,7 +212,7 @@ def _added(left: Value, right: Value, sign: float) -> Value:
 
 
 def _product(word: str, left: Value, right: Value) -> Value:
-    if unknown := _runtime(left, right):
+    if unknown := runtime(left, right):
         return unknown
     if fits("pos", left):
         left, right = right, left

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from toolpaths.programs.program import ToolFrame
-from toolpaths.readers.rapid_expressions import Expression, ExpressionError
+from toolpaths.readers.expression import ExpressionError, Runtime
+from toolpaths.readers.rapid_expressions import Expression
 from toolpaths.readers.rapid_scan import Statement
-from toolpaths.readers.rapid_values import Runtime, Value, fits, matrix
+from toolpaths.readers.rapid_values import Value, fits, matrix
 from toolpaths.readers.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack, Span
 from toolpaths.toolpath import CUT, RAPID, Floats
 
@@ -30,6 +31,8 @@ LITERAL = re.compile(r"\s*\[" + ",".join(_group(n) for n in (3, 4, 4, 6)) + r"\]
 _NAME = re.compile(r"\s*([A-Za-z]\w*)\s*(?=[,\\])")
 _CONC = re.compile(r"\s*\\\s*Conc\s*,", re.I)
 _PIECE = re.compile(r'"[^"\n\r]*"|![^\n\r]*|[\[\](){},]')
+EXTERNAL = tuple(f"eax_{k}" for k in "abcdef")
+_NONE = 8.9e9  # 9E9 stands for no value
 _WORD = {"movel": LINE, "movej": PTP, "movec": ARC, "moveabsj": JOINTS}
 Numbers = tuple[float, ...]
 _NAN = math.nan
@@ -44,10 +47,11 @@ class Mover:
         from toolpaths.readers.rapid import quaternions
 
         self.run = run
-        self.track = RobotTrack(run.source, "rapid", quaternions)
+        self.track = RobotTrack(run.source, "rapid", quaternions, EXTERNAL)
         self.others: dict[int, tuple[Value, Value]] = {}
         self._tails: dict[str, tuple[float, float, int, int, bool]] = {}
         self._tools: dict[str, int] = {}
+        self._axes = ""  # external axes as the move before spells them
 
     def forget(self) -> None:
         """Names may mean something else from here on."""
@@ -87,16 +91,19 @@ class Mover:
         """Position, quaternion and cfx; the place of the target; where the instruction goes on."""
         text = self.run.text
         if match := LITERAL.match(text, at, s.end):
+            self._stand_literally(match)
             return self._literal(match, s), _here(text, *match.span()), match.end()
         if (match := _NAME.match(text, at, s.end)) and (variable := self.run.variable(match[1])):
             d = variable.declaration
             if d is not None and d.type == "robtarget" and not d.array:
                 literal = LITERAL.match(text, d.value[0], d.end)
                 if literal and not text[literal.end() : d.end - 1].strip():
+                    self._stand_literally(literal)
                     return self._literal(literal, s), (*_here(text, *literal.span())[:2], *match.span(1)), match.end()
         end = self._argument_end(s, at)
         value = self._constant(s, text[at:end], "robtarget", "a robtarget")
         self.others[self.track.count] = (value[2], value[3])
+        self._stand(value[3])
         return self._checked([*value[0], *value[1], value[2][3]], s), _here(text, at, end), end
 
     def _literal(self, match: re.Match[str], s: Statement) -> Numbers:
@@ -105,6 +112,20 @@ class Mover:
         except ValueError:
             self.run.refuse(match.start(), f"{match[0].strip()[:60]!r} holds something that is no number")
         return self._checked([*values[:7], values[10]], s)
+
+    def _stand_literally(self, match: re.Match[str]) -> None:
+        axes = match.string[match.start(12) : match.end()]
+        if axes != self._axes:
+            try:
+                self._stand([float(v) for v in match.groups()[11:17]])
+            except ValueError:
+                self.run.refuse(match.start(), f"{axes.strip()[:60]!r} holds something that is no number")
+            self._axes = axes
+
+    def _stand(self, values: list[float]) -> None:
+        """Note where the external axes stand."""
+        self._axes = ""
+        self.track.stand(tuple(v if abs(v) < _NONE else _NAN for v in values))
 
     def _checked(self, values: list[float], s: Statement) -> Numbers:
         x, y, z, a, b, c, d, branch = values
@@ -123,6 +144,7 @@ class Mover:
         if not np.isfinite(angles).all() or np.abs(angles).max() > 100.0:
             self.run.refuse(s.start, f"{s.word}: joint angles that no arm has")
         self.track.joints[self.track.count] = angles
+        self._stand(value[1])
         return (*(_NAN,) * 7, -1.0), _here(self.run.text, at, end), end
 
     def _argument_end(self, s: Statement, at: int) -> int:
@@ -237,13 +259,14 @@ class Mover:
         if workobject is None:
             return self.track.frame(np.eye(4))
         if isinstance(workobject, Runtime):
-            return self.track.frame(None)
+            return self.track.frame(None, workobject.reason)
         if not fits("wobjdata", workobject):
             self.run.refuse(s.start, f"{s.word}: WObj is no wobjdata")
         held, fixed, _, user, thing = workobject
-        if held or not fixed:
-            what = "held by the arm (robhold TRUE)" if held else "moved by a mechanical unit (ufprog FALSE)"
-            self.run.refuse(s.start, f"{s.word}: a work object that is {what}", "It has to stand still.")
+        if held:
+            self.run.refuse(s.start, f"{s.word}: a work object that is held by the arm (robhold TRUE)")
+        if not fixed:  # on a table, which stands still in the cuts: else refused
+            return self.track.frame(None, f"{workobject!r}")
         try:
             frame: Floats = matrix(user) @ matrix(thing)
         except ValueError as e:

@@ -5,27 +5,19 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from pathlib import PurePath
+from pathlib import Path
 
 from toolpaths.errors import ReadError
-from toolpaths.readers.rapid_expressions import Expression, ExpressionError, component, item
+from toolpaths.readers.expression import ExpressionError, Runtime
+from toolpaths.readers.rapid_calls import HARMLESS, STEERING, idle, routines_beside, without_poses
+from toolpaths.readers.rapid_expressions import Expression, component, item
 from toolpaths.readers.rapid_moves import Mover
 from toolpaths.readers.rapid_scan import CALL, CHOICE, COMMENT, DATA, LOOP, Declaration, Scanner, Statement
-from toolpaths.readers.rapid_values import PREDEFINED, RECORDS, Runtime, Value, fits
+from toolpaths.readers.rapid_values import PREDEFINED, RECORDS, Value, fits
 from toolpaths.readers.text import comment_word
 
 _SET = re.compile(r"\s*(?::=|[.{][^;]*?:=)")
 _PART = re.compile(r"\s*(?:\.\s*(\w+)|\{([^}]*)\})")
-_WORDS = (
-    "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK WaitTime WaitDI WaitDO WaitAI WaitGI WaitUntil "
-    "WaitRob SetDO SetAO SetGO Set Reset PulseDO InvertDO Stop Break ActUnit DeactUnit GripLoad CirPathMode ClkReset "
-    "ClkStart ClkStop ErrWrite Write Open Close MotionSup SoftDeact PathAccLim WaitWObj Incr Decr"
-)
-HARMLESS = frozenset(_WORDS.lower().split())
-_STEERING = re.compile(
-    r"move|trigg|search|pdisp|eoffs|corr|softact|worldacc|storepath|restopath|startmove|stopmove|ind[ar]|egm|isignal|"
-    r"sync|mtool|mech|conveyor|dropwobj", re.I,
-)  # fmt: skip
 MOVES = {"movel", "movej", "movec", "moveabsj"}
 _DEEPEST = 20
 
@@ -49,7 +41,7 @@ class Run(Scanner):
     Attributes:
         track: the moves.
         names: name (lower case) -> Variable of the module.
-        others: move -> (configuration, external axes) of targets that are no literals.
+        elsewhere: name -> line of the first call of routines that are not in this file.
     """
 
     def __init__(self, text: str, source: str) -> None:
@@ -62,6 +54,8 @@ class Run(Scanner):
             if not key.isdigit():  # those of routines are declared when they are entered
                 self.names[key] = Variable(d.type, None, d)
         self.local: dict[str, Variable] = {}
+        self.elsewhere: dict[str, int] = {}
+        self._beside: dict[str, tuple[str, bool]] | None = None
         self.mover = Mover(self)
         self.track = self.mover.track
         self._left = 100_000 + len(text)
@@ -179,21 +173,34 @@ class Run(Scanner):
     def _other(self, s: Statement, word: str, rest: str) -> None:
         if word in ("incr", "decr") and (name := rest.strip().lower()):
             self._set(name, Runtime(s.word))
-        if word not in HARMLESS:
-            if _STEERING.match(word):
+        if word not in HARMLESS and not self._idle_routine(word):
+            if STEERING.match(word):
                 self.refuse(s.start, f"{s.word} moves the arm in a way that only the controller knows", _REMEDY)
-            if word in self.module.functions:
-                self.refuse(s.start, f"{s.word} is a routine with arguments", _REMEDY)
-            if rest.strip():
-                self.refuse(s.start, f"instruction {s.word} is not known", _REMEDY)
-            self._refuse_part_beside(s)
+            if word in self.module.functions or word in self.module.with_arguments:
+                remedy = "Write its moves out, with numbers."
+                self.refuse(s.start, f"{s.word} is a routine with arguments that moves the arm or sets values", remedy)
+            if not without_poses(rest, self):
+                remedy = f"{_REMEDY} If it moves nothing, call it by a routine without arguments."
+                self.refuse(s.start, f"instruction {s.word} is not known", remedy)
+            if s.word not in self.elsewhere:
+                self._refuse_moves_beside(s)
+                self.elsewhere[s.word] = self.line(s.start)
         self.track.event(comment_word(plain_text(self.text[s.start : s.end])), self.line(s.start))
 
-    def _refuse_part_beside(self, s: Statement) -> None:
-        """A program in parts, as this product writes it: the moves of the other files would be missing."""
-        if re.fullmatch(r"\w+_run_\d{3,}", s.word):
-            name = PurePath(self.source).name
-            self.refuse(s.start, f"{name} calls {s.word}, which stands in another file", "Give a program of one file.")
+    def _idle_routine(self, word: str) -> bool:
+        body = self.module.with_arguments.get(word)
+        return body is not None and idle(body)
+
+    def _refuse_moves_beside(self, s: Statement) -> None:
+        """A program in parts: the moves of the other files would be missing."""
+        if self._beside is None:
+            self._beside = routines_beside(Path(self.source))
+        beside = self._beside.get(s.word.lower())
+        if re.fullmatch(r"\w+_run_\d{3,}", s.word):  # as this product writes it
+            beside = ("another file", True) if beside is None else beside
+        if beside is not None and beside[1]:
+            problem = f"{s.word} stands in {beside[0]} and moves the arm"
+            self.refuse(s.start, problem, "Give a program of one file: put the routine into this module.")
 
     def _assign(self, s: Statement, rest: str) -> None:
         target, _, text = rest.partition(":=")
@@ -264,10 +271,10 @@ class Run(Scanner):
         for branch in s.body:
             value = Expression(branch.terms[0], self).whole()
             if isinstance(value, Runtime):
-                if all(_idle(b.body) for b in s.body):
+                if all(idle(b.body) for b in s.body):
                     self.track.event("IF " + comment_word(plain_text(branch.terms[0])), self.line(s.start))
                     return False
-                self.refuse(s.start, f"IF depends on {value.reason}: known only at run time", _REMEDY)
+                self.refuse(s.start, f"what runs depends on {value.reason}: known only at run time", _REMEDY)
             if not isinstance(value, bool):
                 self.refuse(s.start, "the condition of IF is not TRUE or FALSE")
             if value:
@@ -276,11 +283,6 @@ class Run(Scanner):
 
 
 _REMEDY = "Post the program with plain MoveL, MoveC, MoveJ and MoveAbsJ."
-
-
-def _idle(body: list[Statement]) -> bool:
-    """Whether statements neither move nor set anything."""
-    return all(s.kind == COMMENT or (s.kind == CALL and s.word.lower() in HARMLESS - {"incr", "decr"}) for s in body)
 
 
 def _path(text: str, run: Run) -> list[str | float] | None:

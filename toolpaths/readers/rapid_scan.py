@@ -20,12 +20,22 @@ _MODULE = re.compile(r"\s+([A-Za-z]\w*)(?:[ \t]*\([A-Za-z, \t]*\))?")
 _PROC = re.compile(r"\s+([A-Za-z]\w*)\s*\(([^)]*)\)")
 _DATA = re.compile(r"\s+([A-Za-z]\w*)\s+([A-Za-z]\w*)\s*(\{[^}]*\})?\s*(:=)?")
 _FOR = re.compile(r"\s+([A-Za-z]\w*)\s+FROM\s+(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s+DO(?!\w)", re.I | re.S)
-_IF = re.compile(r"\s*(.*?)(?<!\w)THEN(?!\w)", re.I | re.S)
-_ENDS = {"IF": ("ELSEIF", "ELSE", "ENDIF"), "FOR": ("ENDFOR",), "PROC": ("ENDPROC", "ERROR", "UNDO", "BACKWARD")}
-_REFUSED = {
-    "WHILE": "a loop that ends when a condition says so", "TEST": "a choice made while the program runs",
-    "GOTO": "a jump", "CONNECT": "an interrupt",
+_IF = re.compile(r'\s*+((?:[^;"]|"[^"\n\r]*+")*?)(?<!\w)THEN(?!\w)', re.I)
+_LABEL = re.compile(r"[ \t]*:(?!=)")
+_PIECE = re.compile(r'![^\n\r]*+|"(?:[^"\n\r]|"")*+"|[A-Za-z_]\w*|[0-9.]+(?:[eE][-+]?\d+)?|[)\]}]|[^\s]')
+_OPERATORS = frozenset(["AND", "OR", "XOR", "NOT", "DIV", "MOD"])
+_ENDS = {
+    "IF": ("ELSEIF", "ELSE", "ENDIF"), "FOR": ("ENDFOR",), "TEST": ("CASE", "DEFAULT", "ENDTEST"),
+    "PROC": ("ENDPROC", "ERROR", "UNDO", "BACKWARD"),
 }  # fmt: skip
+_REFUSED = {
+    "WHILE": "a loop that ends when a condition says so", "GOTO": "a jump", "CONNECT": "an interrupt",
+}  # fmt: skip
+_BLOCKS = ("IF", "FOR", "TEST", "PROC")
+_CHOICES = ("ELSE", "ELSEIF", "CASE", "DEFAULT")
+_ELSEWHERE = frozenset(("MODULE", "ENDMODULE", "PROC", *_CHOICES, *(f"END{word}" for word in _BLOCKS)))
+_CASE = re.compile(r"\s++([^:;]*+):(?!=)")
+_TESTED = re.compile(r"\s++([^;]*?)\s(?=(?:CASE|DEFAULT|ENDTEST)(?!\w))", re.I)
 _DEEPEST = 60
 DATA, CALL, LOOP, CHOICE, COMMENT = "data", "call", "loop", "choice", "comment"
 
@@ -81,6 +91,7 @@ class Source:
     routines: dict[str, list[Statement]] = field(default_factory=dict)
     shown: dict[str, str] = field(default_factory=dict)
     functions: set[str] = field(default_factory=set)
+    with_arguments: dict[str, list[Statement]] = field(default_factory=dict)
     body_at: int = 0
 
 
@@ -146,7 +157,10 @@ class Scanner:
             if comments is None and self.module.routines and self.text[-1] in "\n\r":
                 return "ENDMODULE"
             self.refuse(len(self.text) - 1, "the file is cut off: ENDMODULE is missing", "Give the whole file.")
-        self.refuse(self.at, f"{self.text[self.at : self.at + 20]!r} is no RAPID instruction")
+        shown = self.text[self.at :].splitlines()[0].strip()[:40]
+        if shown.startswith("%"):
+            self.refuse(self.at, f"{shown!r}: the routine is known only at run time", "Call it by its name.")
+        self.refuse(self.at, f"{shown!r} is no RAPID instruction")
 
     def _module_part(self, word: str) -> None:
         start = self.at
@@ -196,7 +210,7 @@ class Scanner:
         if end != "ENDPROC":
             self._skip_to("ENDPROC")
         if match[2].strip():
-            self.module.functions.add(name.lower())
+            self.module.with_arguments[name.lower()] = body
             return
         self.module.routines[name.lower()] = body
         self.module.shown[name.lower()] = name
@@ -222,7 +236,7 @@ class Scanner:
         if self._depth > _DEEPEST:
             self.refuse(self.at, f"blocks more than {_DEEPEST} deep")
         while (word := self._word(out)) not in ends:
-            if word in ("ENDMODULE", "ENDPROC", "ENDIF", "ENDFOR", "PROC", "ELSE", "ELSEIF", "MODULE"):
+            if word in _ELSEWHERE:
                 self.refuse(self.at, f"{word}, but {ends[-1] if kind != 'PROC' else ends[0]} is missing before it")
             out.append(self._statement(word))
         self._depth -= 1
@@ -239,6 +253,11 @@ class Scanner:
             return self._loop(start)
         if word == "IF":
             return self._choice(start)
+        if word == "TEST":
+            return self._test(start)
+        if label := _LABEL.match(self.text, start + len(word)):  # GOTO is refused: nothing comes here by a jump
+            self.at = label.end()
+            return Statement(COMMENT, shown, start, self.at)
         if word in _REFUSED:
             self.refuse(start, f"{shown}: {_REFUSED[word]} is not known before it runs", "Write the moves one by one.")
         rest = _REST.match(self.text, start + len(word))
@@ -259,8 +278,8 @@ class Scanner:
         out, condition, at = Statement(CHOICE, "IF", start, start), "", start + 2
         while True:
             match = _IF.match(self.text, at)
-            if not match or ";" in match[1]:
-                self.refuse(start, "IF without THEN: the short form is not read", "Write IF ... THEN ... ENDIF.")
+            if not match:
+                return self._short_choice(start, at)
             condition, self.at = match[1], match.end()
             body, end = self._block("IF")
             out.body.append(Statement(CHOICE, "", start, self.at, body, (condition,)))
@@ -271,3 +290,44 @@ class Scanner:
                 out.end = self.at
                 return out
             at = self.at
+
+    def _short_choice(self, start: int, at: int) -> Statement:
+        """``IF condition instruction;``: a condition ends where a name follows a value."""
+        ended, word = False, ";"
+        for piece in _PIECE.finditer(self.text, at):
+            word = piece[0].upper()
+            name = word[0].isalpha() and word not in _OPERATORS
+            if word[0] == "!":
+                continue
+            if word == ";" or (ended and name):
+                break
+            ended = name or word[0].isdigit() or word in (")", "]", "}") or word[0] == '"'
+        if word == ";" or not ended:
+            self.refuse(start, "IF needs a condition, then THEN or one instruction")
+        self.at = piece.start()
+        first = self._word()
+        if first in _BLOCKS or first in _ELSEWHERE:
+            self.refuse(start, f"IF with {first} behind its condition: one instruction is expected, or THEN")
+        inner = self._statement(first)
+        branch = Statement(CHOICE, "", start, self.at, [inner], (self.text[at : piece.start()],))
+        return Statement(CHOICE, "IF", start, self.at, [branch])
+
+    def _test(self, start: int) -> Statement:
+        """TEST as a choice: a case holds where one of its values is that of what is tested."""
+        match = _TESTED.match(self.text, start + 4)
+        if not match:
+            self.refuse(start, "TEST needs a value, then CASE")
+        self.at = match.end()
+        out, end = Statement(CHOICE, "TEST", start, start), self._word()
+        self.at += len(end)
+        while end != "ENDTEST":
+            case = _CASE.match(self.text, self.at) if end == "CASE" else re.compile(r"\s*:").match(self.text, self.at)
+            if not case:
+                self.refuse(self.at, f"{end} needs {'values and ' if end == 'CASE' else ''}a colon")
+            values = case[1].split(",") if end == "CASE" else []
+            condition = " OR ".join(f"({match[1]})=({v})" for v in values) or "TRUE"
+            self.at = case.end()
+            body, end = self._block("TEST")
+            out.body.append(Statement(CHOICE, "", start, self.at, body, (condition,)))
+        out.end = self.at
+        return out

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,6 @@ from toolpaths.rotation import matrix_from_quaternion, matrix_from_rpy, quaterni
 
 #: A number, a truth, a string, a list (record or array), or Runtime.
 Value = Any
-
-
-@dataclass(frozen=True)
-class Runtime:
-    """A value that only the controller knows while the program runs; ``reason`` says where it comes from."""
-
-    reason: str
 
 
 #: Record type -> components and their types.
@@ -86,9 +78,11 @@ def matrix(pose: list[Value]) -> Floats:
     """(4, 4), m, of a pose in mm.
 
     Raises:
-        ValueError: the quaternion is not of unit length.
+        ValueError: the quaternion is not of unit length, or a number is not finite.
     """
     out = np.eye(4)
+    if not all(map(math.isfinite, pose[0])):
+        raise ValueError("a coordinate that is not a finite number")
     length = math.sqrt(sum(q * q for q in pose[1]))
     if not abs(length - 1.0) < 1e-3:
         raise ValueError(f"a quaternion of length {length:.6g}, 1 expected")

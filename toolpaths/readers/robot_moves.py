@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
 from toolpaths.programs.program import ToolFrame
-from toolpaths.readers.arcs import arc_points, chord_count
-from toolpaths.readers.track import LIMIT, most_poses
+from toolpaths.readers.robot_arcs import expanded
+from toolpaths.readers.track import LIMIT
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
 
@@ -25,7 +25,6 @@ MARKS = (
 #: Where the numbers of a pose stand, and where the move names it: the same place twice for poses within the move.
 Span = tuple[int, int, int, int]
 NOWHERE: Span = (-1, -1, -1, -1)
-_FLAT = 1e-9  # sine below which three points of an arc are on a line
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,7 +42,7 @@ class RobotMoves:
             statement gives or names them; -1 where there is none.
         joints: move -> (n,) rad.
         frames: (4, 4) base -> frame, by number; None: only the controller knows it.
-        tools, events: as in Setting and Toolpath; events count moves.
+        tools, events, external: as in Setting and Toolpath; events and external axes count moves.
     """
 
     source: str
@@ -58,6 +57,7 @@ class RobotMoves:
     frames: tuple[Floats | None, ...]
     tools: dict[int, ToolFrame]
     events: tuple[Event, ...]
+    external: Mapping[str, Floats] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.position)
@@ -77,7 +77,7 @@ class RobotMoves:
         out: list[tuple[Floats, Floats]] = []
         for number, frame in enumerate(self.frames):
             posed = (self.mark["frame"] == number) & (self.mark["word"] != JOINTS)
-            if number == self.main_frame or frame is main or not posed.any():
+            if number == self.main_frame or not posed.any():
                 out.append((np.eye(3), np.zeros(3)))
             elif frame is None or main is None:
                 at = int(np.argmax(posed))
@@ -111,14 +111,22 @@ class RobotMoves:
     def toolpath(self, chord: float) -> Toolpath:
         """The poses in the main frame, arcs as points; ``row`` counts moves.
 
+        Arcs that start from joint angles stay one pose each, and are in ``Setting.arcs``: see robot_arcs.with_arcs.
+
         Raises:
-            ReadError: an arc through points on a line, or from a pose given in joint angles.
+            ReadError: an arc through points on a line, or as the first move.
         """
         position, quaternion = self.in_main(self.position), self.turned_to_main()
         self._check_reach(position)
-        move, row = np.arange(len(self)), np.arange(len(self), dtype=np.float64)
-        if (self.mark["word"] == ARC).any():
-            position, quaternion, move, row = self._expanded(position, quaternion, chord)
+        arcs = np.flatnonzero(self.mark["word"] == ARC)
+        if len(arcs) and arcs[0] == 0:
+            problem = "an arc whose start is not given"
+            raise ReadError(self.source, int(self.mark["line"][0]), problem, "Put a straight move before it.")
+        known = np.isfinite(position[arcs - 1]).all(axis=1)
+        via, line = self.in_main(self.via), self.mark["line"]
+        position, quaternion, move, row = expanded(
+            self.source, line, position, quaternion, arcs[known], via[arcs[known]], chord
+        )
         first = np.searchsorted(move, np.arange(len(self) + 1))
         return Toolpath(
             source=self.source,
@@ -132,12 +140,13 @@ class RobotMoves:
             line=self.mark["line"][move].astype(np.int32),
             row=row,
             events=tuple(Event(int(first[e.pose]), e.word, e.line) for e in self.events),
-            setting=self._setting(),
+            setting=self._setting({int(k): (via[k], chord) for k in arcs[~known]}),
         )
 
-    def _setting(self) -> Setting:
+    def _setting(self, arcs: dict[int, tuple[Floats, float]]) -> Setting:
         configuration: Ints = self.mark["configuration"].astype(np.int32)
-        return Setting(self.tools, self.frames[self.main_frame], self.joints, self.zone, configuration)
+        frame = self.frames[self.main_frame]
+        return Setting(self.tools, frame, self.joints, self.zone, configuration, self.external, arcs)
 
     def _check_reach(self, position: Floats) -> None:
         far = (np.abs(position) > LIMIT).any(axis=1)
@@ -147,110 +156,55 @@ class RobotMoves:
             problem = f"position {x:g}, {y:g}, {z:g} m is beyond {LIMIT:g} m"
             raise ReadError(self.source, int(self.mark["line"][at]), problem, "Check the number and the units.")
 
-    def circles(self, position: Floats) -> tuple[npt.NDArray[np.int64], Floats, Floats, Floats, Floats]:
-        """Arcs: move (K,), center and normal (K, 3), sweep (K,) rad, share (K,) of the sweep up to the via point.
-
-        Args:
-            position: (N, 3) ends of the moves in the main frame.
-        """
-        arcs = np.flatnonzero(self.mark["word"] == ARC)
-        if arcs[0] == 0 or not np.isfinite(position[arcs - 1]).all():
-            at = arcs[0] if arcs[0] == 0 else arcs[np.argmin(np.isfinite(position[arcs - 1]).all(axis=1))]
-            problem = "an arc whose start is not given as a pose"
-            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Put a straight move before it.")
-        start, end = position[arcs - 1], position[arcs]
-        center, normal, sweep, share, flat = circle_through(start, self.in_main(self.via)[arcs], end)
-        if flat.any():
-            at = arcs[np.argmax(flat)]
-            problem = "start, via point and end of the arc are on one line"
-            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Use a straight move, or two arcs.")
-        return arcs, center, normal, sweep, share
-
-    def _expanded(
-        self, ends: Floats, turned: Floats, chord: float
-    ) -> tuple[Floats, Floats, npt.NDArray[np.intp], Floats]:
-        """Positions and quaternions with the points of arcs put in, the move of each, and its row."""
-        arcs, center, normal, sweep, _ = self.circles(ends)
-        radius = np.linalg.norm(ends[arcs] - center, axis=1)
-        too_wide = not (radius <= LIMIT).all()
-        if too_wide or (total := int(chord_count(radius, sweep, chord).sum())) > most_poses(len(ends)):
-            at = int(arcs[np.argmax(radius)])
-            problem = f"an arc of radius {radius.max():g} m" + ("" if too_wide else f"; all arcs make {total} poses")
-            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Use a straight move instead.")
-        points = arc_points(ends[arcs - 1], ends[arcs], center, normal, sweep, chord)
-        end = arcs[points.arc]
-        quaternion = slerped(turned[end - 1], turned[end], points.fraction)
-        move = np.concatenate([np.arange(len(ends)), end])
-        row = np.concatenate([np.arange(len(ends)), end - 1 + points.fraction])
-        order = np.argsort(row, kind="stable")
-        return (
-            np.concatenate([ends, points.position])[order], np.concatenate([turned, quaternion])[order],
-            move[order], row[order],
-        )  # fmt: skip
-
-
-def circle_through(
-    start: Floats, via: Floats, end: Floats
-) -> tuple[Floats, Floats, Floats, Floats, npt.NDArray[np.bool_]]:
-    """Circles through three points (K, 3) each: center, normal (K, 3), sweep (K,) rad start to end, share of the sweep
-    (K,) at ``via``, and (K,) whether the points are on a line."""
-    a, b = via - start, end - start
-    normal = np.cross(a, b)
-    size = np.linalg.norm(normal, axis=1)
-    flat = ~(size > _FLAT * np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lever = np.sum(a * a, axis=1)[:, None] * b - np.sum(b * b, axis=1)[:, None] * a
-        center = start + np.cross(lever, normal) / (2.0 * size * size)[:, None]
-        normal = normal / size[:, None]
-    out = start - center
-    angles = []
-    for point in (via, end):
-        arm = point - center
-        sine = np.sum(np.cross(out, arm) * normal, axis=1)
-        angles.append(np.arctan2(sine, np.sum(out * arm, axis=1)) % (2.0 * np.pi))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = angles[0] / angles[1]
-    return center, normal, angles[1], share, flat | ~(angles[1] > 0.0)
-
-
-def slerped(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Unit quaternions (M, 4) on the shorter way from ``a`` to ``b``."""
-    cosine = np.sum(a * b, axis=1)
-    b = np.where(cosine[:, None] < 0, -b, b)
-    chord = np.linalg.norm(b - a, axis=1)
-    angle = 2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
-    small = angle < 1e-9
-    sine = np.where(small, 1.0, np.sin(angle))
-    left = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
-    right = np.where(small, share, np.sin(share * angle) / sine)
-    out = left[:, None] * a + right[:, None] * b
-    return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
-
 
 class RobotTrack:
     """Where a reader of a robot language appends moves.
 
     Args:
         quaternions: how the language's orientation numbers (N, 4) become quaternions (N, 4).
+        external: names of the external axes, in the order of ``stand``.
     """
 
-    def __init__(self, source: str, language: str, quaternions: Callable[[Floats], Floats]) -> None:
+    def __init__(
+        self, source: str, language: str, quaternions: Callable[[Floats], Floats], external: Sequence[str] = ()
+    ) -> None:
         self.source, self.language, self._quaternions = source, language, quaternions
         self.numbers, self.marks = array("d"), array("q")
         self.joints: dict[int, Floats] = {}
         self.frames: list[Floats | None] = []
+        self._unknown: dict[str, int] = {}
         self.tools: dict[int, ToolFrame] = {}
         self.events: list[Event] = []
+        self.external = tuple(external)
+        self.stands: list[tuple[int, tuple[float, ...]]] = []
         self.count = 0
 
     def event(self, word: str, line: int) -> None:
         """Note what the file says before its next move."""
         self.events.append(Event(self.count, word, line))
 
-    def frame(self, pose: Floats | None) -> int:
-        """The number of a frame; the same frame has the same number."""
+    def stand(self, values: tuple[float, ...]) -> None:
+        """Where the external axes stand from the end of the next move on, NaN where it is not said."""
+        self.stands.append((self.count, values))
+
+    def _external(self) -> dict[str, Floats]:
+        """As in Setting."""
+        if not self.stands:
+            return {}
+        table = np.array([(np.nan,) * len(self.external), *(values for _, values in self.stands)])
+        row = np.searchsorted([move for move, _ in self.stands], np.arange(self.count), side="right")
+        used = np.nan_to_num(table).any(axis=0)
+        return {name: table[row, k] for k, name in enumerate(self.external) if used[k]}
+
+    def frame(self, pose: Floats | None, name: str = "") -> int:
+        """The number of a frame, the same for the same frame; those that only the controller knows go by name."""
+        if pose is None:
+            if name not in self._unknown:
+                self._unknown[name] = len(self.frames)
+                self.frames.append(None)
+            return self._unknown[name]
         for number, known in enumerate(self.frames):
-            if known is pose or (known is not None and pose is not None and np.array_equal(known, pose)):
+            if known is pose or (known is not None and np.array_equal(known, pose)):
                 return number
         self.frames.append(pose)
         return len(self.frames) - 1
@@ -270,5 +224,5 @@ class RobotTrack:
         return RobotMoves(
             self.source, self.language, table[:, :3] * 1e-3, self._quaternions(table[:, 3:7]), table[:, 9:12] * 1e-3,
             table[:, 7] * 1e-3, table[:, 8] * 1e-3, {name: marks[:, k] for k, name in enumerate(MARKS)},
-            self.joints, tuple(self.frames), self.tools, tuple(self.events),
+            self.joints, tuple(self.frames), self.tools, tuple(self.events), self._external(),
         )  # fmt: skip

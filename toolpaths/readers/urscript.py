@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import ReadError
-from toolpaths.programs.text import words_of
 from toolpaths.readers.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotMoves, RobotTrack, Span
 from toolpaths.readers.text import comment_word, load_lines
+from toolpaths.readers.urscript_control import CALL, HARMLESS, LABEL, MOTION, RUN, moving
 from toolpaths.readers.urscript_scan import FUNCTIONS, Node, tree
 from toolpaths.readers.urscript_tools import Tools
 from toolpaths.readers.urscript_values import LARGEST, Expression, Pose, RuntimeValueError, Value
@@ -33,21 +33,7 @@ _N = r"(-?(?:\d++\.?\d*+|\.\d++)(?:[eE][-+]?\d++)?)"
 _FAST = re.compile(
     r"(movel|movep)\((?:pose_trans\(([A-Za-z_]\w*), ?)?(p\[" + r"\s*+,\s*+".join([_N] * 6) + r"\])(\)?)((?:,[^()]*)?)\)"
 )
-_CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
 _ASSIGN = re.compile(r"(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*")
-_HARMLESS = words_of(
-    "set_digital_out set_standard_digital_out set_configurable_digital_out set_tool_digital_out set_analog_out "
-    "set_standard_analog_out set_tool_voltage set_flag popup textmsg sleep sync modbus_set_output_signal "
-    "modbus_set_output_register rpc_call socket_open socket_close socket_send_string set_gravity "
-    "write_output_boolean_register write_output_integer_register write_output_float_register "
-    "step_count_enable zero_ftsensor stopl stopj"
-)
-_MOTION = re.compile(
-    r"\b(?:move[a-z]+|servo[a-z]+|speed[jl]|force_mode|set_tcp|conveyor\w*|track_conveyor\w*|freedrive\w*|teach_mode|"
-    r"path_offset\w*|run|position_deviation\w*)\b"
-)
-#: Functions that a skipped block may reach; beyond that it is refused unread.
-_MOST_CALLED = 100
 _TOO_OFTEN = "functions call each other more often than the file is long"
 
 
@@ -81,6 +67,7 @@ class _Run:
         self.track = RobotTrack(source, "urscript", _quaternions)
         self.values: dict[str, Value | RuntimeValueError] = {}
         self.functions: dict[str, Node] = {}
+        self.threads: dict[str, Node] = {}
         self.tools = Tools(self.track)
         self.left = 10_000 + 20 * text.count("\n")
         self.depth = 0
@@ -118,29 +105,16 @@ class _Run:
     def _skip(self, node: Node) -> None:
         """A loop, a condition or a thread: let pass where no move depends on it."""
         if node.word == "thread":
+            self.threads[node.name] = node
             return
-        if (inside := self._moving(node, set())) is not None:
+        if (inside := moving(node, self.functions)) is not None:
             remedy = "Moves that a condition or a loop decides cannot be compensated: unroll them."
+            if node.word == "while" and node.text.strip("() ") == "True":
+                remedy = "Take the loop away; in PolyScope clear 'Program Loops Forever' and save again."
             problem = f"'{node.word} {node.text[:40]}' decides about {inside.text[:40]!r} (line {inside.line})"
             raise self._refused(node, problem, remedy)
         self._forget(node)
         self.track.event(comment_word(f"{node.word} {node.text}"), node.line)
-
-    def _moving(self, node: Node, seen: set[str]) -> Node | None:
-        """The first statement inside that moves the arm or sets how it moves."""
-        for inner in node.body:
-            if inner.word:
-                found = self._moving(inner, seen)
-            else:
-                found = inner if _MOTION.search(inner.text) or inner.text in ("halt", "return") else None
-                for name in _CALL.findall(inner.text):
-                    if found is None and name in self.functions and name not in seen:
-                        seen.add(name)
-                        deep = len(seen) > _MOST_CALLED
-                        found = inner if deep or self._moving(self.functions[name], seen) else None
-            if found is not None:
-                return found
-        return None
 
     def _forget(self, node: Node) -> None:
         """What is assigned inside a block that may or may not run is not known behind it."""
@@ -155,11 +129,29 @@ class _Run:
         self._tails.clear()
         self._frames.clear()
 
+    def _thread(self, node: Node, m: re.Match[str]) -> None:
+        """``run name()``: a thread that only counts, waits or sets signals is let pass."""
+        thread = self.threads.get(m[2])
+        if thread is None:
+            raise self._refused(node, f"the thread {m[2]} is not in the file", "Define it before it is run.")
+        if (inside := moving(thread, self.functions)) is not None:
+            problem = f"the thread {m[2]} moves the arm: {inside.text[:40]!r} (line {inside.line})"
+            raise self._refused(node, problem, "Moves of threads cannot be compensated.")
+        self._forget(thread)
+        if m[1]:
+            self._set(m[1], RuntimeValueError(f"a thread (line {node.line})"))
+        self.track.event(comment_word(node.text), node.line)
+
     def _statement(self, node: Node) -> None:
         if (fast := _FAST.fullmatch(node.text)) and bool(fast[2]) == bool(fast[10]):
             self._fast(node, fast)
             return
-        if m := _CALL.match(node.text):
+        if node.text[0] == "$" or LABEL.match(node.text):  # $ 3 "Waypoint_1": a line of PolyScope's program tree
+            return
+        if m := RUN.fullmatch(node.text):
+            self._thread(node, m)
+            return
+        if m := CALL.match(node.text):
             self._call(node, m[1], node.start + m.end())
             return
         if m := _ASSIGN.match(node.text):
@@ -168,7 +160,7 @@ class _Run:
                     self.text, node.start + m.end(), node.end, self.values
                 ).whole()
             except RuntimeValueError as why:
-                if _MOTION.search(node.text):
+                if MOTION.search(node.text):
                     raise self._refused(node, f"{node.text[:50]!r}: {why}", "Threads cannot be compensated.") from None
                 value = RuntimeValueError(f"{why} (line {node.line})")
             self._set(m[1], value)
@@ -179,7 +171,7 @@ class _Run:
     def _call(self, node: Node, name: str, at: int) -> None:
         if name in self.functions:
             self._function(node, self.functions[name], at)
-        elif name in _HARMLESS:
+        elif HARMLESS.fullmatch(name):
             self.track.event(comment_word(node.text), node.line)
         elif name in PARAMETERS:
             self._move(node, name, self._arguments(node, at))

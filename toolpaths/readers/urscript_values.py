@@ -1,6 +1,6 @@
 """Values of URScript expressions that are known before a program runs: numbers, poses, lists, simple arithmetic.
 
-Source: Universal Robots, The URScript Programming Language (expressions, pose_trans, get_inverse_kin, d2r).
+Source: Universal Robots, The URScript Programming Language (expressions, pose_trans, pose_add, pose_inv, d2r).
 """
 
 from __future__ import annotations
@@ -186,12 +186,22 @@ def _called(name: str, given: list[Value]) -> Value:
         if inner.frame is None:
             return Pose(inner.numbers, inner.start, inner.end, frame.matrix())
         placed = frame.matrix() @ inner.matrix()
-        return Pose((*placed[:3, 3].tolist(), *ur_from_matrix(placed[:3, :3]).tolist()))
+        return _computed(placed[:3, :3], placed[:3, 3])
+    if name == "pose_add" and isinstance(frame, Pose) and isinstance(inner, Pose):
+        first, second = frame.matrix(), inner.matrix()
+        return _computed(first[:3, :3] @ second[:3, :3], first[:3, 3] + second[:3, 3])
+    if name == "pose_inv" and len(given) == 1 and isinstance(given[0], Pose):
+        inverse: Floats = np.linalg.inv(given[0].matrix()).astype(np.float64)
+        return _computed(inverse[:3, :3], inverse[:3, 3])
     if name == "get_inverse_kin" and given and isinstance(given[0], Pose):
         return given[0]
     if name in ("d2r", "r2d") and len(given) == 1:
         return _number(given[0]) * (math.pi / 180.0 if name == "d2r" else 180.0 / math.pi)
     raise RuntimeValueError(f"{name}() is computed while the program runs")
+
+
+def _computed(rotation: Floats, position: Floats) -> Pose:
+    return Pose((*position.tolist(), *ur_from_matrix(rotation).tolist()))
 
 
 def _number(value: Value) -> float:

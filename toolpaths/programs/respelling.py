@@ -1,0 +1,34 @@
+"""Numbers and lines of a program's text, changed with as little trace as can be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+
+def respelled(match: re.Match[str], values: Sequence[float], decimals: Sequence[int], first: int = 1) -> str:
+    """A literal with the numbers of groups ``first``, ... replaced, those that print the same left as they are."""
+    literal, start = match[0], match.start()
+    pieces, at = [], 0
+    for group, (value, least) in enumerate(zip(values, decimals, strict=True), start=first):
+        old = match[group]
+        digits = max(least, len(old.partition(".")[2]) if "e" not in old.lower() else 0)
+        if abs(float(old) - value) < 0.5 * 10.0**-least:
+            continue
+        new = f"{value:.{digits}f}"
+        new = new.lstrip("-") if float(new) == 0.0 else new
+        pieces += [literal[at : match.start(group) - start], new]
+        at = match.end(group) - start
+    return "".join([*pieces, literal[at:]])
+
+
+def newline_of(text: str) -> str:
+    """The line end that a text uses first."""
+    found = re.search(r"\r\n|\n|\r", text)
+    return found[0] if found else "\n"
+
+
+def line_end(text: str, at: int) -> int:
+    """Where the line of a place ends, behind its line end."""
+    found = re.compile(r"\r\n|\n|\r|$").search(text, at)
+    return found.end() if found else len(text)
