@@ -13,7 +13,9 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, identify, paths, poses, start, table
+from benchmarks import commands, identify, paths, poses, reading, start, table
+
+PARTS = ("start", "paths", "poses", "commands", "identify", "reading")
 
 
 def main() -> None:
@@ -26,10 +28,11 @@ def main() -> None:
         "poses": poses.run,
         "commands": lambda: commands.run(sizes),
         "identify": identify.run,
+        "reading": reading.run,
     }
     rows: list[table.Row] = []
     print(_machine())
-    for name in options.parts or parts:
+    for name in options.parts or PARTS:
         found = list(parts[name]())
         print("\n" + table.text(found), flush=True)
         rows += found
@@ -40,13 +43,13 @@ def main() -> None:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("parts", nargs="*", help="some of: start, paths, poses, commands, identify; default all")
+    parser.add_argument("parts", nargs="*", help="some of the parts; default all")
     parser.add_argument("--large", action="store_true", help="1,000,000 poses as well: minutes, gigabytes")
     parser.add_argument("--json", type=Path, help="write the rows there, too")
     options = parser.parse_args()
     for part in options.parts:
-        if part not in ("start", "paths", "poses", "commands", "identify"):
-            parser.error(f"unknown part {part!r}")
+        if part not in PARTS:
+            parser.error(f"unknown part {part!r}; there are {', '.join(PARTS)}")
     return options
 
 

@@ -35,7 +35,7 @@ with atheris.instrument_imports(include=["toolpaths"]):
 
 ROOT = Path(__file__).parents[1]
 DAT = b"\n;;;; beside it: .dat\n"  # a KRL input is two files
-SLOW = 2.0  # s for one input of at most LONGEST bytes
+SLOW = 5.0  # s for one input of at most LONGEST bytes
 LONGEST, MEMORY, HANG = 4096, 1500, 30  # bytes, MB, s
 CHORD = 1e-3  # m: arcs of a few points, so that the time goes into reading
 Read = Callable[[Path], Toolpath]

@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import commands, job, paths, poses, start, table, timing
+from benchmarks import commands, job, paths, poses, reading, start, table, timing
 from benchmarks.rig import RICHER, WRENCH, Rig, rig, task
 from stiffness.robot import load_robot
 from toolpaths.programs import read_back
 from toolpaths.readers import read_toolpath
+from toolpaths.toolpath import Toolpath
 
 ABB = "abb-irb6600-175-255"
 MODELS = [(ABB, {}), (ABB, {"richer": True}), (ABB, {"calibrated_out": True}), ("ur10", {})]
@@ -141,3 +142,18 @@ def test_cores_are_given_back() -> None:
     with timing.cores(1) as got:
         assert got == 1 == len(os.sched_getaffinity(0))
     assert os.sched_getaffinity(0) == before
+
+
+@pytest.mark.parametrize("name", reading.KINDS)
+def test_files_of_the_reading_benchmark_are_read_whole(tmp_path: Path, name: str) -> None:
+    kind = reading.KINDS[name]
+    file = tmp_path / f"m.{kind.suffix}"
+    file.write_text(kind.text(60))
+    path = reading.reading(file)()
+    assert isinstance(path, Toolpath) and len(np.unique(path.line)) >= 60
+    assert len(np.unique(np.round(path.position, 9), axis=0)) > (1 if "arcs" in name or "circles" in name else 50)
+
+
+def test_rows_of_the_reading_benchmark() -> None:
+    rows = list(reading.run(40))
+    assert len(rows) == 2 * len(reading.KINDS) and all(r.value > 0 and r.unit in ("s", "x") for r in rows)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.oracles.patience import not_hanging
 from toolpaths.errors import ReadError
 from toolpaths.readers import SUFFIXES, read_toolpath
 
@@ -73,6 +74,12 @@ def test_a_fault_is_found(tmp_path: Path, fault: str) -> None:
     assert done.returncode != 0 and re.search(words, done.stdout + done.stderr), done.stdout + done.stderr[-3000:]
     found = [p for p in tmp_path.glob("csv-*") if p.is_file()]
     assert len(found) == 1 and found[0].read_bytes().count(b"kind") > 2
+
+
+def test_a_hang_fails() -> None:
+    with pytest.raises(AssertionError, match="it hangs: 0.1 s"), not_hanging(0.1):
+        while True:
+            pass
 
 
 #: Inputs that were no clear refusal once, cut down.

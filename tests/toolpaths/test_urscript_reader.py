@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tests.oracles.patience import not_hanging
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
-from toolpaths.programs import urscript as writer
 from toolpaths.programs import write_program
 from toolpaths.programs.rewriting import refuse_compensated
 from toolpaths.readers.robot_arcs import with_arcs
@@ -229,10 +228,9 @@ MISTAKES += [
 
 @pytest.mark.parametrize(("text", "word"), MISTAKES)
 def test_mistakes(tmp_path, text, word):
-    began = time.monotonic()
-    with pytest.raises(ReadError, match=r"test\.script") as caught:
+    with not_hanging(), pytest.raises(ReadError, match=r"test\.script") as caught:
         read_text(tmp_path, text)
-    assert word in str(caught.value) and time.monotonic() - began < 5
+    assert word in str(caught.value)
 
 
 def test_what_polyscope_writes(tmp_path):
@@ -351,13 +349,3 @@ def test_only_refusals_escape(tmp_path, data):
         except ReadError:
             continue
         assert len(t) > 0 and (np.diff(t.row) > 0).all()
-
-
-def test_speed(tmp_path, monkeypatch):
-    """20,000 moves in a tenth of the 10 s that 200,000 may take, of this process's time."""
-    monkeypatch.setattr(writer, "MOVES_PER_FILE", 10**6)
-    write_program(random_program(20_000, 1), tmp_path / "p.script")
-    data = (tmp_path / "p.script").read_bytes()
-    began = time.process_time()
-    assert len(read_text(tmp_path, data)) == 20_001
-    assert time.process_time() - began < 1.0
