@@ -77,7 +77,7 @@ def test_a_fault_is_found(tmp_path: Path, fault: str) -> None:
 
 
 def test_a_hang_fails() -> None:
-    with pytest.raises(AssertionError, match="it hangs: 0.1 s"), not_hanging(0.1):
+    with pytest.raises(AssertionError, match=r"it hangs: 0\.1 s"), not_hanging(0.1):
         while True:
             pass
 
