@@ -230,7 +230,7 @@ def _notes(
     if weightless:
         notes.append(f"tool {', '.join(weightless)}: no mass given, its weight is not modelled")
     warm = cell.temperature is not None and cell.temperature != model.reference_temperature
-    if warm and not any(e.name == "thermal-drift" for e in effects):
+    if warm and not any(e.thermal for e in effects):
         notes.append("temperature differs from the model's reference; the model has no thermal effect")
     if gravity == "calibrated-out":
         notes.append("gravity: the controller is taken to know the sag of arm and tool")

@@ -266,7 +266,7 @@ def _can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
         return any(s.has_wrench for s in sessions)
     if effect.position_reading:
         return any(bool(np.ptp(_finite(s.samples.time)) > 0) for s in sessions)
-    if effect.name == "thermal-drift":
+    if effect.thermal:
         return any(bool(np.ptp(_finite(s.samples.temperature)) > WARMED) for s in sessions)
     return True
 

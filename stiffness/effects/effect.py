@@ -199,6 +199,7 @@ class Effect:
         places: joints -> the places that ``twist`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         unloaded: there is an effect without load, so that absolute positions tell of it.
+        thermal: it follows the temperature: one temperature tells nothing of it.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
             controller takes the sag off.
         unsure: angles (N, n), values, standard deviations -> (N, n) rad, where it was learned over part of a range and
@@ -222,6 +223,7 @@ class Effect:
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
     memory: Memory | None = None
     unloaded: bool = False
+    thermal: bool = False
     needs_torque_sign: bool = False
     unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None

@@ -58,4 +58,5 @@ EFFECT = Effect(
     twist=_twist,
     places=lambda n: tuple(range(n + 1)),
     unloaded=True,
+    thermal=True,
 )
