@@ -232,6 +232,18 @@ def test_effects_without_memory_or_threshold_are_odd_in_their_load(effect: Effec
     assert effect.needs_torque_sign == (not (linear and reversed_too))
 
 
+@every_effect
+def test_thermal_effects_are_those_that_temperature_moves(effect: Effect) -> None:
+    """``thermal`` is set where the law is nothing at the reference temperature and something above it."""
+    if effect.joint is None:
+        assert not effect.thermal
+        return
+    values = sample(effect, 1)
+    law, given = JointLaw(effect, values), joints(effect, values, 1)
+    cold, warm = (law(replace(given, temperature=t), values) for t in (0.0, 7.0))
+    assert effect.thermal == bool(np.abs(cold).max() == 0.0 < np.abs(warm).max())
+
+
 # ------------------------------------------------------------------------------------ against oracles
 
 
