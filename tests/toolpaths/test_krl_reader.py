@@ -114,7 +114,7 @@ REFUSED = [
     ("LIN {X 1,Y 2,Z 1e999,A 0,B 0,C 0}", 2, "finite"),
     ("LIN {X 1,Y 2,Z 3,A 0,B 0", 2, ""),
     (f"DRILL({POSE})", 2, "arguments"),
-    (f"$VEL.CP=20\nLIN {POSE}", 3, "0.02 where 20 mm/s is meant"),
+    (f"$VEL.CP=20\nLIN {POSE}", 2, "0.02 where 20 mm/s is meant"),
     (f"$VEL={{CP 3.5,ORI1 200,ORI2 200}}\nLIN {POSE}", 3, "at most 3"),
     ("LIN {X 1,Y 2,Z 3,A 0,B 0,C 0,E1 1e999}", 2, "finite"),
     (f"$IPO_MODE=#TCP\nLIN {POSE}", 3, "#TCP"),

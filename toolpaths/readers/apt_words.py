@@ -47,6 +47,7 @@ CREO = "->"  # Creo writes statements of its own as comments, and continues them
 LARGEST = 1e9
 UNIT_TOLERANCE = 1e-3  # how far the length of a direction may be from 1
 
+_GOES_ON = re.compile(r"(?!PPRINT|TPRINT|INSERT|REMARK|PARTNO)[^$]*,\s*\$(?=\s)", re.IGNORECASE)  # a comment behind '$'
 _STATEMENT = re.compile(r"\s*(TOOL\s+PATH|END-OF-PATH|[A-Z][A-Z0-9_]*)\s*(?:/(.*)|(\s.*))?$", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
 _NUMBERS = re.compile(r"[-+0-9.eEdD, \t]*")
@@ -99,6 +100,8 @@ def statements(lines: list[str], source: str) -> Iterator[Statement]:
         if not text:
             continue
         begin = begin or count
+        if "$" in text and (goes_on := _GOES_ON.match(text)):
+            text = goes_on[0]
         if text.endswith("$"):
             pending.append(text[:-1])
             continue

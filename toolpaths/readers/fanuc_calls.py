@@ -11,7 +11,7 @@ from toolpaths.readers.fanuc_scan import Listing, Statement
 #: Instructions that move nothing and change no frame.
 HARMLESS = re.compile(
     r"(?:DO|RO|AO|GO|SO|UO|F|M|SR|TIMER|UALM|MESSAGE|PAYLOAD|LBL)\[|WAIT\b(?!.*TIMEOUT)|PAUSE$|OVERRIDE\s*=|"
-    r"COL (?:DETECT|GUARD)|(?:JOINT|LINEAR)_MAX_SPEED|(?:OFFSET|TOOL_OFFSET|SKIP) CONDITION|Arc (?:Start|End)|"
+    r"COL (?:DETECT|GUARD)|(?:JOINT|LINEAR)_MAX_SPEED|(?:OFFSET|TOOL_OFFSET|SKIP) CONDITION|(?:Arc|Weld) (?:Start|End)|"
     r"(?:UN)?LOCK PREG"
 )
 _REGISTER = re.compile(r"P?R\[")

@@ -12,6 +12,7 @@ from toolpaths.readers.gcode_retract import Retract, check_retracts
 from toolpaths.readers.gcode_rotary import Machine
 from toolpaths.readers.gcode_words import (
     GROUP,
+    LONE,
     M_END,
     SYSTEMS,
     TIP_CONTROL,
@@ -27,6 +28,7 @@ PLANES = {170: 2, 180: 1, 190: 0}  # index of the axis normal to the plane
 MOVING = frozenset("XYZIJKRABC")
 ALLOWED = frozenset("XYZIJKRFSTNHPQOLABC")
 TOOL_CHANGE = re.compile(r"[Mm]\s*0*6(?![0-9.])")
+COLON = re.compile(r"^\s*:(?=\s*\d)")  # the number of a program in ISO code
 ROTARY = re.compile(r"[ABCabc]\s*[-+.\d]")
 SINGLE = frozenset((40, 280, 300, 520, 530, 920, 921, 922, 923))
 
@@ -89,6 +91,8 @@ class Blocks:
         if text.strip() == "%":
             self._percent(line)
             return
+        if ":" in text:
+            text = COLON.sub("O", text)
         values, gs, ms = split_block(text.upper().rstrip(), self.source, line)
         if not (values or gs or ms):
             return
@@ -124,6 +128,7 @@ class Blocks:
             self._events(values, ms, line)
         if gs:
             single = self._modes(gs, values)
+            _check_lone(gs, values)
         _check_letters(values, gs, single, state.motion or 0)
         if single is not None:
             self._single(single, values, line)
@@ -233,6 +238,14 @@ def _check_groups(gs: list[int]) -> None:
             raise ValueError(f"{words}: two words for {name} in one block")
 
 
+def _check_lone(gs: list[int], values: Words) -> None:
+    """Words that stand without coordinates."""
+    for g in set(gs).intersection(LONE):
+        if not values.keys().isdisjoint(MOVING) or (g == 50 and "P" not in values):
+            why = "a spline; post arcs or lines" if g == 50 else "with coordinates it is not read"
+            raise ValueError(f"G{g / 10:g}: {why}")
+
+
 def _check_letters(values: Words, gs: list[int], single: int | None, motion: int) -> None:
     """Letters that mean something only beside another word."""
     keys = values.keys()
@@ -244,7 +257,7 @@ def _check_letters(values: Words, gs: list[int], single: int | None, motion: int
         raise ValueError(f"H{values['H']:g} without G43")
     cycle = motion >= 100 and single is None
     turns = motion in (20, 30) and single is None
-    if "P" in keys and not (single == 40 or cycle or turns or {640, 541}.intersection(gs)):
+    if "P" in keys and not (single == 40 or cycle or turns or {640, 541, 50, 80, 1870}.intersection(gs)):
         raise ValueError(f"P{values['P']:g}: read only with G2, G3, G4, G54.1, G64 and canned cycles")
     if "Q" in keys and not (cycle or {640, 51}.intersection(gs)):
         raise ValueError(f"Q{values['Q']:g}: read only with G64, G5.1, G73 and G83")

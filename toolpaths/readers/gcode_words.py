@@ -33,16 +33,22 @@ GROUPS: dict[str, tuple[int, ...]] = {
     "tool length": (430, *TIP_CONTROL, 490),
     "work offset": tuple(SYSTEMS),
     "path control": (610, 611, 640),
-    "smoothing": (51,),
+    "smoothing": (51, 50, 80, 1870),
+    "exact stop": (90,),
     "scaling": (500,),
+    "mirror": (501,),
+    "polar coordinates": (150,),
+    "polar interpolation": (131,),
+    "modal macro": (670,),
     "rotation": (690,),
     "spindle mode": (970,),
     "cycle return": (980, 990),
 }
 GROUP = {key: name for name, keys in GROUPS.items() for key in keys}
 
-# Let pass on purpose: they choose what this reader does anyway (G40, G50, G69, G97), what the cell file says
-# (G43 H: tool length), or how a machine rounds corners (G61, G64, G5.1 Q).
+# Let pass on purpose: they choose what this reader does anyway (G13.1, G15, G40, G50, G50.1, G67, G69, G97), what the
+# cell file says (G43 H: tool length), or how a machine rounds corners (G5 P, G5.1 Q, G8 P, G9, G61, G64, G187).
+LONE = (50, 80, 131, 501, 1870)  # of them those that stand without coordinates
 
 G_REFUSED: dict[int, str] = {
     **dict.fromkeys((410, 420, 411, 421), "cutter compensation; let CAM compensate ('in computer')"),
@@ -51,8 +57,8 @@ G_REFUSED: dict[int, str] = {
         "a canned cycle other than G73, G81, G82, G83, G85; post with expanded cycles",
     ),
     100: "it writes offsets or data into the controller; post without it",
-    **dict.fromkeys((50, 52, 53), "a spline; post arcs or lines"),
-    **dict.fromkeys((650, 660, 670, 661), "a macro call"),
+    **dict.fromkeys((52, 53), "a spline; post arcs or lines"),
+    **dict.fromkeys((650, 660, 661), "a macro call"),
     **dict.fromkeys((680, 510, 511, 160, 681), "it turns, scales or bends the coordinates; post without it"),
     **dict.fromkeys((682, 683, 684, 531), "a tilted work plane; post with tool vectors (G43.4 I J K) or APT/CL"),
     **dict.fromkeys((431, 432, 440), "a tool length that this reader does not know; post with G43 H"),
@@ -64,7 +70,9 @@ G_REFUSED: dict[int, str] = {
     960: "constant surface speed of lathes; post with G97",
 }
 
-M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9)
+# stops, spindle, coolant, tool; clamps of tables (10, 11), spindle position (19), chips (31, 33), overrides (48, 49),
+# coolant through the spindle (88, 89)
+M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 19, 31, 33, 48, 49, 88, 89)
 M_END = (2, 30)
 PRINTER_M = frozenset({82, 83, 84, *range(104, 110), 117, 140, 190, 191, *range(200, 206), 220, 221, 862, 900})
 

@@ -264,13 +264,18 @@ class Mover:
             run.refuse(s.start, "$IPO_MODE #TCP: a tool that stands still", "The arm has to hold the tool.")
         own = self._with(s, match[2] or "")
         speed = own.get("$VEL", own.get("$VEL.CP", self._speed()))
-        if isinstance(speed, float) and speed > FASTEST and word != "PTP":
-            problem = f"$VEL.CP = {speed:g}: it is in m/s, KUKA takes at most {FASTEST:g}"
-            run.refuse(s.start, problem, f"Write {speed * 1e-3:g} where {speed:g} mm/s is meant.")
+        if word != "PTP":
+            self.check_speed(s.start, speed)
         feed = speed * 1e3 if isinstance(speed, float) and 0.0 < speed < math.inf and word != "PTP" else _NAN
         rounded = (match[1] + behind).upper()
         zone = self._number("$APO.CDIS") if "C_DIS" in rounded else _NAN if rounded.strip() else 0.0
         return feed, zone, self.mounted.tool(s, own.get("$TOOL")), self.mounted.base(s, own.get("$BASE"))
+
+    def check_speed(self, at: int, speed: Value) -> None:
+        """Refuse a $VEL.CP that is meant in mm/s."""
+        if isinstance(speed, float) and speed > FASTEST:
+            problem = f"$VEL.CP = {speed:g}: it is in m/s, KUKA takes at most {FASTEST:g}"
+            self.run.refuse(at, problem, f"Write {speed * 1e-3:g} where {speed:g} mm/s is meant.")
 
     def _speed(self) -> Value:
         names = self.run.names

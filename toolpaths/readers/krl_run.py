@@ -161,12 +161,18 @@ class Run(Scanner):
                 self.refuse(s.start, f"{name}() stands in {other.name}", "Put its moves into this file.")
         if name.upper() not in _HARMLESS_CALLS:
             self.elsewhere.setdefault(name, self.line(s.start))
+            for given in match[2].upper().split(","):  # a parameter may be OUT
+                if given.strip() in self.names:
+                    unknown = Runtime(f"{given.strip()}, which {name} may set (line {self.line(s.start)})")
+                    self.names[given.strip()] = Variable(unknown, None)
 
     def _without_poses(self, rest: str) -> bool:
         """Whether arguments are numbers, texts and words only: of what else they are, one may be where the arm goes."""
         e = Expression(rest, self)
         while e.peek():
-            if not isinstance(e.value(), float | bool | str):
+            declared = self.declared.get(e.peek().upper())
+            plain = declared is not None and declared.type in ("INT", "REAL", "BOOL", "CHAR")
+            if not isinstance(e.value(), float | bool | str) and not plain:
                 return False
             if e.peek():
                 e.take(",")
@@ -182,6 +188,8 @@ class Run(Scanner):
         if isinstance(value, Runtime) and "(line " not in value.reason:
             value = Runtime(f"{value.reason} (line {self.line(s.start)})"[:200])
         parts = [p.strip().upper() for p in match[3].split(".")[1:]]
+        if name == "$VEL" and parts == ["CP"]:
+            self.mover.check_speed(s.start, value)
         if parts and (not name.startswith("$") or name in ("$TOOL", "$BASE", "$LOAD")):
             self.names[name] = Variable(_with(self.look_up(name), parts, value), None)
         else:

@@ -16,7 +16,13 @@ _DEFFCT = re.compile(r"(?:GLOBAL\s+)?DEFFCT\s", re.I)
 _DECLARED = re.compile(
     r"(?:(?:DECL|GLOBAL|CONST)\s+)*([A-Za-z_]\w*)\s+([A-Za-z_$][\w$]*)\s*(\[[^\]]*\])?\s*(?:=\s*(?=\S)|$)", re.I
 )
+_SEVERAL = re.compile(
+    r"(?:(?:DECL|GLOBAL|CONST)\s+)*([A-Za-z_]\w*)\s+((?:[A-Za-z_$][\w$]*\s*(?:\[[^\]]*\]\s*)?(?:,\s*(?=\S)|$)){2,})$",
+    re.I,
+)
+_INDEX = re.compile(r"\[[^\]]*\]")
 _DECL = re.compile(r"(?:DECL|INT|REAL|BOOL|CHAR|FRAME|POS|E6POS|AXIS|E6AXIS|GLOBAL\s+DECL)\s", re.I)
+_MOVES = re.compile(r"S?(?:PTP|LIN|CIRC)(?:_REL)?\b|SPLINE")
 _IF = re.compile(r"IF\s+(.*\S)\s+THEN\s*$|IF\s*(\(.*\))\s*THEN\s*$", re.I)
 _FOR = re.compile(r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s*$", re.I)
 _WORD = re.compile(r"[A-Za-z_$&#]+\w*")
@@ -114,8 +120,8 @@ class Scanner:
             ReadError: no DEF, or a file that is cut off.
         """
         for start, end, comment in self._code(self.border + 1, len(self.text)):
-            if not comment and (match := _DECLARED.match(self.text, start, end)):
-                self._declare(match, end)
+            if not comment:
+                self._declaration(start, end)
         while self._at < len(self._codes):
             start, end, comment = self._codes[self._at]
             text = self.text[start:end]
@@ -125,9 +131,7 @@ class Scanner:
             if match := _DEF.match(text):
                 self._subprogram(match, start, end)
             elif _DEFFCT.match(text):
-                while self._at < len(self._codes) and self._upper(self._at) != "ENDFCT":
-                    self._at += 1
-                self._at += 1
+                self._function()
             elif text.upper().startswith("EXT"):
                 continue
             else:
@@ -136,17 +140,37 @@ class Scanner:
         if not self.first:
             raise ReadError(self.source, None, "no DEF: not a KRL program", "Give the .src of one program.")
 
+    def _function(self) -> None:
+        """Pass over a function: what it gives is not known before it runs, and it must not move the arm."""
+        while self._at < len(self._codes) and self._upper(self._at) != "ENDFCT":
+            if _MOVES.match(self._upper(self._at)):
+                self.refuse(self._codes[self._at][0], "a function that moves the arm", "Make it a subprogram.")
+            self._at += 1
+        self._at += 1
+
     def _upper(self, index: int) -> str:
         start, end, comment = self._codes[index]
         return "" if comment else self.text[start:end].upper()
 
-    def _declare(self, match: re.Match[str], end: int) -> None:
-        name = match[2].upper()
-        value = (match.end(), end) if "=" in match[0] else (-1, -1)
-        if name in self.declared:
-            first = self.line(self.declared[name].start)
-            self.refuse(match.start(), f"{match[2]} is declared twice, first in line {first}", "Keep one of them.")
-        self.declared[name] = Declaration(match[1].upper(), match[2], match.start(), end, value)
+    def _declaration(self, start: int, end: int) -> bool:
+        """Take over the names that a line declares: one with its value, or several without."""
+        if match := _DECLARED.match(self.text, start, end):
+            if match[2].upper() not in self.declared or "=" in match[0] or start > self.border:
+                self._declare(match[1], match[2], start, end, match.end() if "=" in match[0] else -1)
+            return True
+        if match := _SEVERAL.match(self.text, start, end):
+            for name in _INDEX.sub("", match[2]).split(","):
+                bare = name.strip()
+                if bare.upper() not in self.declared or start > self.border:
+                    self._declare(match[1], bare, start, end, -1)
+        return match is not None
+
+    def _declare(self, kind: str, name: str, start: int, end: int, value: int) -> None:
+        if name.upper() in self.declared:
+            first = self.line(self.declared[name.upper()].start)
+            self.refuse(start, f"{name} is declared twice, first in line {first}", "Keep one of them.")
+        place = (value, end) if value >= 0 else (-1, -1)
+        self.declared[name.upper()] = Declaration(kind.upper(), name, start, end, place)
 
     def _subprogram(self, match: re.Match[str], start: int, end: int) -> None:
         name = match[1].upper()
@@ -196,10 +220,7 @@ class Scanner:
             return self._switch(start, text[len(first) :].strip())
         if _LABEL.match(text):  # GOTO is refused: nothing comes here by a jump
             return Statement(COMMENT, start, start)
-        if _DECL.match(text) and (match := _DECLARED.match(self.text, start, end)):
-            if match[2].upper() in self.declared and "=" not in match[0]:
-                return Statement(COMMENT, start, start)
-            self._declare(match, end)
+        if _DECL.match(text) and self._declaration(start, end):
             return Statement(COMMENT, start, start)
         return Statement(PLAIN, start, end)
 

@@ -8,21 +8,27 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from toolpaths.readers.expression import Runtime
 from toolpaths.readers.rapid_expressions import Expression, Scope
 from toolpaths.readers.rapid_scan import CALL, CHOICE, COMMENT, Statement
 
 _WORDS = (
     "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK WaitTime WaitDI WaitDO WaitAI WaitGI WaitUntil "
     "WaitRob SetDO SetAO SetGO Set Reset PulseDO InvertDO Stop Break ActUnit DeactUnit GripLoad CirPathMode ClkReset "
-    "ClkStart ClkStop ErrWrite Write Open Close MotionSup SoftDeact PathAccLim WaitWObj Incr Decr"
+    "ClkStart ClkStop ErrWrite Write Open Close MotionSup SoftDeact PathAccLim WorldAccLim WaitWObj Incr Decr "
+    "PDispOff EOffsOff IDelete"
 )
 HARMLESS = frozenset(_WORDS.lower().split())
+#: Of these the ones that set an argument.
+SETTING = frozenset(("incr", "decr", "tpreadfk"))
 STEERING = re.compile(
     r"move|trigg|search|pdisp|eoffs|corr|softact|worldacc|storepath|restopath|startmove|stopmove|ind[ar]|egm|isignal|"
     r"sync|mtool|mech|conveyor|dropwobj", re.I,
 )  # fmt: skip
 
 
+_GIVEN = re.compile(r'"[^"]*+"|[,\\]?\s*+(?:\w+\s*:=\s*)?([A-Za-z]\w*+)\s*+(?=[,\\.{]|$)|.', re.S)
+_PLAIN = ("num", "dnum", "bool", "string", "byte")
 _ROUTINE = re.compile(r"\s*PROC\s+([A-Za-z]\w*)\s*\(", re.I)
 _MOVING = re.compile(r"\s*(?:Move|Trigg|Search|Arc|Spot|Paint|Disp)[A-Za-z]*\s", re.I)
 
@@ -31,7 +37,7 @@ def idle(body: list[Statement]) -> bool:
     """Whether statements neither move nor set anything."""
     return all(
         s.kind == COMMENT
-        or (s.kind == CALL and s.word.lower() in HARMLESS - {"incr", "decr"})
+        or (s.kind == CALL and s.word.lower() in HARMLESS - SETTING)
         or (s.kind == CHOICE and all(idle(branch.body) for branch in s.body))
         for s in body
     )
@@ -46,9 +52,17 @@ def without_poses(text: str, scope: Scope) -> bool:
                 e.take()
                 if e.peek() == ":=":
                     e.take()
-        if e.peek() and not isinstance(e.value(), float | bool | str):
-            return False
+        if name := e.peek():
+            value = e.value()
+            plain = isinstance(value, Runtime) and name[0].isalpha() and scope.look_up(name)[0] in _PLAIN
+            if not plain and not isinstance(value, float | bool | str):
+                return False
     return True
+
+
+def given_names(text: str) -> list[str]:
+    """Names that stand as arguments by themselves: the routine may set them."""
+    return [m[1] for m in _GIVEN.finditer(text) if m[1]]
 
 
 def routines_beside(source: Path) -> dict[str, tuple[str, bool]]:

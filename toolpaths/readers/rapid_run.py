@@ -9,7 +9,7 @@ from pathlib import Path
 
 from toolpaths.errors import ReadError
 from toolpaths.readers.expression import ExpressionError, Runtime
-from toolpaths.readers.rapid_calls import HARMLESS, STEERING, idle, routines_beside, without_poses
+from toolpaths.readers.rapid_calls import HARMLESS, SETTING, STEERING, given_names, idle, routines_beside, without_poses
 from toolpaths.readers.rapid_expressions import Expression, component, item
 from toolpaths.readers.rapid_moves import Mover
 from toolpaths.readers.rapid_scan import CALL, CHOICE, COMMENT, DATA, LOOP, Declaration, Scanner, Statement
@@ -171,8 +171,6 @@ class Run(Scanner):
         return False
 
     def _other(self, s: Statement, word: str, rest: str) -> None:
-        if word in ("incr", "decr") and (name := rest.strip().lower()):
-            self._set(name, Runtime(s.word))
         if word not in HARMLESS and not self._idle_routine(word):
             if STEERING.match(word):
                 self.refuse(s.start, f"{s.word} moves the arm in a way that only the controller knows", _REMEDY)
@@ -185,7 +183,16 @@ class Run(Scanner):
             if s.word not in self.elsewhere:
                 self._refuse_moves_beside(s)
                 self.elsewhere[s.word] = self.line(s.start)
+            self._may_set(s, rest)
+        elif word in SETTING:
+            self._may_set(s, rest)
         self.track.event(comment_word(plain_text(self.text[s.start : s.end])), self.line(s.start))
+
+    def _may_set(self, s: Statement, rest: str) -> None:
+        for name in given_names(rest):
+            variable = self.variable(name)
+            if variable and not (variable.declaration and variable.declaration.storage == "CONST"):
+                self._set(name, Runtime(f"{name}, which {s.word} may set (line {self.line(s.start)})"))
 
     def _idle_routine(self, word: str) -> bool:
         body = self.module.with_arguments.get(word)

@@ -18,6 +18,7 @@ _REST = re.compile(r'(?:[^;"!]++|"(?:[^"\n\r]|"")*+"|![^\n\r]*+)*+;')
 _HEAD = re.compile(r"\s*%%%.*?%%%", re.S)
 _MODULE = re.compile(r"\s+([A-Za-z]\w*)(?:[ \t]*\([A-Za-z, \t]*\))?")
 _PROC = re.compile(r"\s+([A-Za-z]\w*)\s*\(([^)]*)\)")
+_MOVES = re.compile(r"^[ \t]*((?:Move|Trigg|Search)[A-Z]\w*)\s", re.I | re.M)
 _DATA = re.compile(r"\s+([A-Za-z]\w*)\s+([A-Za-z]\w*)\s*(\{[^}]*\})?\s*(:=)?")
 _FOR = re.compile(r"\s+([A-Za-z]\w*)\s+FROM\s+(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s+DO(?!\w)", re.I | re.S)
 _IF = re.compile(r'\s*+((?:[^;"]|"[^"\n\r]*+")*?)(?<!\w)THEN(?!\w)', re.I)
@@ -225,6 +226,8 @@ class Scanner:
                 self.at = found.end()
                 if name and end == "ENDFUNC":
                     self.module.functions.add(name[1].lower())
+                    if moves := _MOVES.search(self.text, begin, found.start()):
+                        self.refuse(moves.start(1), f"the function {name[1]} moves the arm", "Make it a PROC.")
                 return
         self.refuse(begin, f"{end} is missing", "The file may be cut off.")
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import ReadError
+from toolpaths.readers import urscript_control as control
 from toolpaths.readers.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotMoves, RobotTrack, Span
 from toolpaths.readers.text import comment_word, load_lines
 from toolpaths.readers.urscript_control import CALL, HARMLESS, LABEL, MOTION, RUN, moving
@@ -33,7 +34,6 @@ _N = r"(-?(?:\d++\.?\d*+|\.\d++)(?:[eE][-+]?\d++)?)"
 _FAST = re.compile(
     r"(movel|movep)\((?:pose_trans\(([A-Za-z_]\w*), ?)?(p\[" + r"\s*+,\s*+".join([_N] * 6) + r"\])(\)?)((?:,[^()]*)?)\)"
 )
-_ASSIGN = re.compile(r"(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*")
 _TOO_OFTEN = "functions call each other more often than the file is long"
 
 
@@ -70,7 +70,7 @@ class _Run:
         self.threads: dict[str, Node] = {}
         self.tools = Tools(self.track)
         self.left = 10_000 + 20 * text.count("\n")
-        self.depth = 0
+        self.kept: list[dict[str, Value | RuntimeValueError | None]] = []  # of every function that runs: what it hides
         self._tails: dict[tuple[str, str], dict[str, float]] = {}
         self._frames: dict[str, Floats] = {}
 
@@ -90,14 +90,22 @@ class _Run:
             if self.left < 0:
                 raise ReadError(self.source, node.line, _TOO_OFTEN, "Unroll the calls.")
             if node.word == "def":
-                self.functions[node.name] = node
+                self._define(node, body)
             elif node.word:
                 self._skip(node)
-            elif node.text in ("halt", "return") or node.text.startswith("return "):
+            elif control.LEAVES.match(node.text):
+                self._side_effects(node)
                 return True
             else:
                 self._statement(node)
         return False
+
+    def _define(self, node: Node, body: list[Node]) -> None:
+        old = self.functions.get(node.name)
+        if old is not None and old is not node and any(old is n for n in body):
+            problem = f"def {node.name}() stands twice, first in line {old.line}"
+            raise self._refused(node, problem, "Two programs in one file? Give one of them.")
+        self.functions[node.name] = node
 
     def _refused(self, node: Node, problem: str, remedy: str) -> ReadError:
         return ReadError(self.source, node.line, problem, remedy)
@@ -107,7 +115,7 @@ class _Run:
         if node.word == "thread":
             self.threads[node.name] = node
             return
-        if (inside := moving(node, self.functions)) is not None:
+        if (inside := control.moving_call(node, self.functions) or moving(node, self.functions)) is not None:
             remedy = "Moves that a condition or a loop decides cannot be compensated: unroll them."
             if node.word == "while" and node.text.strip("() ") == "True":
                 remedy = "Take the loop away; in PolyScope clear 'Program Loops Forever' and save again."
@@ -118,11 +126,16 @@ class _Run:
 
     def _forget(self, node: Node) -> None:
         """What is assigned inside a block that may or may not run is not known behind it."""
-        for inner in node.body:
-            if inner.word:
-                self._forget(inner)
-            elif m := _ASSIGN.match(inner.text):
-                self._set(m[1], RuntimeValueError(f"set in line {inner.line}, which may or may not run"))
+        for name, line in control.assigned(node, self.functions):
+            self._set(name, RuntimeValueError(f"set in line {line}, which may or may not run"))
+
+    def _side_effects(self, node: Node) -> None:
+        """Functions of the file that a statement calls inside something else: their moves would be lost."""
+        if control.moving_call(node, self.functions) is not None:
+            remedy = "Call it in a line of its own."
+            raise self._refused(node, f"{node.text[:50]!r} calls a function that moves the arm", remedy)
+        for name, line in control.called(node, self.functions, set()):
+            self._set(name, RuntimeValueError(f"set in line {line}"))
 
     def _set(self, name: str, value: Value | RuntimeValueError) -> None:
         self.values[name] = value
@@ -154,7 +167,7 @@ class _Run:
         if m := CALL.match(node.text):
             self._call(node, m[1], node.start + m.end())
             return
-        if m := _ASSIGN.match(node.text):
+        if m := control.ASSIGN.match(node.text):
             try:
                 value: Value | RuntimeValueError = Expression(
                     self.text, node.start + m.end(), node.end, self.values
@@ -163,6 +176,9 @@ class _Run:
                 if MOTION.search(node.text):
                     raise self._refused(node, f"{node.text[:50]!r}: {why}", "Threads cannot be compensated.") from None
                 value = RuntimeValueError(f"{why} (line {node.line})")
+                self._side_effects(node)
+            if self.kept and node.text.startswith("local"):
+                self.kept[-1].setdefault(m[1], self.values.get(m[1]))
             self._set(m[1], value)
             return
         remedy = "Expected a move, an assignment, or a call of a function of the file."
@@ -172,6 +188,7 @@ class _Run:
         if name in self.functions:
             self._function(node, self.functions[name], at)
         elif HARMLESS.fullmatch(name):
+            self._side_effects(node)
             self.track.event(comment_word(node.text), node.line)
         elif name in PARAMETERS:
             self._move(node, name, self._arguments(node, at))
@@ -200,15 +217,16 @@ class _Run:
             given = [v for _, v in Expression(self.text, at, node.end, self.values).arguments()]
         except RuntimeValueError as why:
             given = [RuntimeValueError(str(why))] * len(function.parameters)
-        if len(given) != len(function.parameters) or self.depth >= 30:
+            self._side_effects(Node("", self.text[at : node.end], node.line, at, node.end))
+        if len(given) != len(function.parameters) or len(self.kept) >= 30:
             problem = f"{function.name}() with {len(given)} arguments, or calling itself"
             raise self._refused(node, problem, f"Expected {len(function.parameters)} arguments and no recursion.")
         kept = {name: self.values.get(name) for name in function.parameters}
         for name, value in zip(function.parameters, given, strict=True):
             self._set(name, value)
-        self.depth += 1
+        self.kept.append(kept)
         self.block(function.body)
-        self.depth -= 1
+        self.kept.pop()
         for name, old in kept.items():
             if old is None:
                 self._set(name, RuntimeValueError(f"{name} has no value here"))

@@ -6,8 +6,9 @@ Source: Universal Robots, The URScript Programming Language (modules interfaces 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
-from toolpaths.readers.urscript_scan import Node
+from toolpaths.readers.urscript_scan import FUNCTIONS, Node
 
 CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
 HARMLESS = re.compile(
@@ -21,6 +22,10 @@ MOTION = re.compile(
     r"\b(?:move[a-z]+|servo[a-z]+|speed[jl]|force_mode|set_tcp|conveyor\w*|track_conveyor\w*|freedrive\w*|teach_mode|"
     r"path_offset\w*|run|position_deviation\w*)\b"
 )
+ASSIGN = re.compile(r"(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*")
+_ITEM = re.compile(r"([A-Za-z_]\w*)\s*\[[^\[\]]*\]\s*=(?!=)")
+#: Ends a function or the program.
+LEAVES = re.compile(r"halt$|return\b")
 #: A thread is started, is ended.
 RUN = re.compile(r"(?:(?:global\s+|local\s+)?([A-Za-z_]\w*)\s*=\s*)?run\s+([A-Za-z_]\w*)\s*\(\s*\)")
 LABEL = re.compile(r"(?:kill|join)\s+[A-Za-z_]\w*$")
@@ -32,15 +37,39 @@ def moving(node: Node, functions: dict[str, Node], seen: set[str] | None = None)
     """The first statement inside that moves the arm or sets how it moves, also in functions that are called."""
     seen = set() if seen is None else seen
     for inner in node.body:
-        if inner.word:
+        steers = not inner.word and (MOTION.search(inner.text) or inner.text in ("halt", "return"))
+        found = inner if steers else moving_call(inner, functions, seen)
+        if found is None and inner.word:
             found = moving(inner, functions, seen)
-        else:
-            found = inner if MOTION.search(inner.text) or inner.text in ("halt", "return") else None
-            for name in CALL.findall(inner.text):
-                if found is None and name in functions and name not in seen:
-                    seen.add(name)
-                    deep = len(seen) > _MOST_CALLED
-                    found = inner if deep or moving(functions[name], functions, seen) else None
         if found is not None:
             return found
     return None
+
+
+def moving_call(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Node | None:
+    """The node itself, where its own line (a statement, a condition) calls a function that moves the arm."""
+    seen = set() if seen is None else seen
+    for name in () if node.word in FUNCTIONS else CALL.findall(node.text):
+        if name in functions and name not in seen:
+            seen.add(name)
+            if len(seen) > _MOST_CALLED or moving(functions[name], functions, seen):
+                return node
+    return None
+
+
+def assigned(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Iterator[tuple[str, int]]:
+    """Names that a statement or a block sets, also in functions that it calls, with their lines."""
+    seen = set() if seen is None else seen
+    if not node.word and (m := ASSIGN.match(node.text) or _ITEM.match(node.text)):
+        yield m[1], node.line
+    yield from called(node, functions, seen)
+    for inner in node.body:
+        yield from assigned(inner, functions, seen)
+
+
+def called(node: Node, functions: dict[str, Node], seen: set[str]) -> Iterator[tuple[str, int]]:
+    """Names that functions set which the line of ``node`` calls."""
+    for name in () if node.word in FUNCTIONS else CALL.findall(node.text):
+        if name in functions and name not in seen:
+            seen.add(name)
+            yield from assigned(functions[name], functions, seen)

@@ -79,6 +79,9 @@ def _open(stack: list[Node], node: Node, head: re.Match[str], source: str) -> No
     if word in ("elif", "else"):
         if stack[-1].word != "if":
             raise ReadError(source, node.line, f"'{word}' without an if", "Give the file as it was posted.")
+        if rest:  # its condition may call what moves the arm
+            node.text = rest
+            stack[-1].body.append(node)
         return
     node.word, node.text = word, rest
     if word in FUNCTIONS:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from toolpaths.toolpath import Floats
 _TOKEN = re.compile(
     r'\s*(?:((?:\d++\.?\d*+|\.\d++)(?:[eE][-+]?\d++)?)|(p\[)|([A-Za-z_]\w*+)|("[^"]*+")|(==|!=|<=|>=|[-+*/%()\[\],=<>]))'
 )
+_N = r"\s*+(-?(?:\d++\.?\d*+|\.\d++)(?:[eE][-+]?\d++)?)\s*+"
+_SIX = re.compile(",".join([_N] * 6) + r"\]")  # what stands in most poses
 _DEEPEST = 30
 LARGEST = 1e9
 
@@ -39,10 +42,17 @@ class Pose:
 
     def matrix(self) -> Floats:
         """(4, 4) base -> pose."""
-        out = np.eye(4)
-        out[:3, 3] = self.numbers[:3]
-        out[:3, :3] = matrix_from_ur(np.array(self.numbers[3:]))
+        out = _matrix(self.numbers)
         return out if self.frame is None else np.asarray(self.frame @ out)
+
+
+@lru_cache(maxsize=256)
+def _matrix(numbers: tuple[float, ...]) -> Floats:
+    out = np.eye(4)
+    out[:3, 3] = numbers[:3]
+    out[:3, :3] = matrix_from_ur(np.array(numbers[3:]))
+    out.flags.writeable = False
+    return out
 
 
 Value = float | bool | str | Pose | list["Value"]
@@ -161,7 +171,11 @@ class Expression:
         return out
 
     def _pose(self, start: int) -> Pose:
-        numbers = tuple(_number(v) for v in self._list())
+        if six := _SIX.match(self._text, self.at, self._end):
+            self.at = six.end()
+            numbers = tuple(_number(float(v)) for v in six.groups())
+        else:
+            numbers = tuple(_number(v) for v in self._list())
         if len(numbers) != 6:
             raise RuntimeValueError(f"a pose of {len(numbers)} numbers, 6 expected")
         return Pose(numbers, start, self.at)
@@ -177,7 +191,20 @@ class Expression:
             raise RuntimeValueError(f"{name} has no value yet")
         if isinstance(value, RuntimeValueError):
             raise RuntimeValueError(f"{name}: {value}")
+        while self.peek() == "[":
+            value = self._element(name, value)
         return value
+
+    def _element(self, name: str, value: Value) -> Value:
+        """``P[2]``: a number of a pose, counted from 0, or an element of a list."""
+        self.take("[")
+        at = _number(self.value())
+        self.take("]")
+        if isinstance(value, Pose) and value.frame is None:
+            value = list(value.numbers)
+        if not isinstance(value, list) or not 0 <= at < len(value) or at != int(at):
+            raise RuntimeValueError(f"{name} has no element {at:g}")
+        return value[int(at)]
 
 
 def _called(name: str, given: list[Value]) -> Value:
