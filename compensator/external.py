@@ -16,7 +16,7 @@ from compensator.cell import Cell, ExternalAxis
 from compensator.errors import CellError
 from compensator.turn import quaternion_matrix
 from toolpaths.external import SAME, cut_places, refuse_moving, unmodelled, whole_moves
-from toolpaths.programs.program import Finding, Program
+from toolpaths.programs.program import ERROR, WARNING, Finding, Program
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.toolpath import Setting, Toolpath, tool_axis
 
@@ -92,8 +92,11 @@ def carried(cell: Cell, toolpath: Toolpath) -> Carried | None:
     return Carried(r.T @ turn @ r, (turn @ p + shift - p) @ r)
 
 
-def external_findings(cell: Cell, toolpath: Toolpath) -> tuple[Finding, ...]:
-    """What another language than the program's own loses: it is written without external axes."""
+def external_findings(cell: Cell, toolpath: Toolpath, language: str) -> tuple[Finding, ...]:
+    """What another language than the program's own loses: it is written without external axes.
+
+    A table of numbers (csv) moves no robot: there it is a warning.
+    """
     if toolpath.setting is None:
         return ()
     _, cut = whole_moves(toolpath)
@@ -101,12 +104,12 @@ def external_findings(cell: Cell, toolpath: Toolpath) -> tuple[Finding, ...]:
     for name, (rows, _, end) in cut_places(toolpath.setting.external, cut).items():
         if (np.abs(end) > SAME).any():
             axis = cell.external.get(name)
-            level = "warning" if axis is not None and axis.carries == "nothing" else "error"
+            harmless = language == "csv" or (axis is not None and axis.carries == "nothing")
             at = int(rows[int(np.argmax(np.abs(end) > SAME))])
             line = int(toolpath.line[int(np.searchsorted(toolpath.row, at - 1e-9))])
             what = f"external axis {name} stands at {end[np.abs(end) > SAME][0]:g}: written without external axes"
             remedy = "write a program in the language of the source: its external axes stay as they are"
-            out.append(Finding(level, f"{toolpath.source}:{line}", what, remedy))
+            out.append(Finding(WARNING if harmless else ERROR, f"{toolpath.source}:{line}", what, remedy))
     return tuple(out)
 
 
@@ -141,9 +144,9 @@ def external_notes(cell: Cell, toolpath: Toolpath) -> tuple[str, ...]:
     )
 
 
-def without_external(program: Program, cell: Cell, toolpath: Toolpath) -> Program:
+def without_external(program: Program, cell: Cell, toolpath: Toolpath, language: str) -> Program:
     """The program with what is to be said when it is written in another language."""
-    return replace(program, findings=(*program.findings, *external_findings(cell, toolpath)))
+    return replace(program, findings=(*program.findings, *external_findings(cell, toolpath, language)))
 
 
 def _axes(cell: Cell, setting: Setting) -> Mapping[str, ExternalAxis]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -49,9 +51,8 @@ def between(
         new_quaternion = mixed(quaternion, turned)
     where = np.flatnonzero(~added)
     events = tuple(Event(int(where[e.pose]) if e.pose < n else n + m, e.word, e.line) for e in toolpath.events)
-    return Toolpath(
-        source=toolpath.source,
-        language=toolpath.language,
+    return replace(
+        toolpath,
         position=mixed(toolpath.position, position),  # type: ignore[arg-type]
         axis=mixed(toolpath.axis, axis),  # type: ignore[arg-type]
         quaternion=new_quaternion,  # type: ignore[arg-type]

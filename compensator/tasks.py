@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,8 +25,9 @@ from compensator.solve import compensate, sampled, uncompensated
 from compensator.summary import as_json, summary
 from compensator.verify import verify
 from toolpaths.programs import Written, format_of, write_program
+from toolpaths.programs.program import Finding
 from toolpaths.programs.rewriting import refuse_compensated
-from toolpaths.readers import read_toolpath
+from toolpaths.readers import READERS, read_toolpath
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -62,6 +64,8 @@ def compensate_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
+    if language is None and program.suffix.lower() == toolpath.suffix.lower():
+        language = READERS.get(program.suffix.lower())  # part.ngc becomes part_c.ngc
     language = format_of(program, language)
     refuse_clashes((toolpath, cell), (program, report, json))
     _refuse_compensated(toolpath)
@@ -78,7 +82,7 @@ def compensate_file(
                 say("verifying the written program")
                 checked = verify_filtered(result, written, program)
             else:
-                alone = without_external(program_of(result), job.cell, source)
+                alone = without_external(program_of(result), job.cell, source, language)
                 written = write_program(alone, staged, language)
                 say("verifying the written program")
                 checked = verify(result, staged, language)
@@ -87,7 +91,7 @@ def compensate_file(
         numbers = summary(result, checked.error, result.command.q, time.monotonic() - began)
         findings = written.changes if isinstance(written, Filtered) else written.findings
         if isinstance(written, Filtered):
-            numbers["changes"] = [{"where": f.place, "what": f.what, "count": f.count} for f in findings]
+            numbers["changes"] = [_change(f) for f in findings]
         if report:
             _report(outputs, report, result, numbers, say, checked.error)
         if json:
@@ -95,6 +99,13 @@ def compensate_file(
         outputs.commit()
     files = tuple(program.parent / f.name for f in written.files) + tuple(f for f in (report, json) if f)
     return Done(result, numbers, files, tuple(str(f) for f in findings))
+
+
+def _change(finding: Finding) -> dict[str, object]:
+    """A change of a filtered program for the JSON report, with every line of the source that it is about."""
+    found = [re.search(r"\d+$", place) for place in finding.places or (finding.place,)]
+    lines = sorted({int(m[0]) for m in found if m})
+    return {"where": finding.place, "what": finding.what, "count": finding.count, "lines": lines}
 
 
 def preview_file(

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from compensator.compensation import Compensation
 from compensator.errors import SolveError
+from compensator.external import carried
 from compensator.path import place
 from compensator.state import follow
 from toolpaths.programs import read_back
@@ -47,11 +48,13 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     if len(text.position) != len(c):
         raise SolveError(f"{path}: {len(text.position)} poses stand in the program, {len(c)} were solved")
     base = c.job.cell.workobject.matrix()
-    turns = text.rotation
+    where, turns = text.position, text.rotation
+    if on_axes := carried(c.job.cell, toolpath):
+        where, turns = on_axes.forth(where, turns)
     if language == "gcode":  # knows the tool axis alone: the turn about it is that of the solve
-        turns = aligned(base[:3, :3].T @ c.command.rotation, -text.rotation[:, :, 2])
+        turns = aligned(base[:3, :3].T @ c.command.rotation, -turns[:, :, 2])
     rotation = base[:3, :3] @ turns
-    position = text.position @ base[:3, :3].T + base[:3, 3]
+    position = where @ base[:3, :3].T + base[:3, 3]
     off = np.linalg.norm(position - c.command.position, axis=1)
     turned = np.abs(rotation - c.command.rotation).max(axis=(1, 2))
     if not np.all(np.maximum(off, turned) <= PRINTED):

@@ -18,6 +18,8 @@ MODEL: dict[str, Any] = {
     "robot": ABB,
     "effects": {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}},
 }
+GAPS = {"gap_rad": [6e-5, 5e-5, 6e-5, 1.1e-4, 1.6e-4, 2.2e-4], "breakaway_nm": [40.0, 40.0, 30.0, 10.0, 8.0, 4.0]}
+WORN = {**MODEL, "effects": {**MODEL["effects"], "preload-softening": {"ratio": [0.75] + [1.0] * 5}, "backlash": GAPS}}
 CELL: dict[str, Any] = {
     "schema": "cell/1",
     "robot": ABB,

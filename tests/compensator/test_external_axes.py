@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from compensator.errors import CompensatorError
 from compensator.tasks import compensate_file, preview_file
-from tests.compensator.small_jobs import CELL, files, merged
+from tests.compensator.small_jobs import CELL, WORN, files, merged
 from tests.oracles.robot_programs import RAPID, TURN
 from toolpaths.errors import ToolpathError
 from toolpaths.readers import read_toolpath
@@ -73,6 +73,18 @@ def test_a_rail_moves_the_base(tmp_path: Path) -> None:
     assert done.report["predicted_error_mm"]["after"]["max"] < 0.006
     assert (tmp_path / "c.mod").read_text().count("[9E9,1234.5,") >= 9
     assert not any("eax_b" in f for f in done.findings)
+
+
+def test_a_rail_under_a_worn_robot(tmp_path: Path) -> None:
+    """Poses are put in at flank changes: what stands there has to be seen from the base, too."""
+    place, out = 1234.5, {}
+    for name, axis, at in (("plain", None, WORK), ("rail", place, WORK + place * np.array(RAIL["direction"]))):
+        table = cell(tmp_path / name, {} if axis is None else {"eax_b": RAIL})
+        (tmp_path / name / "model.toml").write_text(tomli_w.dumps(WORN))
+        done = compensate_file(part(tmp_path / name, axis, at, WORK_TURN), table, tmp_path / name / "c.mod")
+        assert done.report["inserted_poses"] > 0 and done.report["predicted_error_mm"]["after"]["max"] < 0.02
+        out[name] = poses(tmp_path / name / "c.mod")
+    np.testing.assert_allclose(out["rail"], out["plain"], atol=2e-4)
 
 
 def test_joint_angles_are_seen_from_the_base(tmp_path: Path) -> None:
@@ -156,8 +168,9 @@ def test_another_language_would_lose_them(tmp_path: Path) -> None:
     for external in ({}, {"eax_b": RAIL}):
         with pytest.raises(CompensatorError, match=r"part.mod:13.*eax_b stands at 300: written without external axes"):
             compensate_file(source, cell(tmp_path, external), tmp_path / "c.src")
-    done = compensate_file(source, cell(tmp_path, {"eax_b": {"carries": "nothing"}}), tmp_path / "c.src")
-    assert any("without external axes" in f for f in done.findings)
+    for carries, name in ({"carries": "nothing"}, "c.src"), (RAIL, "c.csv"):
+        done = compensate_file(source, cell(tmp_path, {"eax_b": carries}), tmp_path / name)
+        assert any("without external axes" in f for f in done.findings)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ import tomli_w
 
 from compensator.errors import CompensatorError
 from compensator.tasks import compensate_file, preview_file
-from tests.compensator.small_jobs import CELL, MODEL, files, merged
+from tests.compensator.small_jobs import CELL, MODEL, WORN, files, merged
 from tests.oracles.robot_programs import KRL, KRL_DAT, RAPID
 from toolpaths.errors import ReadError, ToolpathError
 from toolpaths.programs.rewriting import MARKER
@@ -80,9 +82,7 @@ TWO = """MODULE TWO
   ENDPROC
 ENDMODULE
 """
-GAPS = {"gap_rad": [6e-5, 5e-5, 6e-5, 1.1e-4, 1.6e-4, 2.2e-4], "breakaway_nm": [40.0, 40.0, 30.0, 10.0, 8.0, 4.0]}
 LIGHT = {"process": {"kind": "constant", "frame": "workobject", "wrench": [-120.0, 80.0, 60.0, 0.0, 0.0, 0.0]}}
-WORN = {**MODEL, "effects": {**MODEL["effects"], "preload-softening": {"ratio": [0.75] + [1.0] * 5}, "backlash": GAPS}}
 
 
 def test_rapids_stay_and_the_flanks_behind_them_are_known(tmp_path: Path) -> None:
@@ -96,6 +96,30 @@ def test_rapids_stay_and_the_flanks_behind_them_are_known(tmp_path: Path) -> Non
         [line for line in f.read_text().split("\n") if "MoveJ" in line] for f in (tmp_path / "two.mod", done.files[0])
     ]
     assert joint_moves[0] == joint_moves[1] and len(joint_moves[0]) == 2
+
+
+def test_poses_put_in_may_make_another_work_object_the_first(tmp_path: Path) -> None:
+    """The source cuts most in w1, the written program in w2: it is the same program all the same."""
+    text = TWO.replace("Offs(p20,0,0,50),v1000,z10,tA", "Offs(p20,5,0,0),v20,z10,tA")
+    (tmp_path / "two.mod").write_text(text)
+    cell = job(tmp_path, {"tool": None, "workobject": None, **LIGHT}, WORN)
+    done = compensate_file(tmp_path / "two.mod", cell, tmp_path / "c.mod")
+    cuts = Counter(re.findall(r"MoveL.*:=(w.);", (tmp_path / "c.mod").read_text()))
+    assert text.count("MoveL") == 6 and cuts["w2"] > cuts["w1"] > 2
+    assert done.report["predicted_error_mm"]["after"]["max"] < 0.006
+
+
+def test_every_line_that_changed_is_told(tmp_path: Path) -> None:
+    """Repeats are merged in words; ``lines`` has each of them."""
+    cell = job(tmp_path, {"tool": None, "workobject": None, **LIGHT}, WORN)
+    (tmp_path / "two.mod").write_text(TWO)
+    compensate_file(tmp_path / "two.mod", cell, tmp_path / "c.mod", json=tmp_path / "s.json")
+    (told,) = (c for c in json.loads((tmp_path / "s.json").read_text())["changes"] if "put in" in c["what"])
+    written = [line for line in (tmp_path / "c.mod").read_text().split("\n") if "MoveL" in line]
+    grown = [",z0," in before for before, line in pairwise(["", *written]) if ",fine," in line]
+    lines = [k for k, line in enumerate(TWO.split("\n"), 1) if "MoveL" in line and ",fine," in line]
+    assert [k in told["lines"] for k in lines] == grown and sum(grown) > 1
+    assert told["where"] == f"line {told['lines'][0]}" and told["count"] == len(written) - TWO.count("MoveL")
 
 
 def test_a_compensated_program_is_refused(tmp_path: Path) -> None:
@@ -164,6 +188,17 @@ def test_moves_in_joint_angles_go_through_the_robot(tmp_path: Path) -> None:
     pick = re.compile(rb"    Move[LC] .*")
     numbers = [np.array(re.findall(rb"-?\d+\.\d+", b" ".join(pick.findall(f.read_bytes()))), float) for f in (a, b)]
     np.testing.assert_allclose(*numbers, atol=2e-3)
+
+
+def test_the_suffix_of_the_source_says_the_language(tmp_path: Path) -> None:
+    cell = job(tmp_path)
+    (tmp_path / "part.mod").rename(tmp_path / "part.prg")
+    done = compensate_file(tmp_path / "part.prg", cell, tmp_path / "c.PRG")
+    assert done.report["changes"] and MARKER in done.files[0].read_text()
+    with pytest.raises(ToolpathError, match=r"suffix '\.prg' is no language's"):
+        compensate_file(tmp_path / "part.src", cell, tmp_path / "d.prg")
+    with pytest.raises(ToolpathError, match="there is no format 'apt'"):
+        compensate_file(tmp_path / "part.apt", cell, tmp_path / "d.apt")
 
 
 def test_a_program_of_another_robot(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from compensator.sampling import BEFORE_CORNER, between, corners
 from tests.compensator.paths import angle, toolpath, wandering_axes
-from toolpaths.toolpath import CUT, RAPID, Event
+from toolpaths.toolpath import CUT, RAPID, Event, Setting
 
 
 def test_between_lies_on_the_line_and_carries_the_end() -> None:
@@ -26,6 +26,14 @@ def test_between_lies_on_the_line_and_carries_the_end() -> None:
     assert got.kind.tolist() == [RAPID, RAPID, RAPID, CUT, CUT, CUT]
     assert got.tool.tolist() == [1, 1, 1, 2, 2, 2] and got.line.tolist() == [2, 3, 3, 4, 4, 4]
     assert [(e.pose, e.word) for e in got.events] == [(0, "M3"), (5, "T2"), (6, "M30")]
+
+
+def test_between_keeps_what_the_program_says_of_itself() -> None:
+    """Without the setting nobody knows where rails and tables stand, nor in which work object the poses are."""
+    setting = Setting({}, np.eye(4), {}, np.zeros(3), np.zeros(3, dtype=np.int32), {"E1": np.full(3, 1200.0)})
+    path = toolpath([[0, 0, 0], [10, 0, 0], [10, 20, 0]], "rcc", setting=setting)
+    assert between(path, np.array([1]), np.array([0.5]))[0].setting is setting
+    assert corners(path).setting is setting and len(corners(path)) == 4
 
 
 def test_between_turns_the_shorter_way() -> None:

@@ -140,12 +140,6 @@ def test_all_findings_are_listed_at_once(tmp_path):
     assert "without a feed" in str(caught.value) and "tool 9" in str(caught.value)
 
 
-def test_language_to_come_is_refused_by_name(tmp_path, monkeypatch):
-    monkeypatch.setitem(FORMATS, "inform", None)
-    with pytest.raises(WriteError, match="format inform is not written yet; write rapid, krl"):
-        write_program(small(), target(tmp_path, "inform"))
-
-
 def test_format_of():
     assert format_of("X/PART.MOD") == "rapid"
     assert format_of("part.txt", "krl") == "krl"

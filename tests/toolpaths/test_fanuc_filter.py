@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.oracles.sample_programs import SPINDLE
 from tests.toolpaths.test_fanuc_reader import JOINTS, POSE, program
-from toolpaths.errors import ReadError
+from toolpaths.errors import ReadError, WriteError
 from toolpaths.programs import Program
 from toolpaths.programs.fanuc_filter import rewrite
 from toolpaths.readers.fanuc import read
@@ -172,6 +172,20 @@ ARC = program(
     ["L P[1] 20mm/sec FINE", "C P[2]\n    :  P[3:end] 20mm/sec CNT50", "L P[4] 9mm/sec FINE"],
     "".join([record(1, 0, 0), record(2, 10, 10), record(3, 20, 0), record(4, 30, 0)]),
 )
+
+
+@pytest.mark.parametrize("time", ["1.5sec", "800msec", "3 sec"])
+def test_a_move_by_time_is_not_divided(tmp_path, time):
+    """Each part would take the whole time. Without poses put in it stays as it is."""
+
+    def make(t):
+        return commanded(t, [0, 1, 2, 2, *range(3, len(t))], 0.0, row=[0, 1, 2, 2.5, *range(3, len(t))])
+
+    text = SOURCE.replace("7cm/min FINE", f"{time} FINE")
+    with pytest.raises(WriteError, match=r"test\.ls:10: a move by time cannot be divided"):
+        run(tmp_path, text, make)
+    _, _, done = run(tmp_path, text, lambda t: commanded(t, np.arange(len(t)), 1e-4))
+    assert f" {time} FINE".encode() in done.text
 
 
 def test_an_arc_whose_poses_are_on_an_arc_again_stays_one(tmp_path):

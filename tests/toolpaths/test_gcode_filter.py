@@ -154,7 +154,8 @@ def test_poses_are_put_in_as_lines() -> None:
         and re.fullmatch(r"X10\S* Y\S+ Z\S+", lines[long + 1]) is not None
     )
     assert lines[long + 4].endswith(" M0") and lines[long + 4].startswith("X20.")
-    assert [(c.place, c.what, c.count) for c in new.changes] == [("a.nc:5", "poses were put in as lines", 2)]
+    assert [(c.what, c.count) for c in new.changes] == [("poses were put in as lines", 3)]
+    assert new.changes[0].places == ("a.nc:5", "a.nc:6")
 
 
 def test_drilling_series_is_expanded_when_a_hole_moves() -> None:

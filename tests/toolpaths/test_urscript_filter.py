@@ -151,6 +151,17 @@ def test_a_move_without_a_radius_gets_one_for_what_is_put_in(tmp_path):
     assert new.setting.zones[4] > 0 and new.setting.zones[5] == 0
 
 
+@pytest.mark.parametrize("time", ["a=1.2, t=2.0", "1.2, 0.02, t_cut"])
+def test_a_move_by_time_is_not_divided(tmp_path, time):
+    """Each part would take the whole time. Without poses put in it stays as it is."""
+    text = SOURCE.replace("movel(wp_2, a=1.2, v=0.02)", f"movel(wp_2, {time})")
+    text = text.replace("v_rapid =", "t_cut = 2.0\n  v_rapid =")
+    with pytest.raises(WriteError, match=r"test\.script:13: a move by time cannot be divided\. Give it v instead of t"):
+        run(tmp_path, text, lambda t: put_in(t, [[0.02, 0.02, 0]], 4, [3.5]))
+    _, _, done = run(tmp_path, text, lambda t: commanded(t, np.arange(len(t)), 1e-4))
+    assert f", {time})\n" in done.text.decode()
+
+
 ARC = (
     "def a():\n  wp = p[0.01, 0.01, 0, 0, 0, 0]\n  movel(p[0, 0, 0, 0, 3, 0], v=0.1)\n"
     "  movec(p[0.01, 0.01, 0, 0, 0, 0], p[0.02, 0, 0, 0, 3, 0], 1.2, 0.02, 0.001)\n"

@@ -23,7 +23,7 @@ from toolpaths.errors import WriteError
 from toolpaths.programs import FORMATS, SUFFIXES, Finding, ToolFrame, read_back, write_program
 from toolpaths.programs.program import ERROR, WARNING, merged
 
-WRITTEN = sorted(name for name, module in FORMATS.items() if module)
+WRITTEN = sorted(FORMATS)
 ROBOTS = [name for name in WRITTEN if name in READERS]
 SUFFIX = {name: suffix for suffix, name in SUFFIXES.items()}
 
@@ -376,3 +376,5 @@ def test_merging_keeps_levels_and_remedies_apart():
     a, b = Finding(ERROR, "pose 9", "x", "do"), Finding(WARNING, "pose 2", "x", "do")
     c = Finding(ERROR, "pose 4", "x", "do otherwise")
     assert merged([b, a, c, a, b, a]) == (replace(a, count=3), c, replace(b, count=2))
+    far = merged([*merged([a, replace(a, place="pose 3")]), a, replace(a, place="pose 20")])
+    assert far == (replace(a, count=4),) and far[0].places == ("pose 9", "pose 3", "pose 20")

@@ -19,8 +19,8 @@ __all__ = [
     "format_of", "read_back", "write_program",
 ]  # fmt: skip
 
-#: Language -> module that writes it; None where it is not written yet.
-FORMATS: dict[str, str | None] = {
+#: Language -> module that writes it.
+FORMATS: dict[str, str] = {
     "rapid": "toolpaths.programs.rapid",
     "krl": "toolpaths.programs.krl",
     "fanuc": "toolpaths.programs.fanuc",
@@ -74,9 +74,6 @@ def format_of(path: str | os.PathLike[str], format: str | None = None) -> str:
         format = SUFFIXES[suffix]
     if format not in FORMATS:
         raise WriteError(f"{path}: there is no format {format!r}; known: {', '.join(FORMATS)}")
-    if FORMATS[format] is None:
-        ready = ", ".join(n for n, module in FORMATS.items() if module)
-        raise WriteError(f"{path}: the format {format} is not written yet; write {ready}")
     return format
 
 
@@ -104,7 +101,7 @@ def read_back(path: str | os.PathLike[str], format: str | None = None) -> ReadBa
 
 
 def _writer(format: str) -> Writer:
-    return cast(Writer, importlib.import_module(str(FORMATS[format])))
+    return cast(Writer, importlib.import_module(FORMATS[format]))
 
 
 def _write_all(folder: Path, files: Iterator[tuple[str, Iterator[str]]]) -> tuple[Path, ...]:

@@ -29,6 +29,7 @@ from toolpaths.toolpath import CUT
 _FIELD = re.compile(r"\b([XYZWPR])(\s*=)(\s*)(-?(?:\d+\.?\d*|\.\d+))")
 _NUMBER = re.compile(r"(?<=P\[)\d+")
 _JOINTS = re.compile(r"J1\s*=.*?J6\s*=\s*[-.\d]+\s*deg", re.S)
+_TIMED = re.compile(r"P\[[^\]]*\]\s*(?:[\d.]+|R\[[^\]]*\])\s*m?sec\b")
 _TERM = re.compile(r"FINE|CNT\s?\d+|C[DR]\s?\d+")
 _CONFIG = re.compile(r"(CONFIG\s*:\s*')([^',]*)((?:\s*,\s*-?\d+)*)")
 _INTEGER = re.compile(r"-?\d+")
@@ -128,6 +129,9 @@ class _Work:
         if via is not None:
             changed = self._through(c, via, statement)
         elif len(c.poses) > 1:
+            if _TIMED.search(statement):
+                place = f"{self.path}:{int(self.moves.mark['line'][c.move])}"
+                raise WriteError(f"{place}: a move by time cannot be divided. Give it a speed instead of sec or msec")
             what = "an arc became straight lines" if arc else "poses were put in"
             self._note(c.move, what, len(c.poses) - 1)
             lines = (self._line(statement, self._record(c, k)) for k in range(len(c.poses) - 1))

@@ -178,7 +178,7 @@ class _Rewriter:
         elif len(poses) == 1:
             self._one(step, text, words, targets[0])
         else:
-            self._changed(step, "poses were put in as lines")
+            self._changed(step, "poses were put in as lines", len(poses) - 1)
             self._moves(step, text, words, targets, drop="")
 
     def _poses(self, move: int) -> list[int]:
@@ -307,8 +307,8 @@ class _Rewriter:
 
     # --- what is said -----------------------------------------------------------------------------------------
 
-    def _changed(self, step: Step, what: str) -> None:
-        self.changes.append(Finding(WARNING, f"{self.path}:{step.line}", what))
+    def _changed(self, step: Step, what: str, count: int = 1) -> None:
+        self.changes.append(Finding(WARNING, f"{self.path}:{step.line}", what, "", count))
 
     def _check_tilt(self) -> None:
         """Without G43.4 a file has no words for the tilt of a corrected tool."""

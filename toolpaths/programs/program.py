@@ -45,6 +45,7 @@ class Finding:
         what: what is wrong there, with the value and the bound.
         remedy: what to do about it.
         count: how many places had the same; ``place`` is the first.
+        places: all of them, where they were merged, in their order; empty where ``place`` is the only one.
     """
 
     level: str
@@ -52,6 +53,7 @@ class Finding:
     what: str
     remedy: str = ""
     count: int = 1
+    places: tuple[str, ...] = field(default=(), compare=False)
 
     def __str__(self) -> str:
         more = f" (and {self.count - 1} more places)" if self.count > 1 else ""
@@ -167,13 +169,15 @@ class ReadBack:
 
 def merged(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Findings with the same level, words and remedy as one, at the first place, errors first."""
-    first: dict[tuple[str, str, str], Finding] = {}
+    same: dict[tuple[str, str, str], list[Finding]] = {}
     for f in findings:
-        key = (f.level, f.what, f.remedy)
-        seen = first.get(key)
-        count = f.count + (seen.count if seen else 0)
-        first[key] = Finding(f.level, seen.place if seen else f.place, f.what, f.remedy, count)
-    return tuple(sorted(first.values(), key=lambda f: f.level != ERROR))
+        same.setdefault((f.level, f.what, f.remedy), []).append(f)
+    out = []
+    for key, all_ in same.items():
+        places = tuple(dict.fromkeys(p for f in all_ for p in (f.places or (f.place,))))
+        count = sum(f.count for f in all_)
+        out.append(Finding(key[0], places[0], *key[1:], count, places if len(places) > 1 else ()))
+    return tuple(sorted(out, key=lambda f: f.level != ERROR))
 
 
 def refuse_errors(path: str, findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -76,6 +76,8 @@ class _Work:
                 self._end(c, start, end)
             return
         if len(c.poses) > 1:
+            if np.isnan(self.moves.feed[c.move]):
+                raise WriteError(f"{self._place(c.move)}: a move by time cannot be divided. Give it v instead of t")
             self._note(c.move, "an arc became straight lines" if arc else "poses were put in", len(c.poses) - 1)
         indent = self.text[self.text.rfind("\n", 0, start) + 1 : start]
         lines = [indent + self._like(c, k) + self.eol for k in range(len(c.poses) - 1)]
