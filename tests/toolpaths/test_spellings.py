@@ -85,6 +85,7 @@ READ = [
     (".apt", "UNITS/MM\nRAPID\nGOTO/0,0,$ a comment\n50\nFEDRAT/9,MMPM\nGOTO/1,2,3\nPPRINT/A, $ 5\nFINI\n", [1, 2, 3]),
     (".nc", "%\n:1001 (ISO)\nG21 G90 G15 G50 G50.1 G67 G13.1\nG0 X0 Y0 Z5\nG05 P10000\nG08 P1\nG187 P3\nM19\nM88\n"
      "G09 G01 X1 Y2 Z3 F99\nG5 P0\nG187\nM89\nM30\n%\n", [1, 2, 3]),
+    (".nc", "%\nO2001\nG21 G90\nG0 X0 Y0 Z5\nG1 X1 Y2 Z3 F99\nM99\n%\n", [1, 2, 3]),
 ]  # fmt: skip
 
 

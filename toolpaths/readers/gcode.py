@@ -135,7 +135,7 @@ class Blocks:
         elif not values.keys().isdisjoint(MOVING):
             state.move(values, line)
         if any(m in M_END for m in ms):
-            self.track.event("M30" if 30 in ms else "M2", line)
+            self.track.event(f"M{next(m for m in ms if m in M_END)}", line)
             self.ended = True
 
     def _modes(self, gs: list[int], values: Words) -> int | None:

@@ -73,7 +73,7 @@ G_REFUSED: dict[int, str] = {
 # stops, spindle, coolant, tool; clamps of tables (10, 11), spindle position (19), chips (31, 33), overrides (48, 49),
 # coolant through the spindle (88, 89)
 M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 19, 31, 33, 48, 49, 88, 89)
-M_END = (2, 30)
+M_END = (2, 30, 99)  # 99: the end of a file that another one calls
 PRINTER_M = frozenset({82, 83, 84, *range(104, 110), 117, 140, 190, 191, *range(200, 206), 220, 221, 862, 900})
 
 LETTER_REFUSED: dict[str, str] = {
@@ -169,7 +169,7 @@ def _m_number(number: str, source: str, line: int) -> int:
         why = "this reader does not know it; take it out or post without it"
         if value in PRINTER_M:
             why = "a word of 3D printers; this is no milling program"
-        elif value in (96, 97, 98, 99, 198):
+        elif value in (96, 97, 98, 198):
             why = "a subprogram; post in one piece"
         raise ReadError(source, line, f"M{number[:20]}: {why}")
     return int(value)
