@@ -76,16 +76,6 @@ def with_changes(planner: Planner, c: Compensation) -> Path | None:
     return planner.again(c.path, toolpath)
 
 
-def bends(c: Compensation) -> Bools:
-    """(N,) poses at which a joint begins or ends to change its state."""
-    state, n = c.state.middle, len(c)
-    if not state.shape[1]:
-        return np.zeros(n, dtype=bool)
-    worth = _worth(c.job, c.command.q[1:], c.command.torque[1:], state[:-1], state[1:])
-    edge = np.zeros((1, worth.shape[1]), dtype=bool)
-    return np.asarray((np.concatenate([edge, worth]) != np.concatenate([worth, edge])).any(axis=1))
-
-
 def _worth(job: Job, q: Floats, tau: Floats, before: Floats, after: Floats) -> Bools:
     """(N, n) whether a change of state moves a joint by more than WORTH_A_POSE."""
     change = job.joint_deflection(q, tau, after) - job.joint_deflection(q, tau, before)

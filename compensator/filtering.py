@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compensator.changes import bends
 from compensator.compensation import Compensation
 from compensator.errors import SolveError
 from compensator.export import program_of
@@ -102,12 +101,12 @@ def _machine(c: Compensation) -> dict[str, Any]:
 
 
 def needed_poses(c: Compensation, rows: Floats) -> Index:
-    """Poses that have to stand in the program: those of the source, those at flank changes, which so happen where they
-    were solved, and of the others those without which the straight way between them misses the solve."""
+    """Poses that have to stand in the program: those of the source, and of the others those without which the straight
+    way between them misses the solve."""
     toolpath = c.path.toolpath
     cut = toolpath.kind == CUT
     source = np.isin(toolpath.row, rows)
-    keep = (source & (cut | np.concatenate([cut[1:], [False]]))) | (cut & bends(c))
+    keep = source & (cut | np.concatenate([cut[1:], [False]]))
     written = _as_written(c)
     p, q = written.position, quaternion_from_matrix(written.rotation)
     bound = SHARE * c.job.cell.sampling.chord * 1e-3
