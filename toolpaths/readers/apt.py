@@ -12,6 +12,7 @@ from toolpaths.readers.apt_circle import Circle, circle, sweep
 from toolpaths.readers.apt_cycle import SAME, Cycle, cycle, hole
 from toolpaths.readers.apt_feed import Feeds
 from toolpaths.readers.apt_frames import Frames
+from toolpaths.readers.apt_tlon import direction, tlon
 from toolpaths.readers.apt_tool import Tool
 from toolpaths.readers.apt_words import (
     EVENTS,
@@ -53,6 +54,7 @@ class _Reader:
         self.at_axis = UPRIGHT
         self.rapid = False
         self.circle: tuple[Statement, Circle] | None = None
+        self.way: tuple[Statement, Vector] | None = None  # INDIRV, in the frame in force
         self.cycle: Cycle | None = None
         self.before: tuple[Vector | None, Vector] = None, UPRIGHT  # place and axis when the cycle began
         self.drilled = 0
@@ -65,6 +67,8 @@ class _Reader:
             "GODLTA": self._relative,
             "RAPID": self._rapid,
             "CIRCLE": self._circle,
+            "INDIRV": self._direction,
+            "TLON,GOFWD": self._tlon,
             "CYCLE": self._cycle,
             "FEDRAT": self._feedrate,
             "SPINDL": self._spindle,
@@ -120,8 +124,8 @@ class _Reader:
 
     def _go(self, s: Statement, end: Vector, axis: Vector) -> None:
         """To ``end`` in the first frame: straight, along the circle announced, or into a hole."""
-        if self.paths and not self.open:
-            raise refusal(self.source, s, "a move outside a path", "Is TOOL PATH missing, or the file cut?")
+        self._no_way()
+        self._inside(s)
         if self.cycle:
             self._drill(s, self.cycle, end, axis)
             return
@@ -129,6 +133,10 @@ class _Reader:
             self._arc(s, end, axis)
         self._move(s, end, axis, rapid=self.rapid)
         self.rapid, self.circle = False, None
+
+    def _inside(self, s: Statement) -> None:
+        if self.paths and not self.open:
+            raise refusal(self.source, s, "a move outside a path", "Is TOOL PATH missing, or the file cut?")
 
     def _move(self, s: Statement, end: Vector, axis: Vector, *, rapid: bool) -> None:
         feed = math.nan if rapid else self.feeds.now(s, self.cycle.rate if self.cycle else None)
@@ -200,7 +208,33 @@ class _Reader:
             raise refusal(self.source, begun, "the tool axis turns along a circle", "Output GOTO points.")
         self.track.arc(*sweep(begun, found, self.at, end, self.frames.way, self.source))
 
+    def _direction(self, s: Statement) -> None:
+        self._no_cycle(s)
+        if self.circle or self.rapid:
+            raise refusal(self.source, s, "an arc between RAPID or CIRCLE and the GOTO that belongs to it")
+        self.way = s, direction(s, self.source)
+
+    def _tlon(self, s: Statement) -> None:
+        """An arc with its end."""
+        if self.way is None:
+            raise refusal(self.source, s, "no INDIRV before it says which way round", "Output GOTO points.")
+        if self.at is None:
+            raise refusal(self.source, s, "an arc, but no GOTO before it says where it starts")
+        self._inside(s)
+        axis, frame = self._axis(s, []), self.frames.way
+        if math.dist(frame.vector(axis) if frame else axis, self.at_axis) > SAME_AXIS:
+            raise refusal(self.source, s, "the tool axis turns along a circle", "Output GOTO points.")
+        arc = tlon(s, self.way[1], axis, self.at, frame, self.source)
+        self.track.arc(*arc[1:])
+        self._move(s, arc.end, self.at_axis, rapid=False)
+        self.way = None
+
+    def _no_way(self) -> None:
+        if self.way:
+            raise refusal(self.source, self.way[0], "TLON,GOFWD does not follow", "Output GOTO points.")
+
     def _cycle(self, s: Statement) -> None:
+        self._no_way()
         if self.circle or self.rapid:
             raise refusal(self.source, s, "a cycle between RAPID or CIRCLE and the GOTO that belongs to it")
         if s.minor in (["OFF"], ["INIT"], ["CLEAR"]):  # the last two of SolidWorks CAM, before the cycle itself
@@ -225,6 +259,7 @@ class _Reader:
             raise refusal(self.source, s, f"the cycles make more than {MOST_DRILLED} poses", "Check the step.")
 
     def _no_cycle(self, s: Statement) -> None:
+        self._no_way()
         if self.cycle:
             problem = "a drilling cycle is in force: whether a hole is drilled here is not known"
             raise refusal(self.source, s, problem, "CYCLE/OFF is missing before this line?")
@@ -283,6 +318,7 @@ class _Reader:
         self._event(s)
 
     def _tool_path(self, s: Statement) -> None:
+        self._no_way()
         if self.open:
             problem = "a path begins before END-OF-PATH of the last one"
             raise refusal(self.source, s, problem, "Is the file cut off or mixed?")
@@ -291,6 +327,7 @@ class _Reader:
         self._event(s)
 
     def _end(self, s: Statement) -> None:
+        self._no_way()
         if self.circle:
             raise refusal(self.source, self.circle[0], "no GOTO follows with the end of the circle")
         self.closed, self.open = True, False

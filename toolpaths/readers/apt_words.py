@@ -15,7 +15,7 @@ EVENTS = frozenset(
 # Words that neither move the tool nor change what a later word means: let pass on purpose.
 PASSED = frozenset(
     {"PAINT", "DISPLY", "PPLOT", "PLOT", "PLABEL", "CLPRNT", "NOPOST", "SEQNO", "LEADER", "LETTER", "HEADER", "REWIND"}
-    | {"ISN", "SELECT", "SELCTL", "INTOL", "OUTTOL", "TOLER", "LINTOL", "MCHTOL", "OFSTNO", "OPERTN"}
+    | {"ISN", "SELECT", "SELCTL", "INTOL", "OUTTOL", "TOLER", "LINTOL", "MCHTOL", "OFSTNO", "OPERTN", "AUTOPS"}
     | {"CSI_SET_FLUTE_LENGTH", "CSI_SET_EXTENSION_LENGTH"}
 )
 _ARC = "arcs in this form are not read; output CIRCLE with its GOTO, or GOTO points"
@@ -25,7 +25,7 @@ _SOURCE = "a motion along geometry: this is APT source; give the CL file that it
 _COORDINATES = "it changes the coordinates; output in one coordinate system"
 _LATHE = "a lathe's word; read are paths of a tool that mills or drills"
 REFUSED: dict[str, str] = (
-    dict.fromkeys(("ARCMOV", "MOVARC", "INDIRV", "ARC", "TLON", "ARCDAT"), _ARC)
+    dict.fromkeys(("ARCMOV", "MOVARC", "ARC", "TLON", "ARCDAT"), _ARC)
     | dict.fromkeys(("ROTABL", "ROTATE", "ROTHED", "INDEX"), _TABLE)
     | dict.fromkeys(("CALL", "MACRO", "TERMAC", "IF", "JUMPTO", "LOOPST", "LOOPND", "READ"), _MACRO)
     | dict.fromkeys(("GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "GO", "PSIS", "POCKET"), _SOURCE)
@@ -48,7 +48,8 @@ LARGEST = 1e9
 UNIT_TOLERANCE = 1e-3  # how far the length of a direction may be from 1
 
 _GOES_ON = re.compile(r"(?!PPRINT|TPRINT|INSERT|REMARK|PARTNO)[^$]*,\s*\$(?=\s)", re.IGNORECASE)  # a comment behind '$'
-_STATEMENT = re.compile(r"\s*(TOOL\s+PATH|END-OF-PATH|[A-Z][A-Z0-9_]*)\s*(?:/(.*)|(\s.*))?$", re.IGNORECASE)
+_WORD = r"TOOL\s+PATH|END-OF-PATH|TLON\s*,\s*GOFWD|[A-Z][A-Z0-9_]*"
+_STATEMENT = re.compile(rf"\s*({_WORD})\s*(?:/(.*)|(\s.*))?$", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
 _NUMBERS = re.compile(r"[-+0-9.eEdD, \t]*")
 
@@ -118,7 +119,8 @@ def _statement(text: str, line: int, source: str) -> Statement:
     if match is None:
         problem = f"{text[:60]!r}: not an APT statement"
         raise ReadError(source, line, problem, "Give the CL or CLSF file as CAM wrote it.")
-    return Statement(" ".join(match[1].upper().split()), match[2] if match[2] is not None else (match[3] or ""), line)
+    word = " ".join(match[1].upper().replace(",", " , ").split()).replace(" , ", ",")
+    return Statement(word, match[2] if match[2] is not None else (match[3] or ""), line)
 
 
 def number(text: str) -> float | None:
