@@ -8,7 +8,7 @@ import numpy.typing as npt
 from compensator.compensation import Compensation
 from compensator.external import carried
 from compensator.job import ONE_TOOL, Job
-from compensator.path import place
+from compensator.places import place
 from stiffness.inverse import SphericalInverse
 from toolpaths.programs.program import WARNING, Finding, Program, ToolFrame
 from toolpaths.toolpath import CUT, Toolpath

@@ -13,7 +13,8 @@ from compensator.compensation import Compensation
 from compensator.errors import SolveError
 from compensator.export import program_of
 from compensator.external import carried, in_frame
-from compensator.path import Planner, place
+from compensator.path import Planner
+from compensator.places import place
 from compensator.robot_program import completed
 from compensator.state import follow
 from compensator.turn import quaternion_matrix, slerp_quaternion

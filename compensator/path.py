@@ -12,8 +12,10 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from compensator.bounds import Bounds
 from compensator.cell import Cell
 from compensator.errors import PathError
+from compensator.places import mm, place
 from compensator.turn import reference_rotation, varying_turn
 from stiffness.inverse import Inverse, SphericalInverse
 from stiffness.predict import Tool
@@ -22,7 +24,6 @@ from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
 
-ON_LIMIT = 1e-9  # rad beyond a limit that rounding explains
 TURNS = 24  # constant turns that are tried, 15 deg apart
 FOLLOWED = 24  # first postures that an arm without a closed form is followed from
 PROBES = 150  # poses of the path that a candidate is scored on first
@@ -68,14 +69,7 @@ class Planner:
     def __init__(self, cell: Cell, robot: Robot, inverse: Inverse, tools: dict[int, Tool]) -> None:
         self.cell, self.robot, self.inverse, self.tools = cell, robot, inverse, tools
         self._workobject = cell.workobject.matrix()
-        solve = cell.solve
-        # measure -> (bound, its key in [solve], what it is)
-        self._bounds = {
-            "wrist": (np.sin(np.radians(solve.min_wrist_angle)), "min_wrist_angle", "sine of the wrist angle"),
-            "elbow": (np.sin(np.radians(solve.min_elbow_angle)), "min_elbow_angle", "sine of the elbow angle"),
-            "shoulder": (solve.min_shoulder / 1e3, "min_shoulder", "distance (m) of the wrist centre from axis 1"),
-            "jacobian": (solve.min_singular_value, "min_singular_value", "smallest singular value of the Jacobian"),
-        }
+        self.bounds = Bounds(cell.solve, robot, inverse)
 
     def plan(self, toolpath: Toolpath) -> Path:
         """Choose turn and configuration, and follow the whole path.
@@ -179,7 +173,7 @@ class Planner:
             batch = self.inverse.along(r, p, branch, q)
             if batch.ok.all():
                 joints = self._turns_in_limits(batch.q, batch.ok)
-                score = self._margin(joints).min() if self._labelled or start is None else -_apart(q, start)
+                score = self.bounds.margin(joints).min() if self._labelled or start is None else -_apart(q, start)
                 found.append(_Candidate(turn, branch, q, float(score)))
         return [c for c in sorted(found, key=lambda c: -c.score)[:6]]
 
@@ -198,7 +192,7 @@ class Planner:
             out += [(float(turn), branch, q) for branch, q in seen.items()]
         if self._labelled or start is not None or len(out) <= FOLLOWED:
             return out
-        room = self._margin(np.array([q for _, _, q in out]))
+        room = self.bounds.margin(np.array([q for _, _, q in out]))
         return [out[k] for k in np.argsort(-room, kind="stable")[:FOLLOWED]]
 
     @property
@@ -229,19 +223,6 @@ class Planner:
         relative = base[0].T @ flange @ tool.rotation
         return np.array([np.arctan2(relative[1, 0] - relative[0, 1], relative[0, 0] + relative[1, 1])])
 
-    def _margin(self, q: Floats) -> Floats:
-        """(N,) how far each posture is from a limit or a singularity; negative beyond. Comparable, not exact."""
-        room = np.minimum(q - self.robot.lower, self.robot.upper - q) / np.radians(45)
-        margin = np.minimum(np.min(room, axis=1), 1.0)
-        for name, value in self._measures(q).items():
-            bound = self._bounds[name][0]
-            margin = np.minimum(margin, (value - bound) / (8 * bound))
-        return np.asarray(margin)
-
-    def _measures(self, q: Floats) -> dict[str, Floats]:
-        """Singularity measures: those of the closed form where there is one, they cost nothing."""
-        return self.inverse.singularity(q, jacobian=not isinstance(self.inverse, SphericalInverse))
-
     def _follow(
         self, toolpath: Toolpath, base: Floats, position: Floats, turn: Floats, branch: int, seed: Floats
     ) -> Path:
@@ -256,47 +237,8 @@ class Planner:
                 f"{place(toolpath, k)}: {self.robot.name} cannot be here in this arm configuration: {why} (TCP "
                 f"{mm(toolpath.position[k])} mm in the work object); move [workobject] or choose another [start]"
             )
-        self.check(toolpath, q, "nominal")
+        self.bounds.check(toolpath, q, "nominal")
         return Path(toolpath, rotation, position, q, turn, branch)
-
-    def check(self, toolpath: Toolpath, q: Floats, what: str) -> None:
-        """Refuse what a robot must not be sent: beyond a limit, through a singularity, with a jump.
-
-        Raises:
-            PathError: the first pose, why, the value and the bound.
-        """
-        if not np.isfinite(q).all():
-            k = int(np.argmax(~np.isfinite(q).all(axis=1)))
-            raise PathError(f"{place(toolpath, k)}: the {what} joint angles are not finite")
-        outside = (q < self.robot.lower - ON_LIMIT) | (q > self.robot.upper + ON_LIMIT)
-        if outside.any():
-            k = int(np.argmax(outside.any(axis=1)))
-            j = int(np.argmax(outside[k]))
-            raise PathError(
-                f"{place(toolpath, k)}: {what} angle of joint {j + 1} is {np.degrees(q[k, j]):.3f} deg, limits are "
-                f"{np.degrees(self.robot.lower[j]):.3f} ... {np.degrees(self.robot.upper[j]):.3f} deg; move "
-                "[workobject], allow solve.free_tool_axis, or choose another [start]"
-            )
-        self._check_singularity(toolpath, q, what)
-        step = np.abs(np.diff(q, axis=0))
-        bound = np.radians(self.cell.solve.max_joint_step)
-        if (step > bound).any():
-            k, j = (int(v) for v in np.unravel_index(np.argmax(step > bound), step.shape))
-            raise PathError(
-                f"{place(toolpath, k + 1)}: joint {j + 1} would jump {np.degrees(step[k, j]):.1f} deg from the pose "
-                f"before ({what}; solve.max_joint_step is {self.cell.solve.max_joint_step:g} deg): the arm "
-                "configuration changes or a singularity is near"
-            )
-
-    def _check_singularity(self, toolpath: Toolpath, q: Floats, what: str) -> None:
-        for name, value in self._measures(q).items():
-            bound, key, meaning = self._bounds[name]
-            if not np.all(value >= bound):
-                k = int(np.argmin(value >= bound))
-                raise PathError(
-                    f"{place(toolpath, k)}: too near the {name} singularity ({what}): {meaning} is {value[k]:.3g}, "
-                    f"bound {bound:.3g} (solve.{key}); move [workobject], tilt the tool, or allow solve.free_tool_axis"
-                )
 
     def _with_varying_turn(self, toolpath: Toolpath, base: Floats, position: Floats) -> Path | None:
         start = self._start()
@@ -329,7 +271,7 @@ class Planner:
             batch = self.inverse.along(r, p, branch, None)
             q = np.where(batch.ok[:, None], batch.q, 0.0)
             room = np.minimum(q - self.robot.lower, self.robot.upper - q).min(axis=1)
-            out[:, k] = np.where(batch.ok & (room >= 0), self._margin(q), -np.inf)
+            out[:, k] = np.where(batch.ok & (room >= 0), self.bounds.margin(q), -np.inf)
         return out
 
     def _out_of_reach(self, toolpath: Toolpath, base: Floats, position: Floats) -> str:
@@ -368,16 +310,3 @@ def about_z(angle: float | Floats) -> Floats:
     c, s = np.cos(angle), np.sin(angle)
     zero, one = np.zeros_like(c), np.ones_like(c)
     return np.stack([np.stack([c, -s, zero], -1), np.stack([s, c, zero], -1), np.stack([zero, zero, one], -1)], -2)
-
-
-def place(toolpath: Toolpath, k: int) -> str:
-    """How messages name a pose."""
-    return f"{toolpath.source}:{toolpath.line[k]} (pose {k})"
-
-
-def mm(position: Floats) -> str:
-    """A position in mm as messages show it."""
-    return "(" + ", ".join(f"{v * 1e3:.2f}" for v in position) + ")"
-
-
-__all__ = ["Path", "Planner", "about_z", "mm", "place"]

@@ -17,7 +17,8 @@ from compensator.compensation import Compensation
 from compensator.errors import SolveError
 from compensator.fade import faded_targets, held_targets
 from compensator.job import Job, check_cuts, check_tools
-from compensator.path import Path, Planner, mm, place
+from compensator.path import Path, Planner
+from compensator.places import mm, place
 from compensator.process.wrench import carried_wrench, process_wrench
 from compensator.sampling import corners
 from compensator.state import SAME_STATE, STATE_ROUNDS, commanded_moves, follow, settled_state
@@ -184,7 +185,7 @@ def _check(planner: Planner, c: Compensation) -> None:
             f"({int(np.sum(~(size <= bound)))} poses; TCP {mm(toolpath.position[k])} mm in the work object). Check the "
             "wrench, the stiffness and their units; gravity = 'uncompensated' adds the whole sag of the arm"
         )
-    planner.check(toolpath, c.command.q, "commanded")
+    planner.bounds.check(toolpath, c.command.q, "commanded")
     if isinstance(c.job.inverse, SphericalInverse):
         branch = c.job.inverse.configuration(c.command.q)
         other = branch != c.path.branch

@@ -104,6 +104,21 @@ def map_file(
     report = summary(grid, result, left_out, _notes(loaded, robot, effects, weight, held.mass))
     load = ", ".join(f"{v:g}" for v in wrench)
     title = f"{loaded.source}: {robot.name}, wrench {load} N, N·m in {frame} axes at the TCP\n{_others(grid)}"
+    _write(grid, result, report, title, png, csv, json, say)
+    return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
+
+
+def _write(
+    grid: Grid,
+    result: Workspace,
+    report: dict[str, Any],
+    title: str,
+    png: Path | None,
+    csv: Path | None,
+    json: Path | None,
+    say: Say,
+) -> None:
+    """The outputs that were asked for, all or none."""
     with Outputs() as outputs:
         if png:
             from compensator.report.map import draw
@@ -119,7 +134,6 @@ def map_file(
         if json:
             outputs.text(json, json_text.dumps(report, indent=2, allow_nan=False) + "\n")
         outputs.commit()
-    return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
 
 
 def _others(grid: Grid) -> str:

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from compensator.compensation import Compensation
 from compensator.errors import SolveError
-from compensator.path import Planner, place
+from compensator.path import Planner
+from compensator.places import place
 from compensator.state import follow
 
 Floats = npt.NDArray[np.float64]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from compensator.compensation import Compensation
 from compensator.errors import SolveError
 from compensator.external import carried
-from compensator.path import place
+from compensator.places import place
 from compensator.state import follow
 from toolpaths.programs import read_back
 from toolpaths.programs.gcode import aligned
