@@ -42,12 +42,14 @@ class Filtered:
         files: staged, the program first.
         changes: what else than pose numbers changed.
         program: the poses that were written, ``row`` in the rows of the source.
+        result: the commands that were written: without the tilt, where the language cannot say it.
     """
 
     files: tuple[Path, ...]
     changes: tuple[Finding, ...]
     program: Program
     row: Floats
+    result: Compensation
 
     def __repr__(self) -> str:
         return f"Filtered({self.files[0].name}, {len(self.changes)} changes)"
@@ -83,7 +85,7 @@ def filter_program(c: Compensation, rows: Floats, toolpath: Path, staged: Path, 
     for suffix, data in rewritten.beside:
         files.append(staged.with_suffix(suffix))
         files[-1].write_bytes(data)
-    return Filtered(tuple(files), (*rewritten.changes, *left), program, row)
+    return Filtered(tuple(files), (*rewritten.changes, *left), program, row, c)
 
 
 def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:

@@ -60,7 +60,7 @@ def compensate(job: Job, toolpath: Toolpath, *, rapids_stay: bool = False) -> Co
     finer = with_changes(planner, result)
     if finer is not None:
         result = _solved(job, finer, rapids_stay, result)
-    _check(planner, result)
+    refuse_unsafe(planner, result)
     before, _ = follow(job, result.path.toolpath, result.path.q, result.wrench)
     return replace(result, before=before, inserted=len(result) - len(first))
 
@@ -172,7 +172,7 @@ def _refuse_unsolved(toolpath: Toolpath, command: Command) -> None:
         )
 
 
-def _check(planner: Planner, c: Compensation) -> None:
+def refuse_unsafe(planner: Planner, c: Compensation) -> None:
     """Refuse a command beyond a limit, through a singularity, with a jump, or a correction above its bound."""
     toolpath = c.path.toolpath
     _check_identified(c)

@@ -79,6 +79,7 @@ def compensate_file(
             written: Written | Filtered
             if in_place is not None:
                 written = filter_program(result, source.row, toolpath, staged, in_place)
+                result = written.result
                 say("verifying the written program")
                 checked = verify_filtered(result, written, program)
             else:

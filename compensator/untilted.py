@@ -11,6 +11,7 @@ from compensator.compensation import Compensation
 from compensator.errors import SolveError
 from compensator.path import Planner
 from compensator.places import place
+from compensator.solve import refuse_unsafe
 from compensator.state import follow
 
 Floats = npt.NDArray[np.float64]
@@ -26,7 +27,7 @@ def untilted(c: Compensation) -> Compensation:
     rounds the one with the least mean error counts.
 
     Raises:
-        SolveError: a pose has no joint angles.
+        PathError, SolveError: a pose has no joint angles, or is none that a robot may be sent.
     """
     job, toolpath, rows = c.job, c.path.toolpath, np.flatnonzero(c.cutting)
     planner, some = Planner(job.cell, job.robot, job.inverse, job.tools), toolpath.take(rows)
@@ -54,7 +55,9 @@ def untilted(c: Compensation) -> Compensation:
         return c
     where, q, rotation = c.command.position.copy(), c.command.q.copy(), c.command.rotation.copy()
     where[rows], q[rows], rotation[rows] = best[1], best[2], c.path.rotation[rows]
-    return replace(c, command=replace(c.command, q=q, rotation=rotation, position=where))
+    upright = replace(c, command=replace(c.command, q=q, rotation=rotation, position=where))
+    refuse_unsafe(planner, upright)
+    return upright
 
 
 def tilt(c: Compensation) -> tuple[float, int]:

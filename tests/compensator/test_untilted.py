@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from compensator import filtering
+from compensator.errors import SolveError
 from compensator.tasks import Done, compensate_file
 from toolpaths.programs import gcode_filter
 
@@ -33,6 +35,15 @@ def test_positions_take_back_what_the_tilt_left(tmp_path: Path, monkeypatch: pyt
         m.setattr(filtering, "untilted", lambda c: c)
         spoilt = filtered(tmp_path).report["predicted_error_mm"]["after"]
     assert spoilt["max"] > 0.06 and spoilt["mean"] > 2 * after["mean"]
+
+
+def test_what_is_written_is_reported_and_kept_within_bounds(tmp_path: Path) -> None:
+    c = filtered(tmp_path).result
+    np.testing.assert_allclose(c.command.rotation[c.cutting], c.path.rotation[c.cutting], atol=1e-12)
+    tight = c.job.cell.solve.model_copy(update={"max_correction": 0.1})
+    job = replace(c.job, cell=c.job.cell.model_copy(update={"solve": tight}))
+    with pytest.raises(SolveError, match=r"is above solve\.max_correction = 0\.1 mm"):
+        filtering.untilted(replace(c, job=job))
 
 
 def test_a_file_with_tool_vectors_takes_the_tilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
