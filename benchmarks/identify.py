@@ -19,11 +19,11 @@ from scipy.spatial.transform import Rotation
 from benchmarks.table import Row
 from benchmarks.timing import interleaved, on_cores
 from stiffness.effects import BY_NAME
-from stiffness.evidence import Evidence
-from stiffness.identify import identify
-from stiffness.robot import Robot, load_robot
-from stiffness.session import Session, load_session
-from stiffness.unknowns import unknowns
+from stiffness.identification.identify import identify
+from stiffness.identification.session_fit import Evidence
+from stiffness.identification.unknowns import unknowns
+from stiffness.robot.robot import Robot, load_robot
+from stiffness.session.session import Session, load_session
 
 Floats = npt.NDArray[np.float64]
 

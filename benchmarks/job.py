@@ -69,7 +69,7 @@ def write_inputs(folder: Path, poses: int, *, memory: bool = False) -> None:
 
 def compensate(folder: Path) -> int:
     """The whole command, as the shell runs it; gives the number of poses."""
-    from compensator.tasks import compensate_file
+    from compensator.tasks.compensate import compensate_file
 
     done = compensate_file(folder / "path.csv", folder / "cell.toml", folder / "out.mod")
     return len(done.result)
@@ -77,10 +77,10 @@ def compensate(folder: Path) -> int:
 
 def text(folder: Path) -> int:
     """The same text read and written, with nothing in between."""
-    from compensator.turn import reference_rotation
-    from toolpaths.programs import write_program
-    from toolpaths.programs.program import Program, ToolFrame
-    from toolpaths.readers import read_toolpath
+    from compensator.path.free_turn import reference_rotation
+    from toolpaths.languages.read import read_toolpath
+    from toolpaths.languages.write import write_program
+    from toolpaths.writing.program import Program, ToolFrame
 
     path = read_toolpath(folder / "path.csv", chord=1e-5)
     program = Program(

@@ -14,8 +14,8 @@ import numpy.typing as npt
 import pinocchio as pin
 from scipy.optimize import least_squares, root
 
-from stiffness.predict import Tool
-from stiffness.robot import Robot
+from stiffness.robot.robot import Robot
+from stiffness.statics.predictor import Tool
 
 Floats = npt.NDArray[np.float64]
 

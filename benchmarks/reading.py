@@ -11,8 +11,8 @@ from pathlib import Path
 
 from benchmarks.table import Row
 from benchmarks.timing import interleaved, ratio
-from toolpaths.readers import read_toolpath
-from toolpaths.readers.gcode_rotary import Machine, RotaryAxis
+from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
+from toolpaths.languages.read import read_toolpath
 
 MOVES, ROUNDS = 200_000, 1
 GOAL = "10 s"

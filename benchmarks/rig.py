@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from benchmarks.naive import NaiveArm
 from stiffness.effects import BY_NAME
-from stiffness.inverse import Inverse, inverse_kinematics
-from stiffness.predict import Predictor, Tool
-from stiffness.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.kinematics.solvers import Inverse, inverse_kinematics
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.statics.predictor import Predictor, Tool
 
 Floats = npt.NDArray[np.float64]
 

@@ -72,8 +72,8 @@ def compensate(
     verbose: bool,
 ) -> None:
     """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
-    from compensator.report.text import progress, show
-    from compensator.tasks import compensate_file
+    from compensator.tasks.compensate import compensate_file
+    from compensator.terminal.tables import progress, show
 
     with progress(verbose) as say:
         done = compensate_file(toolpath, cell, program, language=language, report=report, json=json, say=say)
@@ -92,8 +92,8 @@ def preview(
     toolpath: Path, cell: Path, csv: Path | None, report: Path | None, json: Path | None, verbose: bool
 ) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
-    from compensator.report.text import progress, show
-    from compensator.tasks import preview_file
+    from compensator.tasks.compensate import preview_file
+    from compensator.terminal.tables import progress, show
 
     with progress(verbose) as say:
         done = preview_file(toolpath, cell, csv=csv, report=report, json=json, say=say)
@@ -121,8 +121,8 @@ def identify(
     verbose: bool,
 ) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
-    from compensator.report.text import progress, show_fit
-    from compensator.tasks_identify import identify_files
+    from compensator.tasks.identify import identify_files
+    from compensator.terminal.tables import progress, show_fit
 
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
@@ -144,9 +144,9 @@ def diagnose(
     sessions: tuple[Path, ...], model: Path, output: Path | None, html: Path | None, json: Path | None, verbose: bool
 ) -> None:
     """Say what MODEL lacks in the readings of SESSIONS, add it, and say how much better that is."""
-    from compensator.report.diagnosis_text import diagnosis_lines
-    from compensator.report.text import progress, show_lines
-    from compensator.tasks_diagnose import diagnose_files
+    from compensator.report.words.diagnosis import diagnosis_lines
+    from compensator.tasks.diagnose import diagnose_files
+    from compensator.terminal.tables import progress, show_lines
 
     with progress(verbose) as say:
         done = diagnose_files(sessions, model, output, json=json, html=html, say=say)
@@ -162,8 +162,8 @@ def diagnose(
 @_refusals
 def evaluate(session: Path, model: Path, register: int | None, json: Path | None, verbose: bool) -> None:
     """Say how well a model predicts the readings of SESSION."""
-    from compensator.report.text import progress, show_evaluation
-    from compensator.tasks_identify import evaluate_file
+    from compensator.tasks.identify import evaluate_file
+    from compensator.terminal.tables import progress, show_evaluation
 
     with progress(verbose) as say:
         _, report = evaluate_file(session, model, register=register, json=json, say=say)
@@ -199,9 +199,9 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
 @_refusals
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
-    from compensator.report.models import show_map
-    from compensator.report.text import progress
-    from compensator.tasks_map import map_file, tool_of
+    from compensator.tasks.stiffness_map import map_file, tool_of
+    from compensator.terminal.models import show_map
+    from compensator.terminal.tables import progress
 
     held = {key: options.pop(f"tool_{key}") for key in ("xyz", "rpy", "name", "mass", "com")}
     with progress(verbose) as say:
@@ -235,9 +235,9 @@ def clamped(
     readings: Path, robot: str, model: Path, above: float, scale_sd: float, json: Path | None, verbose: bool
 ) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
-    from compensator.report.models import show_made
-    from compensator.report.text import progress
-    from compensator.tasks_models import clamped_file
+    from compensator.tasks.models import clamped_file
+    from compensator.terminal.models import show_made
+    from compensator.terminal.tables import progress
 
     with progress(verbose) as say:
         done = clamped_file(readings, robot, model, above=above, scale_sd=scale_sd, json=json, say=say)
@@ -252,9 +252,9 @@ def clamped(
 @_refusals
 def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
-    from compensator.report.models import show_made
-    from compensator.report.text import progress
-    from compensator.tasks_models import datasheet_file
+    from compensator.tasks.models import datasheet_file
+    from compensator.terminal.models import show_made
+    from compensator.terminal.tables import progress
 
     with progress(verbose) as say:
         done = datasheet_file(robot, model, json=json, say=say)
@@ -286,8 +286,8 @@ def plan(
     verbose: bool,
 ) -> None:
     """Say which set-ups to measure next, so that MODEL is known best."""
-    from compensator.report.text import progress, show_lines
-    from compensator.tasks_plan import plan_file
+    from compensator.tasks.plan import plan_file
+    from compensator.terminal.tables import progress, show_lines
 
     with progress(verbose) as say:
         done = plan_file(
@@ -303,7 +303,7 @@ def plan(
 @_refusals
 def effects(name: str | None, verbose: bool) -> None:
     """List the effects of the catalogue, with those of installed packages; with NAME show one."""
-    from compensator.tasks_effects import effect_lines, effects_lines
+    from compensator.tasks.effects import effect_lines, effects_lines
 
     click.echo("\n".join(effects_lines() if name is None else effect_lines(name)))
 
@@ -314,7 +314,7 @@ def effects(name: str | None, verbose: bool) -> None:
 @_refusals
 def robots(name: str | None, verbose: bool) -> None:
     """List the built-in robots; with NAME (built-in, .toml or .urdf) show one."""
-    from compensator.report.text import show_robot, show_robots
+    from compensator.terminal.tables import show_robot, show_robots
 
     if name is None:
         show_robots()

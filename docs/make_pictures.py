@@ -24,9 +24,9 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from PIL import Image
 
-from compensator.compensation import Compensation
-from compensator.tasks import compensate_file
-from compensator.verify import verify
+from compensator.solve.compensation import Compensation
+from compensator.solve.verify import verify
+from compensator.tasks.compensate import compensate_file
 
 ROOT = Path(__file__).resolve().parents[1]
 Floats = npt.NDArray[np.float64]

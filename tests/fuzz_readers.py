@@ -28,10 +28,10 @@ with atheris.instrument_imports(include=["toolpaths"]):
     from tests.toolpaths.test_apt_second_reader import Writer
     from tests.toolpaths.test_gcode_fuzz import MACHINE, WORDS
     from toolpaths.errors import ReadError
-    from toolpaths.readers import ON_A_MACHINE, SUFFIXES
+    from toolpaths.languages.read import ON_A_MACHINE, SUFFIXES
     from toolpaths.toolpath import CUT, Toolpath
 
-    READERS = {name: import_module(f"toolpaths.readers.{name}") for name in SUFFIXES}
+    READERS = {name: import_module(f"toolpaths.languages.{name}.reader") for name in SUFFIXES}
 
 ROOT = Path(__file__).parents[1]
 DAT = b"\n;;;; beside it: .dat\n"  # a KRL input is two files

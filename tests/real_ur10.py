@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.cluster.vq import kmeans2
 
-from stiffness.additions import Addition, Bench
+from stiffness.diagnosis.added_effects import Addition, Bench
+from stiffness.diagnosis.refined_model import refined_model
 from stiffness.effects import BY_NAME
-from stiffness.evaluate import evaluate
-from stiffness.fit import Fit
-from stiffness.identify import identify
-from stiffness.model import ComplianceModel
-from stiffness.refined import refined_model
-from stiffness.session import Session, load_session
+from stiffness.identification.evaluate import evaluate
+from stiffness.identification.fit import Fit
+from stiffness.identification.identify import identify
+from stiffness.model.model import ComplianceModel
+from stiffness.session.session import Session, load_session
 
 Bools = npt.NDArray[np.bool_]
 EFFECT = BY_NAME["joint-angle-error"]

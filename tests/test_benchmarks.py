@@ -12,9 +12,9 @@ import pytest
 
 from benchmarks import commands, job, paths, poses, reading, start, table, timing
 from benchmarks.rig import RICHER, WRENCH, Rig, rig, task
-from stiffness.robot import load_robot
-from toolpaths.programs import read_back
-from toolpaths.readers import read_toolpath
+from stiffness.robot.robot import load_robot
+from toolpaths.languages.read import read_toolpath
+from toolpaths.languages.write import read_back
 from toolpaths.toolpath import Toolpath
 
 ABB = "abb-irb6600-175-255"

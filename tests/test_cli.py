@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from compensator.cli import main
-from stiffness.robot import builtin_robots, load_robot
+from stiffness.robot.robot import builtin_robots, load_robot
 from tests.compensator.small_jobs import Files, files
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -155,7 +155,7 @@ def test_robots_are_listed_and_shown(job: Files) -> None:
         assert all(f"{math.degrees(v):.1f}" in done.stdout for v in robot.upper)
         assert ("assumption" in done.stdout) == bool(robot.assumptions)
     own = job.folder / "own.toml"
-    own.write_text((ROOT / "stiffness" / "robots" / "ur10.toml").read_text().replace('"ur10"', '"own"'))
+    own.write_text((ROOT / "stiffness" / "robot" / "data" / "ur10.toml").read_text().replace('"ur10"', '"own"'))
     assert run("robots", own).exit_code == 0
     done = run("robots", "ur11")
     assert done.exit_code == 1 and "'ur11' is no robot" in done.stderr and "ur10" in done.stderr
@@ -204,6 +204,6 @@ def test_a_preview_does_not_load_what_only_a_fit_needs() -> None:
     """scipy, plotly and matplotlib take longer to import than a thousand poses to predict."""
     slow = ("scipy", "plotly", "matplotlib", "trimesh")
     loaded = f"sorted(set(sys.modules) & set({slow!r}))"
-    show = f"import compensator.report.text, compensator.tasks, sys\nprint('#', *{loaded})"
+    show = f"import compensator.terminal.tables, compensator.tasks.compensate, sys\nprint('#', *{loaded})"
     done = subprocess.run([sys.executable, "-c", show], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "#"

@@ -19,10 +19,10 @@ import numpy.typing as npt
 import pytest
 
 from compensator.errors import CompensatorError
-from compensator.tasks_effects import effect_lines
+from compensator.tasks.effects import effect_lines
 from stiffness.errors import ModelError
-from stiffness.model import load_model
-from stiffness.robot import Robot, load_robot
+from stiffness.model.model import load_model
+from stiffness.robot.robot import Robot, load_robot
 
 Floats = npt.NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[1]
@@ -40,12 +40,12 @@ WRENCH = np.array([60.0, -45.0, -80.0, 4.0, -6.0, 3.0])
 PROBE = """
 import json, sys
 import numpy as np
-from compensator.tasks_effects import catalogue, effect_lines
+from compensator.tasks.effects import catalogue, effect_lines
 from stiffness.effects import BY_NAME, CATALOGUE
-from stiffness.model import load_model, model_text
-from stiffness.predict import Predictor, Tool
-from stiffness.robot import load_robot
-from stiffness.unknowns import numbers_of, start_values, unknowns
+from stiffness.model.model import load_model, model_text
+from stiffness.statics.predictor import Predictor, Tool
+from stiffness.robot.robot import load_robot
+from stiffness.identification.unknowns import numbers_of, start_values, unknowns
 
 given = json.loads(sys.argv[1])
 model = load_model("stiffness.toml")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:  # programs import this module
-    from toolpaths.programs.program import ToolFrame
+    from toolpaths.writing.program import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell import Cell, Constant
-from compensator.cell import Table as TableProcess
+from compensator.cell.cell import Cell, Constant
+from compensator.cell.cell import Table as TableProcess
 from compensator.errors import CellError
 from toolpaths.toolpath import CUT, Toolpath
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from compensator.tasks_diagnose import Diagnosed, diagnose_files
-from stiffness.identify import identify
-from stiffness.model import ComplianceModel, load_model, save_model
-from stiffness.session import load_session
+from compensator.tasks.diagnose import Diagnosed, diagnose_files
+from stiffness.identification.identify import identify
+from stiffness.model.model import ComplianceModel, load_model, save_model
+from stiffness.session.session import load_session
 from tests.plant.cells import SCENARIOS, write
 
 SETUPS = 14

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from compensator.tasks import compensate_file, preview_file
-from compensator.tasks_diagnose import refined_text
-from stiffness.diagnose import diagnose
-from stiffness.diagnosis import Diagnosis
-from stiffness.identify import identify
-from stiffness.model import ComplianceModel, load_model, save_model
-from stiffness.session import load_session
+from compensator.tasks.compensate import compensate_file, preview_file
+from compensator.tasks.diagnose import refined_text
+from stiffness.diagnosis.diagnose import diagnose
+from stiffness.diagnosis.result import Diagnosis
+from stiffness.identification.identify import identify
+from stiffness.model.model import ComplianceModel, load_model, save_model
+from stiffness.session.session import load_session
 from tests.compensator.jobs import MM, STILL, Table, write_poses
 from tests.plant import Memory, Walk, WornPlant
 from tests.plant.cell_design import CELLS, design, form

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from compensator.tasks import Done, compensate_file, preview_file
+from compensator.tasks.compensate import Done, compensate_file, preview_file
 from tests.plant import Arm, Memory, Plant, Tool, Walk
 from tests.plant.geometry import Array, placement
 
@@ -23,7 +23,7 @@ STILL = 5e-7  # rad: what a robot takes for a change of direction; printed digit
 
 def robot_file(name: str) -> Path:
     """The built-in robot file: both sides read it, each with its own reader."""
-    return Path(str(resources.files("stiffness") / "robots" / f"{name}.toml"))
+    return Path(str(resources.files("stiffness") / "robot" / "data" / f"{name}.toml"))
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stiffness.robot import Robot
+from stiffness.robot.robot import Robot
 from tests.compensator.postures import frame
 
 Array = np.ndarray

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from plotly.offline import get_plotlyjs
 
-from compensator.compensation import Compensation
+from compensator.solve.compensation import Compensation
 
 VOID = {"meta", "br", "img", "link", "hr", "input"}
 MODEL = """

@@ -13,17 +13,17 @@ import pytest
 from click.testing import CliRunner
 
 from compensator.cli import main
-from compensator.diagnosis_json import diagnosis_report
 from compensator.errors import CompensatorError
-from compensator.report.diagnosis_text import diagnosis_lines
-from compensator.tasks_diagnose import diagnose_files, refined_text
-from stiffness.attribution import Share
-from stiffness.diagnosis import Added, Changed
+from compensator.report.json.diagnosis import diagnosis_report
+from compensator.report.words.diagnosis import diagnosis_lines
+from compensator.tasks.diagnose import diagnose_files, refined_text
+from stiffness.diagnosis.attribution import Share
+from stiffness.diagnosis.result import Added, Changed
 from stiffness.errors import StiffnessError
-from stiffness.evaluate import evaluate
-from stiffness.model import load_model
-from stiffness.next_setups import NextSetup
-from stiffness.session import load_session
+from stiffness.identification.evaluate import evaluate
+from stiffness.model.model import load_model
+from stiffness.planning.next_setups import NextSetup
+from stiffness.session.session import load_session
 from tests.compensator.conftest import Sick, only
 
 CONTRACT = {
@@ -212,14 +212,14 @@ def test_refusals_leave_everything_as_it_was(healthy: Sick, tmp_path: Path, old:
 def test_other_frames_are_refused(healthy: Sick, tmp_path: Path) -> None:
     """The same robot by name, but a file that puts its flange elsewhere."""
     (tmp_path / "m.toml").write_text((healthy.folder / "model.toml").read_text().replace('"ur10"', '"ur10.toml"'))
-    built_in = Path(__file__).parents[2] / "stiffness" / "robots" / "ur10.toml"
+    built_in = Path(__file__).parents[2] / "stiffness" / "robot" / "data" / "ur10.toml"
     (tmp_path / "ur10.toml").write_text(built_in.read_text() + "\n[flange]\nxyz = [0.0, 0.0, 10.0]\n")
     with pytest.raises(StiffnessError, match="not the frames of the model"):
         diagnose_files([healthy.session], tmp_path / "m.toml")
 
 
 def test_outputs_appear_together_or_not_at_all(healthy: Sick, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("compensator.tasks_diagnose.diagnose", lambda *given: healthy.done.diagnosis)
+    monkeypatch.setattr("compensator.tasks.diagnose.diagnose", lambda *given: healthy.done.diagnosis)
     model = healthy.folder / "model.toml"
     with pytest.raises(CompensatorError, match="cannot write"):
         diagnose_files([healthy.session], model, tmp_path / "r.toml", json=tmp_path / "no" / "out.json")

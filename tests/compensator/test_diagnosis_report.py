@@ -9,17 +9,17 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from compensator.diagnosis_json import diagnosis_report
-from compensator.report.diagnosis import diagnosis_page
-from compensator.report.diagnosis_figures import model_alone, noise_of
-from compensator.report.diagnosis_pattern import patterns
-from compensator.report.diagnosis_view import looked_at, postures
-from compensator.report.fit_tables import figure, millimetres
-from compensator.report.place_wrench import place_wrench
-from compensator.report.residual_map import enlargement
-from compensator.report.state_motion import turn, twist
-from stiffness.attribution import Share
-from stiffness.next_setups import NextSetup
+from compensator.report.figures.diagnosis import model_alone, noise_of
+from compensator.report.figures.residual_map import enlargement
+from compensator.report.html.diagnosis import diagnosis_page
+from compensator.report.html.fit_tables import figure, millimetres
+from compensator.report.json.diagnosis import diagnosis_report
+from compensator.report.views.diagnosis import looked_at, postures
+from compensator.report.views.diagnosis_pattern import patterns
+from compensator.report.views.place_wrench import place_wrench
+from compensator.report.views.state_motion import turn, twist
+from stiffness.diagnosis.attribution import Share
+from stiffness.planning.next_setups import NextSetup
 from tests.compensator.conftest import Sick
 from tests.compensator.reports import Walk, figures_in, own
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from compensator.tasks import compensate_file, preview_file
+from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.test_real_ls_script import SOFT, job
-from toolpaths.programs.fanuc_config import turn_numbers
+from toolpaths.languages.fanuc.config import turn_numbers
 
 TURNING = [0, 3, 5]
 HEAD = "/PROG  TURNS\n/ATTR\nDEFAULT_GROUP\t= 1,*,*,*,*;\n/MN\n"

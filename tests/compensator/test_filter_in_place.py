@@ -16,12 +16,12 @@ import pytest
 import tomli_w
 
 from compensator.errors import CompensatorError
-from compensator.tasks import compensate_file, preview_file
+from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.small_jobs import CELL, MODEL, WORN, files, merged
 from tests.oracles.robot_programs import KRL, KRL_DAT, RAPID
 from toolpaths.errors import ReadError, ToolpathError
-from toolpaths.programs.rewriting import MARKER
-from toolpaths.readers import read_toolpath
+from toolpaths.languages.read import read_toolpath
+from toolpaths.rewriting.filters import MARKER
 
 PAGE = Path(__file__).parents[2] / "docs" / "filter.md"
 STIFF = {"effects": {"joint-stiffness": {"k_nm_per_rad": [1e12] * 6}}}

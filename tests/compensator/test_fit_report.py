@@ -11,12 +11,12 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from compensator.report.fit import fit_page
-from compensator.report.fit_tables import correlation, figure, interval
-from compensator.report.fit_view import joints, load_torque, looked_at, standardised
-from compensator.tasks_identify import identify_report
-from stiffness.fit import Fit
-from stiffness.identify import identify
+from compensator.report.html.fit import fit_page
+from compensator.report.html.fit_tables import correlation, figure, interval
+from compensator.report.views.fit import joints, load_torque, looked_at, standardised
+from compensator.tasks.identify import identify_report
+from stiffness.identification.fit import Fit
+from stiffness.identification.identify import identify
 from tests.compensator.reports import Walk, figures_in, own
 from tests.plant.lab import Form
 from tests.stiffness.bench_lab import Lab

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from compensator.cli import main
-from stiffness.model import load_model
+from stiffness.model.model import load_model
 from tests.plant.paper_experiment import table_3
 from tests.stiffness.bench_lab import Lab
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from compensator.tasks import compensate_file, preview_file
+from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness.effects import CATALOGUE
 from tests.compensator.small_jobs import MODEL, columns, files
 

@@ -12,13 +12,13 @@ import numpy.typing as npt
 import pytest
 import tomli_w
 
-from compensator.cell import ToolTable
+from compensator.cell.cell import ToolTable
 from compensator.errors import CompensatorError
-from compensator.grid import grid_of
-from compensator.report.map import draw, panels
-from compensator.tasks_map import Mapped, map_file, tool_of
+from compensator.report.figures.stiffness_map import draw, panels
+from compensator.tasks.joint_grid import grid_of
+from compensator.tasks.stiffness_map import Mapped, map_file, tool_of
 from stiffness.errors import StiffnessError
-from stiffness.robot import Robot, load_robot
+from stiffness.robot.robot import Robot, load_robot
 from tests.compensator.small_jobs import ABB, MODEL, STIFFNESS
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness.test_datasheet import robot_text

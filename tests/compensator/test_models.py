@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from compensator.errors import CompensatorError
-from compensator.report import models as shown
-from compensator.tasks_map import map_file
-from compensator.tasks_models import clamped_file, datasheet_file
+from compensator.tasks.models import clamped_file, datasheet_file
+from compensator.tasks.stiffness_map import map_file
+from compensator.terminal import models as shown
 from stiffness.errors import StiffnessError
-from stiffness.model import load_model
-from stiffness.robot import load_robot
+from stiffness.model.model import load_model
+from stiffness.robot.robot import load_robot
 from tests.stiffness import arms
 from tests.stiffness.test_clamped import GAP, HEADER, K, cycle, lines, written
 from tests.stiffness.test_datasheet import BARE, RV, STRAIN_WAVE, robot_text

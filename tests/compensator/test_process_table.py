@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from compensator.errors import CompensatorError
-from compensator.tasks import compensate_file, preview_file
+from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.small_jobs import ROWS, Files, columns, files, write_csv
 
 HEADER = ("index", "fx", "fy", "fz", "mx", "my", "mz")

@@ -11,15 +11,15 @@ import pytest
 import tomli_w
 from scipy.spatial.transform import Rotation
 
-from compensator.compensation import Compensation
-from compensator.export import program_of
-from compensator.tasks import compensate_file
-from stiffness.model import builtin_model
-from stiffness.robot import builtin_robots, load_robot
+from compensator.program.export import program_of
+from compensator.solve.compensation import Compensation
+from compensator.tasks.compensate import compensate_file
+from stiffness.model.model import builtin_model
+from stiffness.robot.robot import builtin_robots, load_robot
 from tests.compensator.postures import frame
 from tests.compensator.small_jobs import write_csv
 from tests.oracles import krl_reader, rapid_reader
-from toolpaths.programs import write_program
+from toolpaths.languages.write import write_program
 
 FUSION, NX, OWN = "gcode_fusion/1110_wall_265bit.nc", "clsf_nx/ust_a.cls", "own.csv"
 TOOL_NUMBER = {FUSION: 1, NX: 2, OWN: 1}

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import tomli_w
 
-from compensator.tasks import compensate_file
+from compensator.tasks.compensate import compensate_file
 from toolpaths.errors import ReadError
-from toolpaths.readers import read_toolpath
+from toolpaths.languages.read import read_toolpath
 
 FANUC = "fanuc_official_m710ic_50.urdf"
 ROBOTS = {".ls": FANUC, ".script": "ur10"}

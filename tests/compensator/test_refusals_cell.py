@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from compensator.cell import load_cell
+from compensator.cell.cell import load_cell
 from compensator.errors import CompensatorError
-from compensator.tasks import compensate_file
+from compensator.tasks.compensate import compensate_file
 from stiffness.errors import StiffnessError
 from tests.compensator.small_jobs import ABB, Files, files
 from toolpaths.errors import ToolpathError

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from compensator import outputs
 from compensator.errors import CompensatorError
-from compensator.outputs import Outputs
-from compensator.tasks import compensate_file, preview_file
+from compensator.tasks import outputs
+from compensator.tasks.compensate import compensate_file, preview_file
+from compensator.tasks.outputs import Outputs
 from tests.compensator.small_jobs import Files, files
 from toolpaths.errors import ToolpathError
 

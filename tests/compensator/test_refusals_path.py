@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from compensator.errors import CompensatorError, PathError, SolveError
-from compensator.tasks import compensate_file, preview_file
+from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.postures import between, job_at
 from tests.compensator.small_jobs import ABB, ROWS, STIFFNESS, Files, files
 from toolpaths.errors import ToolpathError

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from compensator.compensation import Compensation
-from compensator.report.html import page
-from compensator.report.tables import LISTED, millimetres
-from compensator.tasks import compensate_file, preview_file
+from compensator.report.html.path import page
+from compensator.report.html.tables import LISTED, millimetres
+from compensator.solve.compensation import Compensation
+from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.reports import Walk, figures_in, own, prepared
 
 HOSTILE = "</script><img src=x onerror=alert(1)>&\"'.csv"

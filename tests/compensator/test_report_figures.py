@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from compensator.compensation import Compensation
-from compensator.report.curves import along_figure, flanks_figure, joints_figure
-from compensator.report.figures import path_figure
-from compensator.report.html import page
-from compensator.report.thinning import LIMIT, numbers, path_length, thin
-from compensator.tasks import compensate_file, preview_file
+from compensator.report.figures.curves import along_figure, flanks_figure, joints_figure
+from compensator.report.figures.path import path_figure
+from compensator.report.figures.thinning import LIMIT, numbers, path_length, thin
+from compensator.report.html.path import page
+from compensator.solve.compensation import Compensation
+from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.reports import Walk, figures_in, prepared, taken
 from toolpaths.toolpath import RAPID
 

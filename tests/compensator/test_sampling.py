@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from compensator.sampling import BEFORE_CORNER, between, corners
+from compensator.path.sampling import BEFORE_CORNER, between, corners
 from tests.compensator.paths import angle, toolpath, wandering_axes
 from toolpaths.toolpath import CUT, RAPID, Event, Setting
 

@@ -8,9 +8,9 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from compensator import tasks_effects
 from compensator.errors import CompensatorError
-from compensator.tasks_effects import WIDTH, catalogue, effect_lines, effects_lines
+from compensator.tasks import effects as tasks_effects
+from compensator.tasks.effects import WIDTH, catalogue, effect_lines, effects_lines
 from stiffness.effects import BUILT_IN, BY_NAME
 from stiffness.effects.effect import Effect
 

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from compensator.cell.job import load_job
 from compensator.errors import PathError
-from compensator.job import load_job
-from compensator.path import Path as Followed
-from compensator.path import Planner
-from compensator.turn import reference_rotation, varying_turn
-from stiffness.robot import load_robot
+from compensator.path.free_turn import reference_rotation, varying_turn
+from compensator.path.planner import Path as Followed
+from compensator.path.planner import Planner
+from stiffness.robot.robot import load_robot
 from tests.compensator.paths import angle, toolpath, wandering_axes
 from tests.compensator.postures import frame, job_at, poses_at
 from tests.compensator.small_jobs import ABB, CELL, ROWS, Files, files
-from toolpaths.readers import read_toolpath
+from toolpaths.languages.read import read_toolpath
 
 
 def check_reference(axis: np.ndarray) -> np.ndarray:
@@ -143,7 +143,7 @@ def test_a_turn_that_has_to_vary(tmp_path: Path) -> None:
     """A full circle with the tool in a ring around axis 1: with a constant turn axis 6 would run out of its limits."""
     t = np.radians(np.arange(-150, 151, 5))
     rows = [[1700 * np.cos(a), 1700 * np.sin(a), 0, 0, 0, 1, 600, "cut"] for a in t]
-    robot = (Path(__file__).resolve().parents[2] / "stiffness" / "robots" / f"{ABB}.toml").read_text()
+    robot = (Path(__file__).resolve().parents[2] / "stiffness" / "robot" / "data" / f"{ABB}.toml").read_text()
     narrow = robot.replace("limits = [-300.0, 300.0]", "limits = [-60.0, 60.0]").replace(ABB, "narrow")
     assert narrow.count("-60.0, 60.0") == 2
     (tmp_path / "narrow.toml").write_text(narrow)

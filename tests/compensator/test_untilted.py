@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compensator import filtering
 from compensator.errors import SolveError
-from compensator.tasks import Done, compensate_file
-from toolpaths.programs import gcode_filter
+from compensator.program import filter as filtering
+from compensator.tasks.compensate import Done, compensate_file
+from toolpaths.languages.gcode import filter as gcode_filter
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compensator.cell import load_cell
-from compensator.path import about_z
+from compensator.cell.cell import load_cell
+from compensator.path.planner import about_z
 from compensator.process.wrench import path_axes, process_wrench
 from tests.compensator.paths import DOWN, toolpath
 from tests.compensator.small_jobs import files

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from compensator.tasks import compensate_file
+from compensator.tasks.compensate import compensate_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
-from stiffness.evidence import Evidence
-from stiffness.fit import Fit
-from stiffness.identify import fitted
-from stiffness.model import load_model, model_text
-from stiffness.predict import Predictor, Tool
-from stiffness.reading import Pull, Reader
-from stiffness.session import load_session
-from stiffness.unknowns import Unknowns, start_values, unknowns
+from stiffness.identification.fit import Fit
+from stiffness.identification.identify import fitted
+from stiffness.identification.readings import Pull, Reader
+from stiffness.identification.session_fit import Evidence
+from stiffness.identification.unknowns import Unknowns, start_values, unknowns
+from stiffness.model.model import load_model, model_text
+from stiffness.session.session import load_session
+from stiffness.statics.predictor import Predictor, Tool
 from tests.compensator.small_jobs import ABB, files
 from tests.contracts.effect_laws import N, sample
 from tests.contracts.test_effects_files import model_of

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import tomli_w
 
-from stiffness import model as model_module
 from stiffness.effects import BUILT_IN, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.effects.table import markdown
 from stiffness.errors import ModelError
-from stiffness.model import ComplianceModel, load_model, model_text
+from stiffness.model import model as model_module
+from stiffness.model.model import ComplianceModel, load_model, model_text
 from tests.contracts.effect_laws import STIFFNESS, N, Numbers, every_effect, sample
 
 DOCS = Path(__file__).parents[2] / "docs"

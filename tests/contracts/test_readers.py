@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from toolpaths.errors import ReadError, ToolpathError
-from toolpaths.readers import READERS, SUFFIXES, read_toolpath
+from toolpaths.languages.read import READERS, SUFFIXES, read_toolpath
 
 SAMPLES = {  # the same four poses in every language; the cuts are those at Z 0, at 600 mm/min
     "gcode": "G21 G90\nG0 X0 Y0 Z5\nG1 X10 Z0 F600\nY-4\nG0 Z5\nM30\n",
@@ -76,7 +76,7 @@ def write(tmp_path: Path, suffix: str, data: str | bytes) -> Path:
 def test_every_reader_has_a_sample_and_a_module() -> None:
     assert set(SAMPLES) == set(SUFFIXES) == set(FRAGMENTS) == set(READERS.values())
     for name in SUFFIXES:
-        assert callable(import_module(f"toolpaths.readers.{name}").read)
+        assert callable(import_module(f"toolpaths.languages.{name}.reader").read)
 
 
 @pytest.mark.parametrize(("name", "suffix"), EVERY)
@@ -219,8 +219,8 @@ def test_only_refusals_escape(tmp_path: Path, name: str, data: st.DataObject) ->
 
 def test_readers_are_imported_only_when_used() -> None:
     code = (
-        "import sys, toolpaths.readers as r; "
-        "names = [m for m in sys.modules if m.startswith('toolpaths.readers.')]; sys.exit(len(names))"
+        "import sys, toolpaths.languages.read as r; "
+        "names = [m for m in sys.modules if m.endswith('.reader')]; sys.exit(len(names))"
     )
     root = Path(__file__).parents[2]
     assert subprocess.run([sys.executable, "-c", code], cwd=root, timeout=60).returncode == 0

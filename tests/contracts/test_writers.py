@@ -14,7 +14,7 @@ import pytest
 
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.errors import WriteError
-from toolpaths.programs import FORMATS, SUFFIXES, format_of, read_back, write_program
+from toolpaths.languages.write import FORMATS, SUFFIXES, format_of, read_back, write_program
 
 GOLDEN = Path(__file__).parent.parent / "golden"
 WRITTEN = sorted(name for name, module in FORMATS.items() if module)
@@ -217,7 +217,7 @@ def test_memory_is_bounded_by_blocks(language, tmp_path):
     script = (
         "import resource, sys\n"
         "from tests.oracles.sample_programs import random_program\n"
-        "from toolpaths.programs import write_program\n"
+        "from toolpaths.languages.write import write_program\n"
         "p = random_program(200_000, 1, lock=False)\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "write_program(p, sys.argv[1])\n"

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from stiffness.diagnose import diagnose
-from stiffness.diagnosis import Diagnosis
-from stiffness.evaluate import evaluate
-from stiffness.identify import identify
-from stiffness.model import ComplianceModel
-from stiffness.session import load_session
+from stiffness.diagnosis.diagnose import diagnose
+from stiffness.diagnosis.result import Diagnosis
+from stiffness.identification.evaluate import evaluate
+from stiffness.identification.identify import identify
+from stiffness.model.model import ComplianceModel
+from stiffness.session.session import load_session
 from tests.effects_report.reference import reference
 from tests.effects_report.told import SPRINGS_KEPT, told
 from tests.plant.ailment import Truth

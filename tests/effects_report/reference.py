@@ -8,15 +8,15 @@ from itertools import product
 
 import numpy as np
 
-from stiffness.additions import Addition, Bench
-from stiffness.diagnosis import Diagnosis
+from stiffness.diagnosis.added_effects import Addition, Bench
+from stiffness.diagnosis.result import Diagnosis
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Site
 from stiffness.errors import StiffnessError
-from stiffness.evaluate import shown_effects
-from stiffness.fit import Fit
-from stiffness.model import ComplianceModel
-from stiffness.session import Session
+from stiffness.identification.evaluate import shown_effects
+from stiffness.identification.fit import Fit
+from stiffness.model.model import ComplianceModel
+from stiffness.session.session import Session
 from tests.effects_report.told import Numbers, sites, told
 from tests.plant.ailment import Truth
 from tests.plant.cell_design import Cell

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
-from stiffness.robot import Robot
+from stiffness.robot.robot import Robot
 
 Floats = npt.NDArray[np.float64]
 STEP = 1e-3

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from toolpaths.programs.program import Program, ToolFrame
+from toolpaths.writing.program import Program, ToolFrame
 
 SPINDLE = ToolFrame(
     "spindle-a", np.array([0.01, -0.02, 0.25]), Rotation.from_euler("y", 30, degrees=True).as_matrix(),

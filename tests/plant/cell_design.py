@@ -15,7 +15,7 @@ from .lab_design import random_setups
 from .lab_request import Form, Noise, Setup, Step, Target
 from .wear import Wear
 
-ROBOTS = Path(__file__).parents[2] / "stiffness" / "robots"  # data files, read by the plant's own reader
+ROBOTS = Path(__file__).parents[2] / "stiffness" / "robot" / "data"  # data files, read by the plant's own reader
 TCP = (0.02, -0.01, 0.25)
 NOISE = Noise(tracker=2e-5, force=0.3, torque=0.1)
 ORDERS = (  # (direction, level) of the states after state 0; no direction: unloaded

@@ -20,7 +20,7 @@ from .geometry import Array
 from .lab import Form, Noise, Notes, Setup, Step, Target, measure
 
 ROBOT = "abb-irb6600-175-255"
-FILE = Path(__file__).parents[2] / "stiffness" / "robots" / f"{ROBOT}.toml"
+FILE = Path(__file__).parents[2] / "stiffness" / "robot" / "data" / f"{ROBOT}.toml"
 RATIOS = np.array([1, 0.887, 0.6892, 0.141, 0.048, 0.0187])  # Table 3
 CASES = (1.015, 0.758)  # Table 4: joint 1 pre-loaded and non-loaded, in the unit of Table 3
 K1 = 2e6  # N*m/rad, assumed: the paper withholds it

@@ -198,7 +198,7 @@ def test_toml_with_unknown_words_is_refused(tmp_path: Path) -> None:
         Arm.load(path)
 
 
-ROBOTS = Path(__file__).parents[2] / "stiffness" / "robots"
+ROBOTS = Path(__file__).parents[2] / "stiffness" / "robot" / "data"
 
 
 def test_every_robot_of_the_project_can_be_read() -> None:

@@ -229,7 +229,7 @@ def test_what_is_written(tmp_path: Path) -> None:
 
 
 def test_random_setups_are_reachable_and_varied() -> None:
-    ur10 = Arm.load(Path(__file__).parents[2] / "stiffness/robots/ur10.toml", tool=Tool((0, 0, 0.1)))
+    ur10 = Arm.load(Path(__file__).parents[2] / "stiffness/robot/data/ur10.toml", tool=Tool((0, 0, 0.1)))
     for robot in (ur10, arm()):
         setups = random_setups(robot, 40, seed=14, force=80.0, levels=(0.3, 0.6, 1.0), directions=1)
         q, move = np.array([s.q for s in setups]), np.array([s.move for s in setups])

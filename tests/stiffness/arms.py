@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Numbers
-from stiffness.predict import Predictor, Tool
-from stiffness.robot import Robot, load_robot
+from stiffness.robot.robot import Robot, load_robot
+from stiffness.statics.predictor import Predictor, Tool
 
 Floats = npt.NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.80665])

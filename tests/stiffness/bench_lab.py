@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffness.session import Session, load_session
+from stiffness.session.session import Session, load_session
 from tests.plant import Arm, Plant, Tool
 from tests.plant.lab import Form, Noise, Target, measure
 from tests.plant.lab_design import random_setups
@@ -33,7 +33,7 @@ class Lab:
         return np.array(STIFFNESS[self.robot])
 
     def plant(self) -> Plant:
-        file = Path(str(resources.files("stiffness") / "robots" / f"{self.robot}.toml"))
+        file = Path(str(resources.files("stiffness") / "robot" / "data" / f"{self.robot}.toml"))
         held = Tool(np.array([0.02, -0.01, 0.25]), np.zeros(3), 5.0, np.array([0.01, 0.0, 0.12]))
         arm = Arm.load(file, tool=held)
         gap = None if self.gap is None else np.array(self.gap)

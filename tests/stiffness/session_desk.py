@@ -6,11 +6,11 @@ import csv
 from pathlib import Path
 from typing import Any
 
-from stiffness.session import Session, load_session
+from stiffness.session.session import Session, load_session
 from tests.plant import Arm, Plant, Tool, lab
 from tests.plant.lab_design import random_setups
 
-ROBOT = Path(__file__).parents[2] / "stiffness/robots/ur10.toml"
+ROBOT = Path(__file__).parents[2] / "stiffness/robot/data/ur10.toml"
 TOOL = Tool((0.03, -0.05, 0.15), (0.3, -0.4, 0.5), mass=2.5, com=(0.01, 0.0, 0.06))
 QUIET = lab.Noise(tracker=1e-9, force=0.0, torque=0.0)
 TARGETS = (

@@ -10,11 +10,11 @@ import numpy.typing as npt
 import pytest
 from scipy import stats
 
-from stiffness.clamped import JointFit, clamped_model, fit_clamped
-from stiffness.clamped_readings import ClampedError, read_clamped
 from stiffness.errors import StiffnessError
-from stiffness.model import load_model, save_model
-from stiffness.robot import load_robot
+from stiffness.model.clamped import JointFit, clamped_model, fit_clamped
+from stiffness.model.clamped_readings import ClampedError, read_clamped
+from stiffness.model.model import load_model, save_model
+from stiffness.robot.robot import load_robot
 from tests.stiffness import arms
 from tests.stiffness.test_datasheet import RV, robot_text
 

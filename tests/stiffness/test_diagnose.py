@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffness.diagnose import diagnose
-from stiffness.diagnosis import Diagnosis
-from stiffness.identify import identify
-from stiffness.model import ComplianceModel
-from stiffness.session import load_session
+from stiffness.diagnosis.diagnose import diagnose
+from stiffness.diagnosis.result import Diagnosis
+from stiffness.identification.identify import identify
+from stiffness.model.model import ComplianceModel
+from stiffness.session.session import load_session
 from tests.effects_report.case import Row, Task, run
 from tests.effects_report.judge import misses, sure
 from tests.plant.cell_design import CELLS

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from stiffness.effects import BUILT_IN, BY_NAME
 from stiffness.effects.effect import TwistInput
-from stiffness.predict import Predictor
-from stiffness.statics import Equilibrium, Load, Statics
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.statics import Equilibrium, Load, Statics
 from tests.oracles.effects import compliance
 from tests.oracles.effects_joints import two_pins
 from tests.oracles.effects_places import hinge

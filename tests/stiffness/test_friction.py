@@ -10,7 +10,7 @@ import pytest
 
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import REVERSAL, Numbers
-from stiffness.preload import PreloadState, unknown, walk
+from stiffness.memory.preload import PreloadState, unknown, walk
 from tests.oracles.effects import ORACLES, Step
 
 Floats = npt.NDArray[np.float64]

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffness import scores
 from stiffness.errors import StiffnessError
-from stiffness.evaluate import evaluate
-from stiffness.fit import Fit
-from stiffness.identify import identify
-from stiffness.model import load_model, save_model
-from stiffness.session import load_session
+from stiffness.identification import scores
+from stiffness.identification.evaluate import evaluate
+from stiffness.identification.fit import Fit
+from stiffness.identification.identify import identify
+from stiffness.model.model import load_model, save_model
+from stiffness.session.session import load_session
 from tests.plant.lab import Form, Noise, Target, measure
 from tests.plant.lab_design import random_setups
 from tests.stiffness.bench_lab import Lab

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from stiffness.errors import StiffnessError
-from stiffness.fit import Fit
-from stiffness.identify import identify
-from stiffness.session import load_session
+from stiffness.identification.fit import Fit
+from stiffness.identification.identify import identify
+from stiffness.session.session import load_session
 from tests.plant.lab import Noise, Target, measure
 from tests.plant.lab_design import random_setups
 from tests.stiffness.bench_lab import Lab
@@ -110,7 +110,7 @@ def test_a_wrong_word_is_refused(desk: Path, old: str, new: str, words: list[str
 @pytest.fixture
 def sister(desk: Path) -> Path:
     """The session with the robot's sister: an upper arm 50 mm longer."""
-    text = (resources.files("stiffness") / "robots" / f"{ABB}.toml").read_text()
+    text = (resources.files("stiffness") / "robot" / "data" / f"{ABB}.toml").read_text()
     assert "a = 1075.0" in text
     (desk / "sister.toml").write_text(text.replace("a = 1075.0", "a = 1125.0").replace(f'"{ABB}"', '"sister"'))
     session = desk / "session.toml"

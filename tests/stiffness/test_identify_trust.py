@@ -13,9 +13,9 @@ import pytest
 from scipy import stats
 
 from benchmarks import identify as identify_benchmark
-from stiffness.evaluate import evaluate
-from stiffness.fit import Fit
-from stiffness.identify import identify
+from stiffness.identification.evaluate import evaluate
+from stiffness.identification.fit import Fit
+from stiffness.identification.identify import identify
 from tests.plant.lab import Form
 from tests.stiffness.worn_lab import KUKA, WornLab
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stiffness.errors import RobotError
-from stiffness.inverse import SphericalInverse, inverse_kinematics
-from stiffness.kinematics import pose_error
-from stiffness.robot import Robot, builtin_robots, load_robot
+from stiffness.kinematics.inverse import pose_error
+from stiffness.kinematics.solvers import SphericalInverse, inverse_kinematics
+from stiffness.robot.robot import Robot, builtin_robots, load_robot
 
 BUILTIN = tuple(n for n in builtin_robots() if n != "ur10")
 URDFS = (

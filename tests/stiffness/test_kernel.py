@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from stiffness import kernel
-from stiffness.kernel import BLOCK, Kernel, replay
+from stiffness.numerics import kernel
+from stiffness.numerics.kernel import BLOCK, Kernel, replay
 
 Floats = npt.NDArray[np.float64]
 

@@ -15,10 +15,10 @@ import pytest
 import tomli_w
 
 from stiffness.errors import ModelError
-from stiffness.local import LocalFit, identify_local
-from stiffness.local_text import local_text
-from stiffness.model import load_model, save_model
-from stiffness.session import Instruments, Session, SessionError, load_session
+from stiffness.local_method.identify import LocalFit, identify_local
+from stiffness.local_method.text import local_text
+from stiffness.model.model import load_model, save_model
+from stiffness.session.session import Instruments, Session, SessionError, load_session
 from tests.plant import Arm, Plant
 from tests.plant import paper_experiment as paper
 from tests.plant.lab import Form

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 import tomli_w
 
-from stiffness import model as module
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
-from stiffness.model import ComplianceModel, builtin_model, load_model, model_text, save_model
-from stiffness.robot import load_robot
+from stiffness.model import model as module
+from stiffness.model.model import ComplianceModel, builtin_model, load_model, model_text, save_model
+from stiffness.robot.robot import load_robot
 
 K = [3.0e6, 2.7e6, 2.1e6, 4.2e5, 1.4e5, 5.6e4]
 LEAST: dict[str, Any] = {
@@ -181,7 +181,7 @@ def test_awkward_numbers(tmp_path: Path, number: float) -> None:
 
 
 def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
-    names = [p.stem for p in (Path(module.__file__).parent / "models").glob("*.toml")]
+    names = [p.stem for p in (Path(module.__file__).parent / "data").glob("*.toml")]
     assert len(names) >= 4
     for name in names:
         path = builtin_model(name)

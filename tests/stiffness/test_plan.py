@@ -11,15 +11,15 @@ import pytest
 
 from stiffness.effects import BY_NAME
 from stiffness.errors import StiffnessError
-from stiffness.identify import identify
-from stiffness.plan import Plan, choose, condition_number
-from stiffness.plan_design import Design, Loading, planned_layout
-from stiffness.plan_postures import FLOOR, MARGIN, Postures, links, reachable
-from stiffness.predict import Predictor, Tool
-from stiffness.reading import Reader
-from stiffness.robot import STANDARD_GRAVITY, load_robot
-from stiffness.session import Session, load_session
-from stiffness.session_file import Instruments, Reflector
+from stiffness.identification.identify import identify
+from stiffness.identification.readings import Reader
+from stiffness.planning.design import Design, Loading, planned_layout
+from stiffness.planning.plan import Plan, choose, condition_number
+from stiffness.planning.postures import FLOOR, MARGIN, Postures, links, reachable
+from stiffness.robot.robot import STANDARD_GRAVITY, load_robot
+from stiffness.session.file import Instruments, Reflector
+from stiffness.session.session import Session, load_session
+from stiffness.statics.predictor import Predictor, Tool
 from tests.plant.lab import Form, Setup, Step, Target, measure
 from tests.plant.lab_design import random_setups
 from tests.stiffness.bench_lab import FORCE, Lab

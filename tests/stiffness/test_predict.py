@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Parameter, PointMass
 from stiffness.errors import EquilibriumError
-from stiffness.predict import MAX_STEPS, TOLERANCE, Near, Predictor, Tool
+from stiffness.statics.predictor import MAX_STEPS, TOLERANCE, Near, Predictor, Tool
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness import arms
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import REVERSAL, Effect, Numbers
-from stiffness.preload import PreloadState, unknown, walk
+from stiffness.memory.preload import PreloadState, unknown, walk
 from tests.oracles.flanks import Direction, Gap
 
 Floats = npt.NDArray[np.float64]

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from stiffness.errors import RobotError
-from stiffness.kernel import Kernel
-from stiffness.robot import Robot, builtin_robots, load_robot
+from stiffness.numerics.kernel import Kernel
+from stiffness.robot.robot import Robot, builtin_robots, load_robot
 
 NAMES = ("abb-irb6600-175-255", "kuka-kr210-r2700", "kuka-kr240-class", "kuka-kr500", "ur10")
 UPRIGHT = np.radians([0.0, -90, 90, 0, 0, 0])  # KUKA: lower arm up, forearm level
@@ -39,7 +39,7 @@ def angles_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def dh_links(name: str, q: np.ndarray) -> tuple[list[np.ndarray], list[tuple[float, np.ndarray]]]:
     """Link frames and (mass, com) straight from the file, each row multiplied out by hand."""
-    table = tomllib.loads((files("stiffness") / "robots" / f"{name}.toml").read_text())
+    table = tomllib.loads((files("stiffness") / "robot" / "data" / f"{name}.toml").read_text())
     frame, links, bodies = np.eye(4), [], []
     for row, angle in zip(table["joints"], q, strict=True):
         t = np.radians(row["offset"]) + row.get("sign", 1) * angle

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 from stiffness.errors import RobotError
-from stiffness.kernel import Kernel
-from stiffness.robot import Robot, load_robot
+from stiffness.numerics.kernel import Kernel
+from stiffness.robot.robot import Robot, load_robot
 
 URDFS = (
     "abb_irb6600_225_255", "abb_irb6640_185_280", "fanuc_official_crx10ia_l", "fanuc_official_m710ic_50",

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from stiffness.session import Session, load_session
+from stiffness.session.session import Session, load_session
 from tests.plant import lab
 from tests.stiffness.session_desk import TARGETS, TOOL, Rows, ur10, write
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffness.session import SessionError, load_session
+from stiffness.session.session import SessionError, load_session
 from tests.plant import Arm, Plant, lab
 from tests.stiffness.session_desk import QUIET, ROBOT, TARGETS, Rows, write
 

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from stiffness.predict import Tool
-from stiffness.robot import Robot
-from stiffness.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
+from stiffness.robot.robot import Robot
+from stiffness.statics.predictor import Tool
+from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness import arms
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from toolpaths.errors import ReadError
-from toolpaths.readers import SUFFIXES, read_toolpath
-from toolpaths.readers.apt import _Reader
-from toolpaths.readers.apt_cycle import KINDS
-from toolpaths.readers.apt_words import EVENTS, PASSED, REFUSED
+from toolpaths.languages.apt.cycle import KINDS
+from toolpaths.languages.apt.reader import _Reader
+from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED
+from toolpaths.languages.read import SUFFIXES, read_toolpath
 
 PAGE = (Path(__file__).parents[2] / "docs" / "apt.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^```(\w+) (?:(\d+) poses|refused in line (\d+))\n(.*?)^```$", PAGE, re.M | re.S)

@@ -9,9 +9,9 @@ import robodk.robomath as robomath
 from tests.oracles import fanuc_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
-from toolpaths.programs import ToolFrame, read_back, write_program
-from toolpaths.programs.fanuc_config import bits_of, config_texts, controller_joints, model_joints
-from toolpaths.programs.fanuc_motion import speed_texts
+from toolpaths.languages.fanuc.config import bits_of, config_texts, controller_joints, model_joints
+from toolpaths.languages.fanuc.motion import speed_texts
+from toolpaths.languages.write import ToolFrame, read_back, write_program
 
 
 def written(program, tmp_path, name="part1.ls"):

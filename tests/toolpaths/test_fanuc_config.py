@@ -10,7 +10,7 @@ import pytest
 
 from tests.toolpaths.test_fanuc_filter import SOURCE, commanded, record, run
 from tests.toolpaths.test_fanuc_reader import program
-from toolpaths.programs.fanuc_config import continued_turns, turn_numbers
+from toolpaths.languages.fanuc.config import continued_turns, turn_numbers
 
 
 def test_turn_numbers_follow_a_correction_past_180_degrees(tmp_path):

@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.sample_programs import SPINDLE
 from tests.toolpaths.test_fanuc_reader import JOINTS, POSE, program
 from toolpaths.errors import ReadError, WriteError
-from toolpaths.programs import Program
-from toolpaths.programs.fanuc_filter import rewrite
-from toolpaths.readers.fanuc import read
+from toolpaths.languages.fanuc.filter import rewrite
+from toolpaths.languages.fanuc.reader import read
+from toolpaths.languages.write import Program
 
 LINES = [
     "  !face ;mill",

@@ -9,8 +9,8 @@ import pytest
 
 from tests.oracles.sample_programs import small
 from toolpaths.errors import ReadError
-from toolpaths.programs import SUFFIXES, write_program
-from toolpaths.readers import read_toolpath
+from toolpaths.languages.read import read_toolpath
+from toolpaths.languages.write import SUFFIXES, write_program
 
 LANGUAGE = "fanuc"
 SUFFIX = next(s for s, name in SUFFIXES.items() if name == LANGUAGE)

@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.patience import not_hanging
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
-from toolpaths.programs import write_program
-from toolpaths.programs.fanuc_motion import speed_texts
-from toolpaths.readers.fanuc import read, refuse_written
+from toolpaths.languages.fanuc.motion import speed_texts
+from toolpaths.languages.fanuc.reader import read, refuse_written
+from toolpaths.languages.write import write_program
 
 POSE = """P[{n}]{{
    GP1:

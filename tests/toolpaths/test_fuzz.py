@@ -13,7 +13,7 @@ import pytest
 
 from tests.oracles.patience import not_hanging
 from toolpaths.errors import ReadError
-from toolpaths.readers import SUFFIXES, read_toolpath
+from toolpaths.languages.read import SUFFIXES, read_toolpath
 
 ROOT = Path(__file__).parents[2]
 atheris = pytest.mark.skipif(

@@ -16,13 +16,13 @@ from tests.oracles.random_gcode import RandomProgram
 from tests.oracles.sample_programs import SPINDLE
 from tests.toolpaths.test_rs274_reader import PRINTED_INCH, check, reference
 from toolpaths.errors import ReadError, WriteError
-from toolpaths.programs.gcode import rotation_of
-from toolpaths.programs.gcode_filter import rewrite
-from toolpaths.programs.program import Program
-from toolpaths.programs.rewriting import MARKER, Rewritten
-from toolpaths.readers.gcode import parse
-from toolpaths.readers.gcode_rotary import Machine
+from toolpaths.languages.gcode.filter import rewrite
+from toolpaths.languages.gcode.reader import parse
+from toolpaths.languages.gcode.rotary import Machine
+from toolpaths.languages.gcode.writer import rotation_of
+from toolpaths.rewriting.filters import MARKER, Rewritten
 from toolpaths.toolpath import CUT, Toolpath
+from toolpaths.writing.program import Program
 
 HEAD = "G21 G90 G17\nG0 X0 Y0 Z5\nF600\n"
 

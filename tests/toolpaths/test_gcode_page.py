@@ -13,12 +13,12 @@ import pytest
 
 from tests.toolpaths.test_gcode_filter import program_of
 from toolpaths.errors import ReadError
-from toolpaths.programs import write_program
-from toolpaths.programs.gcode import rotation_of
-from toolpaths.programs.gcode_filter import rewrite
-from toolpaths.programs.program import Program, ToolFrame
-from toolpaths.readers import read_toolpath
+from toolpaths.languages.gcode.filter import rewrite
+from toolpaths.languages.gcode.writer import rotation_of
+from toolpaths.languages.read import read_toolpath
+from toolpaths.languages.write import write_program
 from toolpaths.toolpath import CUT
+from toolpaths.writing.program import Program, ToolFrame
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "gcode.md").read_text(encoding="utf-8")

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from tests.toolpaths.test_rs274_reader import reference
-from toolpaths.programs import gcode, read_back, write_program
+from toolpaths.languages.gcode import writer as gcode
+from toolpaths.languages.write import read_back, write_program
 from toolpaths.toolpath import CUT
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "part1.nc"

@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from toolpaths.errors import ReadError
-from toolpaths.readers import gcode
-from toolpaths.readers.gcode_rotary import Machine, RotaryAxis
+from toolpaths.languages.gcode import reader as gcode
+from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
 from toolpaths.toolpath import Toolpath
 
 TILTED = (0.0, -np.sqrt(0.5), np.sqrt(0.5))  # a 45 deg axis, as of nutating heads and tables

@@ -12,8 +12,8 @@ import robodk.robomath as robomath
 from tests.oracles import inform_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
-from toolpaths.programs import ToolFrame, write_program
-from toolpaths.programs.inform_moves import rconf
+from toolpaths.languages.inform.moves import rconf
+from toolpaths.languages.write import ToolFrame, write_program
 
 
 def written(program, folder, name="part1.jbi"):

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.robot_programs import KRL, KRL_DAT
 from tests.toolpaths.test_rapid_filter import SHIFT, TURN, bent, changed, commanded, whole, without_marker
 from toolpaths.errors import ReadError
-from toolpaths.programs.krl_filter import rewrite
-from toolpaths.programs.rewriting import MARKER, Rewritten, refuse_compensated
-from toolpaths.readers import read_toolpath
+from toolpaths.languages.krl.filter import rewrite
+from toolpaths.languages.read import read_toolpath
+from toolpaths.rewriting.filters import MARKER, Rewritten, refuse_compensated
 from toolpaths.toolpath import Toolpath
 
 

@@ -11,8 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from tests.toolpaths.test_fanuc_filter import commanded
 from tests.toolpaths.test_fanuc_reader import POSE
-from toolpaths.programs import fanuc_filter, urscript_filter
-from toolpaths.readers import fanuc, urscript
+from toolpaths.languages.fanuc import filter as fanuc_filter
+from toolpaths.languages.fanuc import reader as fanuc
+from toolpaths.languages.urscript import filter as urscript_filter
+from toolpaths.languages.urscript import reader as urscript
 from toolpaths.toolpath import CUT
 
 CHORD = 1e-3

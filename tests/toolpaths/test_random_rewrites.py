@@ -12,10 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from tests.toolpaths.test_rapid_filter import without_marker
 from toolpaths.errors import WriteError
-from toolpaths.programs import krl_filter, rapid_filter
-from toolpaths.programs.program import Program
-from toolpaths.readers import read_toolpath
+from toolpaths.languages.krl import filter as krl_filter
+from toolpaths.languages.rapid import filter as rapid_filter
+from toolpaths.languages.read import read_toolpath
 from toolpaths.toolpath import Toolpath
+from toolpaths.writing.program import Program
 
 AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 END = {".mod": "\r\n", ".src": "\n"}

@@ -15,7 +15,7 @@ import pytest
 
 from tests.oracles.random_gcode import RandomProgram, joined
 from toolpaths.errors import ReadError
-from toolpaths.readers import SUFFIXES, read_toolpath
+from toolpaths.languages.read import SUFFIXES, read_toolpath
 from toolpaths.toolpath import CUT, Toolpath
 
 pytestmark = pytest.mark.skipif(

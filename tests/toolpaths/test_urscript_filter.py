@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from tests.oracles import urscript_reader
 from tests.toolpaths.test_fanuc_filter import commanded
 from toolpaths.errors import ReadError, WriteError
-from toolpaths.programs.urscript_filter import rewrite
-from toolpaths.readers.urscript import read
+from toolpaths.languages.urscript.filter import rewrite
+from toolpaths.languages.urscript.reader import read
 
 SOURCE = """def part():
   f = p[1, 0, 0, 0, 0, 0.5]

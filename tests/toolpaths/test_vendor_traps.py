@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from tests.oracles.vendor_moves import READERS
 from toolpaths.errors import WriteError
-from toolpaths.programs import FORMATS, SUFFIXES, Finding, ToolFrame, read_back, write_program
-from toolpaths.programs.program import ERROR, WARNING, merged
+from toolpaths.languages.write import FORMATS, SUFFIXES, Finding, ToolFrame, read_back, write_program
+from toolpaths.writing.program import ERROR, WARNING, merged
 
 WRITTEN = sorted(FORMATS)
 ROBOTS = [name for name in WRITTEN if name in READERS]

@@ -1,0 +1,177 @@
+"""External axes that the cell declares: a rail that carries the robot, a table that carries the part.
+
+They stand still in each cut. The solve sees every pose from the robot's base, as if rail and table stood at 0;
+programs get the poses back as their work object has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.cell import Cell, ExternalAxis
+from compensator.errors import CellError
+from compensator.path.free_turn import quaternion_matrix
+from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
+from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.toolpath import Setting, Toolpath, tool_axis
+from toolpaths.writing.program import ERROR, WARNING, Finding, Program
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class Carried:
+    """Per pose: from the work object of the program to the same frame with all axes at 0; (N, 3, 3), (N, 3)."""
+
+    turn: Floats
+    shift: Floats
+
+    def forth(self, position: Floats, rotation: Floats) -> tuple[Floats, Floats]:
+        """Poses as the robot's base sees them."""
+        return np.einsum("nij,nj->ni", self.turn, position) + self.shift, self.turn @ rotation
+
+    def back(self, position: Floats, rotation: Floats) -> tuple[Floats, Floats]:
+        """Poses as the program says them."""
+        turn = self.turn.swapaxes(1, 2)
+        return np.einsum("nij,nj->ni", turn, position - self.shift), turn @ rotation
+
+
+def seen_from_base(cell: Cell, toolpath: Toolpath) -> Toolpath:
+    """The poses of a program as the robot's base sees them.
+
+    Raises:
+        CellError, ReadError: a declared axis moves in a cut, or turns the axes of the wrench.
+    """
+    _check(cell, toolpath)
+    found = carried(cell, toolpath)
+    if found is None or toolpath.quaternion is None:
+        return toolpath
+    return _placed(toolpath, *found.forth(toolpath.position, quaternion_matrix(toolpath.quaternion)))
+
+
+def as_programmed(cell: Cell, toolpath: Toolpath) -> Toolpath:
+    """The poses of joint angles, which the robot's base sees, as the program would say them."""
+    found, setting = carried(cell, toolpath), toolpath.setting
+    if found is None or setting is None or toolpath.quaternion is None or not setting.joints:
+        return toolpath
+    rows = np.isin(toolpath.row, [float(r) for r in setting.joints])[:, None]
+    known = np.where(np.isfinite(toolpath.quaternion[:, :1]), toolpath.quaternion, np.array([1.0, 0.0, 0.0, 0.0]))
+    position, rotation = found.back(toolpath.position, quaternion_matrix(known))
+    position = np.where(rows, position, toolpath.position)
+    quaternion = np.where(rows, quaternion_from_matrix(rotation), toolpath.quaternion)
+    return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
+
+
+def _placed(toolpath: Toolpath, position: Floats, rotation: Floats) -> Toolpath:
+    quaternion = quaternion_from_matrix(rotation)
+    return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
+
+
+def carried(cell: Cell, toolpath: Toolpath) -> Carried | None:
+    """What the declared axes do to the poses of a toolpath; None where they do nothing."""
+    setting = toolpath.setting
+    axes = {} if setting is None else _axes(cell, setting)
+    if setting is None or not axes:
+        return None
+    move = np.maximum(np.ceil(toolpath.row - 1e-9), 0).astype(np.intp)
+    turn, shift = np.broadcast_to(np.eye(3), (len(move), 3, 3)), np.zeros((len(move), 3))
+    for name, axis in axes.items():
+        stands = np.nan_to_num(setting.external[name])[move]
+        if axis.carries == "robot":
+            shift = shift - stands[:, None] * 1e-3 * np.array(axis.direction)
+        else:
+            center = np.array(axis.center) * 1e-3
+            more = _about(np.array(axis.direction), np.radians(stands))
+            turn, shift = more @ turn, np.einsum("nij,nj->ni", more, shift - center) + center
+    work = cell.workobject.matrix()
+    r, p = work[:3, :3], work[:3, 3]
+    return Carried(r.T @ turn @ r, (turn @ p + shift - p) @ r)
+
+
+def external_findings(cell: Cell, toolpath: Toolpath, language: str) -> tuple[Finding, ...]:
+    """What another language than the program's own loses: it is written without external axes.
+
+    A table of numbers (csv) moves no robot: there it is a warning.
+    """
+    if toolpath.setting is None:
+        return ()
+    _, cut = whole_moves(toolpath)
+    out = []
+    for name, (rows, _, end) in cut_places(toolpath.setting.external, cut).items():
+        if (np.abs(end) > SAME).any():
+            axis = cell.external.get(name)
+            harmless = language == "csv" or (axis is not None and axis.carries == "nothing")
+            at = int(rows[int(np.argmax(np.abs(end) > SAME))])
+            line = int(toolpath.line[int(np.searchsorted(toolpath.row, at - 1e-9))])
+            what = f"external axis {name} stands at {end[np.abs(end) > SAME][0]:g}: written without external axes"
+            remedy = "write a program in the language of the source: its external axes stay as they are"
+            out.append(Finding(WARNING if harmless else ERROR, f"{toolpath.source}:{line}", what, remedy))
+    return tuple(out)
+
+
+def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
+    """A program that is read again, in the work object of its source: lines put in may make another one the first."""
+    ours = None if source is None else source.workobject
+    theirs = None if read.setting is None else read.setting.workobject
+    if ours is None or theirs is None or read.setting is None or read.quaternion is None:
+        return read
+    if np.allclose(ours, theirs, rtol=0.0, atol=1e-12):
+        return read
+    relative = np.linalg.inv(ours) @ theirs
+    known = np.isfinite(read.quaternion[:, :1])
+    rotation = relative[:3, :3] @ quaternion_matrix(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
+    quaternion = np.where(known, quaternion_from_matrix(rotation), read.quaternion)
+    position = read.position @ relative[:3, :3].T + relative[:3, 3]
+    arcs = {k: (relative[:3, :3] @ p + relative[:3, 3], off) for k, (p, off) in read.setting.arcs.items()}
+    setting = replace(read.setting, workobject=ours, arcs=arcs)
+    return replace(read, setting=setting, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
+
+
+def external_notes(cell: Cell, toolpath: Toolpath) -> tuple[str, ...]:
+    """What is not known of axes that the cell does not declare: they pass through as they are."""
+    if toolpath.setting is None:
+        return ()
+    found = unmodelled(toolpath.setting.external, whole_moves(toolpath)[1])
+    return tuple(
+        f"{toolpath.source}: external axis {name} {stands}: it is not modelled, the work object is taken "
+        f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]"
+        for name, stands in found
+        if name not in cell.external
+    )
+
+
+def without_external(program: Program, cell: Cell, toolpath: Toolpath, language: str) -> Program:
+    """The program with what is to be said when it is written in another language."""
+    return replace(program, findings=(*program.findings, *external_findings(cell, toolpath, language)))
+
+
+def _axes(cell: Cell, setting: Setting) -> Mapping[str, ExternalAxis]:
+    """In the order that they carry the part: the innermost table first, the outermost, then rails."""
+    used = [(n, a) for n, a in cell.external.items() if n in setting.external and a.carries != "nothing"]
+    return dict(sorted(reversed(used), key=lambda axis: axis[1].carries == "robot"))
+
+
+def _check(cell: Cell, toolpath: Toolpath) -> None:
+    setting = toolpath.setting
+    if setting is None or not setting.external:
+        return
+    axes = _axes(cell, setting)
+    refuse_moving(toolpath, axes)
+    turned = [n for n, a in axes.items() if a.carries == "part"]
+    if turned and cell.process.frame == "workobject":
+        raise CellError(
+            f"{cell.source}: process.frame = 'workobject', and {turned[0]} turns the work object: give the wrench in "
+            "base, path or tool axes"
+        )
+
+
+def _about(direction: Floats, angle: Floats) -> Floats:
+    """(N, 3, 3) turns about an axis of length 1 by (N,) rad."""
+    x, y, z = direction
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.asarray(np.eye(3) + s * cross + (1.0 - c) * (cross @ cross))

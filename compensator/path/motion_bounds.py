@@ -1,0 +1,83 @@
+"""What a robot must not be sent: beyond a joint limit, through a singularity, with a jump."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.cell import Solve
+from compensator.errors import PathError
+from compensator.path.pose_names import place
+from stiffness.kinematics.solvers import Inverse, SphericalInverse
+from stiffness.robot.robot import Robot
+from toolpaths.toolpath import Toolpath
+
+Floats = npt.NDArray[np.float64]
+
+ON_LIMIT = 1e-9  # rad beyond a limit that rounding explains
+
+
+class Bounds:
+    """The bounds of a robot, and those of [solve] in the cell."""
+
+    def __init__(self, solve: Solve, robot: Robot, inverse: Inverse) -> None:
+        self.solve, self.robot, self.inverse = solve, robot, inverse
+        # measure -> (bound, its key in [solve], what it is)
+        self._smallest = {
+            "wrist": (np.sin(np.radians(solve.min_wrist_angle)), "min_wrist_angle", "sine of the wrist angle"),
+            "elbow": (np.sin(np.radians(solve.min_elbow_angle)), "min_elbow_angle", "sine of the elbow angle"),
+            "shoulder": (solve.min_shoulder / 1e3, "min_shoulder", "distance (m) of the wrist centre from axis 1"),
+            "jacobian": (solve.min_singular_value, "min_singular_value", "smallest singular value of the Jacobian"),
+        }
+
+    def margin(self, q: Floats) -> Floats:
+        """(N,) how far each posture is from a limit or a singularity; negative beyond. Comparable, not exact."""
+        room = np.minimum(q - self.robot.lower, self.robot.upper - q) / np.radians(45)
+        margin = np.minimum(np.min(room, axis=1), 1.0)
+        for name, value in self._measures(q).items():
+            bound = self._smallest[name][0]
+            margin = np.minimum(margin, (value - bound) / (8 * bound))
+        return np.asarray(margin)
+
+    def _measures(self, q: Floats) -> dict[str, Floats]:
+        """Singularity measures: those of the closed form where there is one, they cost nothing."""
+        return self.inverse.singularity(q, jacobian=not isinstance(self.inverse, SphericalInverse))
+
+    def check(self, toolpath: Toolpath, q: Floats, what: str) -> None:
+        """Refuse what a robot must not be sent: beyond a limit, through a singularity, with a jump.
+
+        Raises:
+            PathError: the first pose, why, the value and the bound.
+        """
+        if not np.isfinite(q).all():
+            k = int(np.argmax(~np.isfinite(q).all(axis=1)))
+            raise PathError(f"{place(toolpath, k)}: the {what} joint angles are not finite")
+        outside = (q < self.robot.lower - ON_LIMIT) | (q > self.robot.upper + ON_LIMIT)
+        if outside.any():
+            k = int(np.argmax(outside.any(axis=1)))
+            j = int(np.argmax(outside[k]))
+            raise PathError(
+                f"{place(toolpath, k)}: {what} angle of joint {j + 1} is {np.degrees(q[k, j]):.3f} deg, limits are "
+                f"{np.degrees(self.robot.lower[j]):.3f} ... {np.degrees(self.robot.upper[j]):.3f} deg; move "
+                "[workobject], allow solve.free_tool_axis, or choose another [start]"
+            )
+        self._check_singularity(toolpath, q, what)
+        step = np.abs(np.diff(q, axis=0))
+        bound = np.radians(self.solve.max_joint_step)
+        if (step > bound).any():
+            k, j = (int(v) for v in np.unravel_index(np.argmax(step > bound), step.shape))
+            raise PathError(
+                f"{place(toolpath, k + 1)}: joint {j + 1} would jump {np.degrees(step[k, j]):.1f} deg from the pose "
+                f"before ({what}; solve.max_joint_step is {self.solve.max_joint_step:g} deg): the arm "
+                "configuration changes or a singularity is near"
+            )
+
+    def _check_singularity(self, toolpath: Toolpath, q: Floats, what: str) -> None:
+        for name, value in self._measures(q).items():
+            bound, key, meaning = self._smallest[name]
+            if not np.all(value >= bound):
+                k = int(np.argmin(value >= bound))
+                raise PathError(
+                    f"{place(toolpath, k)}: too near the {name} singularity ({what}): {meaning} is {value[k]:.3g}, "
+                    f"bound {bound:.3g} (solve.{key}); move [workobject], tilt the tool, or allow solve.free_tool_axis"
+                )

@@ -1,0 +1,239 @@
+"""A robot program as toolpath: its own tool and work object, and moves that are given in joint angles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.cell import Cell, Start, ToolTable, WorkObject
+from compensator.cell.external_axes import as_programmed, external_notes, seen_from_base
+from compensator.cell.job import Job, job_of
+from compensator.errors import CellError
+from compensator.path.free_turn import quaternion_matrix
+from compensator.path.planner import Planner
+from stiffness.kinematics.solvers import SphericalInverse
+from toolpaths.interpreting.arcs import with_arcs
+from toolpaths.rotation import quaternion_from_matrix, rpy_from_matrix, turn_between
+from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
+from toolpaths.writing.program import ToolFrame
+
+Floats = npt.NDArray[np.float64]
+
+SAME_FRAME = 1e-5  # m: frames of cell and program that are nearer are the same
+SAME_TURN = 1e-4  # rad
+JOINT_STEP = np.radians(10.0)  # poses along a joint move are at most so far apart
+
+
+def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
+    """The job with the program's tool and work object, and its path with the poses that cutting needs.
+
+    Of the rapids only those remain that a cut starts from, reached by a joint move: where the others lead (home,
+    often singular) does not matter to the cut.
+
+    Raises:
+        CellError: cell and program contradict each other, or none of them says what is needed.
+    """
+    setting = toolpath.setting
+    if setting is None:
+        return job_of(cell), toolpath
+    place = {"workobject": _workobject(cell, toolpath, setting)}
+    cell = cell.model_copy(update={**place, **_tools(cell, toolpath, setting)})
+    job = job_of(cell)
+    job = replace(job, notes=(*job.notes, *external_notes(cell, toolpath)))
+    path = _needed(seen_from_base(cell, completed(job, toolpath)))
+    job = _started(job, path, setting)
+    return job, _with_joint_moves(job, path, setting)
+
+
+def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObject:
+    given = "workobject" in cell.model_fields_set
+    pose = setting.workobject
+    if pose is None:
+        if not given:
+            raise CellError(f"{cell.source}: workobject is missing, and {toolpath.source} only names it: give it here")
+        return cell.workobject
+    if given:
+        own = cell.workobject.matrix()
+        _refuse_other(
+            f"{cell.source}: [workobject] is not the work object of {toolpath.source}", own[:3, 3], own[:3, :3],
+            pose[:3, 3], pose[:3, :3],
+        )  # fmt: skip
+    rpy = np.degrees(rpy_from_matrix(pose[:3, :3]))
+    return WorkObject.model_construct(xyz=_three(pose[:3, 3] * 1e3), rpy=_three(rpy))
+
+
+def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[str, object]:
+    """[tools.N] by the numbers of the toolpath."""
+    tools: dict[int, ToolTable] = {}
+    for number in np.unique(toolpath.tool[toolpath.kind == CUT]).tolist():
+        own = _cell_tool(cell, number, setting.tools.get(number))
+        tools[number] = _tool(cell, toolpath, own, setting.tools.get(number), number)
+    return {"tool": None, "tools": tools}
+
+
+def _cell_tool(cell: Cell, number: int, program: ToolFrame | None) -> ToolTable | None:
+    if cell.tool is not None:
+        return cell.tool
+    named = [t for t in cell.tools.values() if program and t.name.lower() == program.name.lower()]
+    return named[0] if named else cell.tools.get(number)
+
+
+def _tool(cell: Cell, toolpath: Toolpath, own: ToolTable | None, program: ToolFrame | None, number: int) -> ToolTable:
+    if program is None:
+        if own is None:
+            raise CellError(
+                f"{cell.source}: no tool: {toolpath.source} cuts with tool {number}, whose frame is not in the "
+                f"program: give [tools.{number}]"
+            )
+        return own
+    if own is not None:
+        tool = own.tool()
+        what = f"{cell.source}: tool {own.name!r} is not {program.name} of {toolpath.source}"
+        _refuse_other(what, tool.position, tool.rotation, program.xyz, program.rotation)
+    mass, com = (own.mass, own.com) if own is not None and own.mass is not None else (program.mass, None)
+    if com is None and program.com is not None and mass == program.mass:
+        com = _three(program.com * 1e3)
+    rpy = np.degrees(rpy_from_matrix(program.rotation))
+    return ToolTable.model_construct(
+        xyz=_three(program.xyz * 1e3), rpy=_three(rpy), mass=mass, com=com, name="tool" if own is None else own.name
+    )
+
+
+def _refuse_other(what: str, xyz: Floats, rotation: Floats, other_xyz: Floats, other_rotation: Floats) -> None:
+    off = float(np.linalg.norm(xyz - other_xyz))
+    turned = float(turn_between(np.array([rotation, other_rotation]))[0])
+    if off > SAME_FRAME or turned > SAME_TURN:
+        shown = [", ".join(f"{v * 1e3:.3f}" for v in p) for p in (xyz, other_xyz)]
+        raise CellError(
+            f"{what}: ({shown[0]}) mm against ({shown[1]}) mm, {np.degrees(turned):.4f} deg apart; the program's "
+            "holds: correct the cell"
+        )
+
+
+def _three(values: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def completed(job: Job, toolpath: Toolpath) -> Toolpath:
+    """The poses that the robot gives of moves in joint angles, and the points of arcs that start there."""
+    if toolpath.setting is None:
+        return toolpath
+    return with_arcs(as_programmed(job.cell, _with_positions(job, toolpath, toolpath.setting)))
+
+
+def _with_positions(job: Job, toolpath: Toolpath, setting: Setting) -> Toolpath:
+    """Positions and orientations of moves that are given in joint angles, by forward kinematics."""
+    if toolpath.quaternion is None or not setting.joints:
+        return toolpath
+    position, quaternion = toolpath.position.copy(), toolpath.quaternion.copy()
+    index = {float(r): k for k, r in enumerate(toolpath.row.tolist())}
+    for row, q in setting.joints.items():
+        k = index[float(row)]
+        if len(q) != job.robot.n:
+            raise CellError(
+                f"{toolpath.source}:{toolpath.line[k]}: {len(q)} joint angles, {job.robot.name} has {job.robot.n}"
+            )
+        position[k], quaternion[k] = _forward(job, q, int(toolpath.tool[k]))
+    return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
+
+
+def _forward(job: Job, q: Floats, number: int) -> tuple[Floats, Floats]:
+    """TCP in the work object: (3,) m and quaternion (4,)."""
+    tool = job.tools.get(number) or next(iter(job.tools.values()))
+    flange = job.robot.pose(q)
+    work = job.cell.workobject.matrix()
+    position = flange[:3, 3] + flange[:3, :3] @ tool.position - work[:3, 3]
+    rotation = work[:3, :3].T @ flange[:3, :3] @ tool.rotation
+    return work[:3, :3].T @ position, quaternion_from_matrix(rotation)
+
+
+def _needed(path: Toolpath) -> Toolpath:
+    """The cuts, and of the rapids those that a cut starts from, with the tool of that cut."""
+    cut = path.kind == CUT
+    before = np.concatenate([cut[1:], [False]])
+    rows = np.flatnonzero(cut | before)
+    out = path.take(rows)
+    tool = out.tool.copy()
+    rapid = np.flatnonzero(out.kind != CUT)
+    tool[rapid] = tool[np.minimum(rapid + 1, len(tool) - 1)]
+    return replace(out, tool=tool)
+
+
+def _started(job: Job, path: Toolpath, setting: Setting) -> Job:
+    """The job starting where the program does, if the cell does not say: the posture picks the arm configuration."""
+    if job.cell.start is not None or not len(path):
+        return job
+    joints = setting.joints.get(round(float(path.row[0])))
+    if joints is None:
+        wanted = -1
+        if setting.configuration is not None and isinstance(job.inverse, SphericalInverse):
+            wanted = int(setting.configuration[round(float(path.row[0]))])
+        postures = [q for branch, q in _postures(job, path, 0) if branch == wanted]
+        if not postures:
+            return job
+        joints = min(postures, key=lambda q: float(np.abs(q).sum()))
+    outside = np.flatnonzero((joints < job.robot.lower) | (joints > job.robot.upper))
+    if len(outside):
+        i = int(outside[0])
+        low, angle, high = np.degrees([job.robot.lower[i], joints[i], job.robot.upper[i]])
+        raise CellError(
+            f"{path.source}:{path.line[0]}: joint {i + 1} at {angle:.3f} deg is outside the limits {low:.3f} ... "
+            f"{high:.3f} deg of {job.robot.name}: is this program for another robot than that of {job.cell.source}?"
+        )
+    start = Start.model_construct(joints=np.degrees(joints).tolist())
+    return replace(job, cell=job.cell.model_copy(update={"start": start}))
+
+
+def _postures(job: Job, path: Toolpath, k: int) -> list[tuple[int, Floats]]:
+    planner = Planner(job.cell, job.robot, job.inverse, job.tools)
+    some = path.take([k])
+    if some.quaternion is None:
+        return []
+    work = job.cell.workobject.matrix()
+    rotation = work[:3, :3] @ quaternion_matrix(some.quaternion)
+    r, p = planner.flange(some, rotation, some.position @ work[:3, :3].T + work[:3, 3])
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = r[0], p[0]
+    return list(job.inverse.all(pose, limits=True))
+
+
+def _with_joint_moves(job: Job, path: Toolpath, setting: Setting) -> Toolpath:
+    """Poses along the joint moves between two cuts."""
+    if path.quaternion is None:
+        return path
+    rapid = [k for k in np.flatnonzero(path.kind != CUT).tolist() if k > 0]
+    made: list[tuple[int, Floats]] = []
+    for k in rapid:
+        joints = setting.joints.get(round(float(path.row[k])))
+        ends = [q for _, q in _postures(job, path, k)] if joints is None else [joints]
+        begins = [q for _, q in _postures(job, path, k - 1)]
+        pairs = [(a, b) for a in begins for b in ends]
+        if pairs:
+            a, b = min(pairs, key=lambda ab: float(np.abs(ab[1] - ab[0]).max()))
+            parts = int(np.ceil(np.abs(b - a).max() / JOINT_STEP))
+            made.append((k, a + np.arange(1, parts)[:, None] / max(parts, 1) * (b - a)))
+    return _with_poses(job, path, made)
+
+
+def _with_poses(job: Job, path: Toolpath, made: list[tuple[int, Floats]]) -> Toolpath:
+    """Poses of joint angles (M, n) put in before poses k."""
+    if path.quaternion is None or not sum(len(q) for _, q in made):
+        return path
+    index, position, quaternion, row = [np.arange(len(path))], [path.position], [path.quaternion], [path.row]
+    for k, angles in made:
+        if len(angles):
+            poses = [_forward(job, q, int(path.tool[k])) for q in angles]
+            index.append(np.full(len(angles), k))
+            position.append(np.array([p for p, _ in poses]))
+            quaternion.append(np.array([q for _, q in poses]))
+            row.append(path.row[k] - 1 + np.arange(1, len(angles) + 1) / (len(angles) + 1))
+    rows = np.concatenate(row)
+    order = np.argsort(rows, kind="stable")
+    grown = path.take(np.concatenate(index)[order])
+    turned = np.concatenate(quaternion)[order]
+    return replace(
+        grown, position=np.concatenate(position)[order], quaternion=turned, axis=tool_axis(turned), row=rows[order]
+    )

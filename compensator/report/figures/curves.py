@@ -1,0 +1,164 @@
+"""Curves along the path: deflection, joint angles against their limits, flanks.
+
+No text that comes from a file goes into a figure: plotly.js reads markup in labels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from compensator.report.figures.thinning import FONT, Figure, Floats, Index, numbers, path_length, thin
+from compensator.solve.compensation import Compensation
+
+# colours after Okabe and Ito: told apart by colour-blind readers
+JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")
+BEFORE, AFTER = "#d55e00", "#0072b2"
+GRID = "#e3e6e9"
+LANE = 0.36  # half the height of a joint's lane, of 1 between two joints
+Panel = tuple[str, list[Figure]]
+
+
+def along_figure(c: Compensation, before: Floats, after: Floats | None) -> Figure:
+    """Deflection along the path, cutting poses only, and the correction along all of it.
+
+    Args:
+        before, after: (N,) mm; without ``after`` only what preview knows.
+    """
+    cut, every = np.flatnonzero(c.cutting), np.arange(len(c))
+    if after is None:
+        distance = _curve(c, cut, before, "distance", BEFORE)
+        return _stacked(
+            [("distance, mm", [distance]), ("deflection, mm", _three(c, cut, c.error_before, "d{}"))]
+        )
+    both = [_curve(c, cut, before, "before", BEFORE), _curve(c, cut, after, "after", AFTER)]
+    unit, per_mm = ("µm", 1e3) if after[cut].max() >= 1e-5 else ("nm", 1e6)
+    return _stacked(
+        [
+            ("distance, mm", both),
+            (f"after, {unit}", [_curve(c, cut, after * per_mm, "after", AFTER, unit)]),
+            ("deflection before, mm", _three(c, cut, c.error_before, "d{} before")),
+            ("correction, mm", _three(c, every, c.correction, "correction {}")),
+        ]
+    )
+
+
+def _three(c: Compensation, rows: Index, vectors: Floats, name: str) -> list[Figure]:
+    """x, y and z of vectors (N, 3) in m."""
+    return [
+        _curve(c, rows, vectors[:, i] * 1e3, name.format(a), JOINT_COLOURS[i]) for i, a in enumerate("xyz")
+    ]
+
+
+def _curve(c: Compensation, rows: Index, value: Floats, name: str, colour: str, unit: str = "mm") -> Figure:
+    """One thinned line over the path length, broken where ``rows`` leaves poses out."""
+    kept = rows[thin(value[rows][:, None])]
+    run = np.cumsum(np.diff(rows, prepend=rows[:1]) > 1)[np.searchsorted(rows, kept)]
+    alone = np.bincount(run)[run] == 1
+    gaps = np.flatnonzero(np.diff(run)) + 1
+    return {
+        "type": "scatter",
+        "mode": "lines+markers" if alone.any() else "lines",
+        "name": name,
+        "x": numbers(np.insert(path_length(c)[kept], gaps, np.nan), 6),
+        "y": numbers(np.insert(value[kept], gaps, np.nan)),
+        "customdata": np.insert(c.path.toolpath.line[kept], gaps, 0).tolist(),
+        "line": {"width": 1.4, "color": colour},
+        "marker": {"size": 4},
+        "hovertemplate": f"{name} %{{y:.5~g}} {unit} (line %{{customdata}})<extra></extra>",
+    }
+
+
+def _stacked(panels: list[Panel], height: float = 220) -> Figure:
+    """Panels above each other over one path length, ``height`` px each, every panel with its own legend."""
+    gap = 0.06
+    share = (1 - gap * (len(panels) - 1)) / len(panels)
+    last = "y" if len(panels) == 1 else f"y{len(panels)}"
+    layout: Figure = {
+        "font": FONT,
+        "height": 90 + height * len(panels),
+        "margin": {"l": 85, "r": 150, "t": 40, "b": 50},
+        "hovermode": "x",
+        "showlegend": True,
+        "plot_bgcolor": "#ffffff",
+        "xaxis": {"title": {"text": "path length, rapids included, m"}, "anchor": last, "gridcolor": GRID},
+    }
+    data = []
+    for k, (title, curves) in enumerate(panels):
+        name = "" if k == 0 else str(k + 1)
+        top = 1 - k * (share + gap)
+        layout[f"yaxis{name}"] = {
+            "title": {"text": title, "standoff": 14},
+            "automargin": True,
+            "domain": [max(0.0, top - share), top],
+            "gridcolor": GRID,
+            "zerolinecolor": "#b4bac0",
+            "rangemode": "tozero",
+            "exponentformat": "power",
+        }
+        layout[f"legend{name}"] = {"y": top, "yanchor": "top", "x": 1.01}
+        data += [{**curve, "xaxis": "x", "yaxis": f"y{name}", "legend": f"legend{name}"} for curve in curves]
+    return {"data": data, "layout": layout}
+
+
+def joints_figure(c: Compensation) -> Figure:
+    """Commanded joint angles as percent of each joint's range: 0 and 100 are its limits."""
+    low, high, every = c.job.robot.lower, c.job.robot.upper, np.arange(len(c))
+    percent = 100 * (c.command.q - low) / (high - low)
+    curves = [
+        _curve(c, every, percent[:, j], f"joint {j + 1}", _colour(j), "%") for j in range(c.job.robot.n)
+    ]
+    figure = _stacked([("angle, % of the joint's range", curves)], 330)
+    figure["layout"]["shapes"] = [_band(0, 5), _band(95, 100)]
+    figure["layout"]["yaxis"] |= {"range": [-2, 102], "tickvals": [0, 25, 50, 75, 100], "zeroline": False}
+    return figure
+
+
+def _colour(joint: int) -> str:
+    return JOINT_COLOURS[joint % len(JOINT_COLOURS)]
+
+
+def _band(low: float, high: float) -> Figure:
+    place = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": low, "y1": high}
+    return {**place, "fillcolor": "#d55e00", "opacity": 0.13, "line": {"width": 0}, "layer": "below"}
+
+
+def flanks_figure(c: Compensation) -> Figure | None:
+    """What every joint remembers, one lane per joint, one panel per effect; None when nothing remembers."""
+    n = c.job.robot.n
+    panels: list[Panel] = []
+    for effect in c.job.effects:
+        if effect.memory is not None:
+            first = n * len(panels)
+            half = effect.memory.bounds(c.job.values[effect.name])
+            lanes = [_lane(c, int(j), first + int(j), float(half[j])) for j in np.flatnonzero(half > 0)]
+            panels.append((effect.name, [curve for lane in lanes for curve in lane]))
+    if not panels:
+        return None
+    figure = _stacked(panels, 46 * n)
+    for key in [k for k in figure["layout"] if k.startswith("yaxis")]:
+        figure["layout"][key] |= {
+            "tickvals": [n - j for j in range(n)],
+            "ticktext": [f"joint {j + 1}" for j in range(n)],
+            "range": [0.4, n + 0.6],
+            "zeroline": False,
+        }
+    return figure
+
+
+def _lane(c: Compensation, joint: int, column: int, half: float) -> list[Figure]:
+    """The state of one joint between its bounds, and the bracket where it is not known."""
+    at, name = c.job.robot.n - joint, f"joint {joint + 1}"
+    middle = at + LANE * c.state.middle[:, column] / half
+    lane = _curve(c, np.arange(len(c)), middle, name, _colour(joint))
+    lane |= {"hovertemplate": f"{name} (line %{{customdata}})<extra></extra>", "showlegend": False}
+    unsure = np.flatnonzero(~c.state.known[:, column])
+    if not len(unsure):
+        return [lane]
+    band = []
+    for edge in (c.state.low, c.state.high):
+        side = _curve(c, unsure, at + LANE * edge[:, column] / half, f"{name}, not known", "#777777")
+        side |= {"mode": "lines", "showlegend": False, "hoverinfo": "skip", "line": {"width": 0}}
+        del side["hovertemplate"]
+        band.append(side)
+    band[1] |= {"fill": "tonexty", "fillcolor": "rgba(110,110,110,0.35)"}
+    return [*band, lane]

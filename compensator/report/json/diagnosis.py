@@ -1,0 +1,107 @@
+"""The JSON report of ``diagnose``: the keys of the contract, and what its sentences are made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.diagnosis.result import Added, Diagnosis, Line
+
+Floats = npt.NDArray[np.float64]
+MM = 1e3
+KINDS = ("displacement", "absolute")
+
+
+def diagnosis_report(d: Diagnosis) -> dict[str, Any]:
+    """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
+    return {
+        "verdict": d.verdict,
+        "added": [_added(a) for a in d.added],
+        "changed": [
+            {
+                "effect": c.effect, "where": list(c.where), "parameter": c.parameter,
+                "from": float(c.before), "to": float(c.after), "sd": float(c.sd), "unit": c.unit,
+            }
+            for c in d.changed
+        ],
+        "rms_mm": {kind: _rms(d.lines.get(kind)) for kind in KINDS},
+        "split_mm": {kind: split(d.lines.get(kind)) for kind in KINDS},
+        "candidates": [
+            {
+                "effect": c.effect, "where": list(c.where), "heldout_rms_mm": float(c.heldout_rms * MM),
+                "confused_with": list(c.confused_with),
+            }
+            for c in d.candidates
+        ],
+        "residual_points_at": [{"what": s.what, "share": float(s.share), "follows": s.follows} for s in d.points_at],
+        "next_setups": [
+            {
+                "q_deg": np.degrees(s.q).tolist(), "wrench_n_nm": np.asarray(s.wrench, dtype=float).tolist(),
+                "reflectors": list(s.reflectors), "why": s.why,
+            }
+            for s in d.next_setups
+        ],
+        "outlier_rows": [{"session": name, "row": int(row)} for name, row in d.outliers],
+        "held_setups": [list(map(int, setups)) for setups in d.held],
+        "not_applied": not_applied(d),
+        "notes": list(d.notes),
+    }  # fmt: skip
+
+
+def _added(a: Added) -> dict[str, Any]:
+    return {
+        "effect": a.effect,
+        "where": list(a.where),
+        "parameters": {
+            name: {"value": _plain(value), "sd": _plain(sd), "unit": unit}
+            for name, (value, sd, unit) in a.parameters.items()
+        },
+        "explains": float(a.explains),
+        "confused_with": list(a.confused_with),
+    }
+
+
+def _plain(values: Floats) -> float | list[float]:
+    """A single number as a number, several as a list."""
+    listed: list[float] = np.asarray(values, dtype=float).reshape(-1).tolist()
+    return listed[0] if len(listed) == 1 else listed
+
+
+def _rms(line: Line | None) -> dict[str, float] | None:
+    if line is None:
+        return None
+    return {
+        "before": line.before.rms * MM,
+        "after": line.after.rms * MM,
+        "noise_floor": line.after.noise_floor * MM,
+        "refitted": line.refitted.rms * MM,
+    }
+
+
+def split(line: Line | None) -> dict[str, float] | None:
+    """What the error before is made of, mm, RMS per axis; squares add.
+
+    ``parameters``: goes when the model's own numbers are fitted anew. ``structure``: is left then above the noise.
+    ``left``: above the noise when what was found is in the model.
+    """
+    if line is None:
+        return None
+    floor = line.after.noise_floor
+    return {
+        "noise": floor * MM,
+        "parameters": _above(line.before.rms, line.refitted.rms) * MM,
+        "structure": _above(line.refitted.rms, floor) * MM,
+        "left": _above(line.after.rms, floor) * MM,
+    }
+
+
+def _above(whole: float, part: float) -> float:
+    return float(np.sqrt(max(whole**2 - part**2, 0.0)))
+
+
+def not_applied(d: Diagnosis) -> list[str]:
+    """Effects of the model that these sessions do not show: of another tool."""
+    shown = {e.name for e in d.base.unknowns.effects}
+    return [e.name for e in d.model.effects if e.name not in shown and e.name not in {a.effect for a in d.added}]

@@ -1,0 +1,65 @@
+"""Compensation: a path with its commands, and what the model says about them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.job import Job
+from compensator.path.planner import Path
+from stiffness.memory.preload import PreloadState
+from stiffness.statics.predictor import Command, Prediction
+from toolpaths.toolpath import CUT
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class Compensation:
+    """A path with its commands.
+
+    Attributes:
+        job, path: what was asked.
+        wrench: (N, 6) on the robot, base axes, about the TCP.
+        target_rotation, target_position: where the TCP has to be, base. Differs from the nominal path only
+            where a correction fades along a rapid.
+        command: the solve.
+        state: of every pose.
+        before: the equilibrium when the nominal poses are commanded.
+        iterations: rounds until state and correction agreed.
+        inserted: poses that flank changes needed.
+    """
+
+    job: Job
+    path: Path
+    wrench: Floats
+    target_rotation: Floats
+    target_position: Floats
+    command: Command
+    state: PreloadState
+    before: Prediction
+    iterations: int
+    inserted: int
+
+    def __len__(self) -> int:
+        return len(self.path)
+
+    def __repr__(self) -> str:
+        return f"Compensation({self.path.toolpath.source!r}, {len(self)} poses, {self.iterations} rounds)"
+
+    @property
+    def cutting(self) -> npt.NDArray[np.bool_]:
+        """(N,) which poses cut."""
+        return np.asarray(self.path.toolpath.kind == CUT)
+
+    @property
+    def correction(self) -> Floats:
+        """(N, 3) m, base axes: command minus nominal."""
+        return self.command.position - self.path.position
+
+    @property
+    def error_before(self) -> Floats:
+        """(N, 3) m, base axes: TCP error when the nominal poses are commanded."""
+        return self.before.position - self.path.position

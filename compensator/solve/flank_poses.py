@@ -1,0 +1,152 @@
+"""Flank changes between two poses: the path gets poses around them, not a smear across the segment.
+
+A segment whose ends differ in state is cut into parts and solved on its own, from the state at its beginning;
+the part with the change is cut once more. What comes out are the poses next to the change, or, for a
+joint that crosses its gap gradually, those where the crossing begins and ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.job import Job
+from compensator.path.planner import Path, Planner
+from compensator.path.sampling import between
+from compensator.process.wrench import carried_wrench, process_wrench
+from compensator.solve.compensation import Compensation
+from compensator.solve.joint_state import settled_state
+from stiffness.memory.preload import PreloadState
+from stiffness.statics.predictor import COLUMNS, Command
+from toolpaths.toolpath import CUT
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+Bools = npt.NDArray[np.bool_]
+
+PARTS = 16  # that an interval is cut into, per level
+SHORTEST = 5e-5  # m; a change is not located finer than this
+WORTH_A_POSE = 5e-7  # rad; a change of joint deflection below is left where it is
+ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class _Intervals:
+    """Stretches of segments: ``segment`` (M,), ``low`` and ``high`` (M,) fractions of it, ``state`` at the low end."""
+
+    segment: Index
+    low: Floats
+    high: Floats
+    state: PreloadState
+
+    def __len__(self) -> int:
+        return len(self.segment)
+
+    def grid(self) -> Floats:
+        """(PARTS + 1, M) fractions."""
+        t = np.linspace(0, 1, PARTS + 1)[:, None]
+        return np.asarray(self.low + t * (self.high - self.low))
+
+
+def with_changes(planner: Planner, c: Compensation) -> Path | None:
+    """The path with poses around every flank change of a cut; None when there is none."""
+    toolpath, state = c.path.toolpath, c.state
+    if not state.low.shape[1]:
+        return None
+    length = np.linalg.norm(np.diff(toolpath.position, axis=0), axis=1)
+    tau, q = c.command.torque[1:], c.command.q[1:]
+    worth = _worth(c.job, q, tau, state.middle[:-1], state.middle[1:]).any(axis=1)
+    known = state.known[:-1].all(axis=1)  # from an unknown flank nothing can be located
+    rows = np.flatnonzero(worth & known & (length > SHORTEST) & (toolpath.kind[1:] == CUT))
+    if not len(rows):
+        return None
+    intervals = _Intervals(
+        rows, np.zeros(len(rows)), np.ones(len(rows)), PreloadState(state.low[rows], state.high[rows])
+    )
+    first, finer = _bends(planner, c, intervals, length, deeper=True)
+    second, _ = _bends(planner, c, finer, length, deeper=False) if len(finer) else (first[:0], finer)
+    keep = np.concatenate([first, second])
+    keep = keep[(keep[:, 1] > 0) & (keep[:, 1] < 1)]
+    if not len(keep):
+        return None
+    keep = np.unique(keep, axis=0)
+    toolpath, _ = between(toolpath, keep[:, 0].astype(np.intp), keep[:, 1])
+    return planner.again(c.path, toolpath)
+
+
+def _worth(job: Job, q: Floats, tau: Floats, before: Floats, after: Floats) -> Bools:
+    """(N, n) whether a change of state moves a joint by more than WORTH_A_POSE."""
+    change = job.joint_deflection(q, tau, after) - job.joint_deflection(q, tau, before)
+    return np.asarray(np.abs(change) > WORTH_A_POSE)
+
+
+def _bends(
+    planner: Planner, c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bool
+) -> tuple[Floats, _Intervals]:
+    """Poses (K, 2: segment, fraction) where changes begin and end, and the intervals to look into again."""
+    command, state = _solved(planner, c, intervals)
+    n, m, count = c.job.robot.n, state.low.shape[-1], len(intervals)
+    worth = _worth(
+        c.job, command.q[1:].reshape(-1, n), command.torque[1:].reshape(-1, n),
+        state.middle[:-1].reshape(-1, m), state.middle[1:].reshape(-1, m),
+    ).reshape(PARTS, count, n)  # fmt: skip
+    edge = np.zeros((1, count, n), dtype=bool)
+    before, after = np.concatenate([edge, worth]), np.concatenate([worth, edge])
+    grid = intervals.grid()
+    # a change of one part alone is a jump and looked into; one of several parts is a gap crossed gradually
+    alone = worth & ~np.concatenate([edge, worth[:-1]]) & ~np.concatenate([worth[1:], edge])
+    alone &= (length[intervals.segment] * (grid[1] - grid[0]) > SHORTEST)[None, :, None] & deeper
+    # the ends of a part that is looked into again are not needed: nothing changes up to the finer ones
+    covered = np.concatenate([edge, alone]) | np.concatenate([alone, edge])
+    node, which = np.nonzero(((before != after) & ~covered).any(axis=2))
+    bends = np.stack([intervals.segment[which].astype(float), grid[node, which]], axis=1)
+    part, inside = np.nonzero(alone.any(axis=2))
+    finer = _Intervals(
+        intervals.segment[inside], grid[part, inside], grid[part + 1, inside],
+        PreloadState(state.low[part, inside], state.high[part, inside]),
+    )  # fmt: skip
+    return bends, finer
+
+
+def _solved(planner: Planner, c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadState]:
+    """Commands and states (PARTS + 1, M, ...) along every interval, each from its own first state."""
+    job, count, fractions = c.job, len(intervals), intervals.grid()
+    order = np.lexsort((fractions.T.ravel(), np.repeat(intervals.segment, PARTS + 1)))
+    inner = np.clip(fractions, 1e-9, 1 - 1e-9).T.ravel()[order]  # interval by interval
+    fine, added = between(c.path.toolpath, np.repeat(intervals.segment, PARTS + 1)[order], inner)
+    rows = np.flatnonzero(added)
+    path = planner.part(c.path, fine, rows)
+    wrench = process_wrench(job.cell, fine, *planner.frames(c.path, fine))
+    wrench = carried_wrench(job.cell, wrench, fine, c.path.toolpath, c.wrench)[rows]
+    begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
+    wrench[begin] = c.wrench[np.repeat(intervals.segment, PARTS + 1)[order][begin]]  # may be a rapid, without load
+    place = np.empty(len(order), dtype=np.intp)
+    place[order] = np.arange(len(order))
+    pick = place.reshape(count, PARTS + 1).T.ravel()  # part by part, intervals side by side
+    at_low = intervals.state
+    state = PreloadState(*(np.broadcast_to(s, (PARTS + 1, *s.shape)) for s in (at_low.low, at_low.high)))
+    toolpath = path.toolpath.take(pick)
+    shape = (PARTS + 1, count)
+    for _ in range(ROUNDS):
+        flat = state.middle.reshape(shape[0] * shape[1], -1)
+        command = job.command(toolpath, path.rotation[pick], path.position[pick], wrench[pick], flat, path.q[pick])
+        command = _folded(command, shape)
+        new = _walked(job, command, state, intervals.state)
+        same = not np.any(np.abs(new.middle - state.middle) > 1e-9)
+        state = new
+        if same:
+            break
+    return command, state
+
+
+def _folded(command: Command, shape: tuple[int, int]) -> Command:
+    """The same command with poses as (parts, intervals)."""
+    columns = {name: getattr(command, name) for name in COLUMNS}
+    return Command(**{k: a.reshape(*shape, *a.shape[1:]) for k, a in columns.items()}, steps=command.steps)
+
+
+def _walked(job: Job, command: Command, state: PreloadState, start: PreloadState) -> PreloadState:
+    """States along the intervals; the first row keeps the state it is given."""
+    return settled_state(job, command, state, start, lambda _, v: np.diff(v, axis=0, prepend=v[:1]))

@@ -1,0 +1,158 @@
+"""What effects leave open along a path: those learned over part of a joint's range say nothing outside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from compensator.solve.compensation import Compensation
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.numerics.kernel import Kernel
+from stiffness.robot.robot import Robot
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Index = npt.NDArray[np.intp]
+
+UNTOLD = 0.9  # share of what knowing nothing leaves open, from which on an angle counts as not learned
+SILENT = 0.1  # share of its own standard deviation that a value there may have
+PROBE = np.radians(0.5)  # between two poses the joint's angles are looked at in steps of this
+
+
+@dataclass(frozen=True)
+class NotLearned:
+    """Angles of a path at which an effect says nothing.
+
+    Attributes:
+        effect: its name. joint: counted from 1.
+        low, high: rad, the commanded angles there.
+        poses: how many. sd: m, the most that it leaves open at the TCP, one standard deviation.
+    """
+
+    effect: str
+    joint: int
+    low: float
+    high: float
+    poses: int
+    sd: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """As in the JSON report."""
+        return {
+            "effect": self.effect,
+            "joint": self.joint,
+            "from_deg": float(np.degrees(self.low)),
+            "to_deg": float(np.degrees(self.high)),
+            "poses": self.poses,
+            "sd_mm": self.sd * 1e3,
+        }
+
+    def __str__(self) -> str:
+        low, high = (f"{np.degrees(a):.1f}" for a in (self.low, self.high))
+        where = f"at {low} deg" if low == high else f"between {low} and {high} deg"
+        return (
+            f"{self.effect} of joint {self.joint} was not learned {where}: it contributes nothing there, and the TCP "
+            f"is uncertain by {self.sd * 1e3:.2g} mm (one sd) more"
+        )
+
+
+class Unsure:
+    """What ``effects`` with these values and standard deviations leave open on a robot."""
+
+    def __init__(
+        self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], sd: Mapping[str, Numbers]
+    ) -> None:
+        self.robot, self.values, self.sd = robot, values, sd
+        self.effects = tuple(e for e in effects if e.unsure)
+        self._laws: dict[str, Kernel] = {}
+
+    def __repr__(self) -> str:
+        return f"Unsure({', '.join(e.name for e in self.effects) or 'nothing'})"
+
+    def angles(self, effect: Effect, q: Floats) -> Floats:
+        """(N, n) rad: standard deviation of every joint at commanded angles (N, n)."""
+        if effect.unsure is None:
+            return np.zeros_like(q)
+        return effect.unsure(q, self.values[effect.name], self.sd.get(effect.name, {}))
+
+    def at_tcp(self, q: Floats, tcp: Floats) -> Floats:
+        """(N,) m: root sum square over effects and joints; ``tcp`` (N, 3) m in the flange."""
+        if not self.effects:
+            return np.zeros(len(q))
+        variance = sum(self.angles(e, q) ** 2 for e in self.effects)
+        return np.asarray(np.sqrt(np.sum(levers(self.robot, q, tcp) ** 2 * variance, axis=1)))
+
+    def not_learned(self, q: Floats, tcp: Floats) -> list[NotLearned]:
+        """Angles that poses stand at and that no reading told of, by effect, joint and angle."""
+        if not self.effects or not len(q):
+            return []
+        lever = levers(self.robot, q, tcp)
+        return [found for e in self.effects for found in self._of(e, q, self.angles(e, q), lever)]
+
+    def _of(self, effect: Effect, q: Floats, own: Floats, lever: Floats) -> list[NotLearned]:
+        out = []
+        untold, sd = self._untold(effect, q, own), own * lever
+        for j in np.flatnonzero(untold.any(axis=0)).tolist():
+            for rows in self._stretches(effect, j, q, untold[:, j]):
+                angle = q[rows, j]
+                ends = float(angle.min()), float(angle.max())
+                out.append(NotLearned(effect.name, j + 1, *ends, len(rows), float(sd[rows, j].max())))
+        return out
+
+    def _untold(self, effect: Effect, q: Floats, own: Floats) -> Bools:
+        """(N, n) where the data told next to nothing and the effect does next to nothing; ``own``: its ``angles``."""
+        if effect.unsure is None:
+            return np.zeros(q.shape, dtype=bool)
+        nothing = effect.unsure(q, effect.neutral(self.robot.n), {})
+        untold = (nothing > 0) & (own >= UNTOLD * nothing)
+        rows = np.flatnonzero(untold.any(axis=1))
+        if effect.angle and len(rows):
+            untold[rows] &= np.abs(self._errors(effect, q[rows])) <= SILENT * own[rows]
+        return untold
+
+    def _errors(self, effect: Effect, q: Floats) -> Floats:
+        """(N, n) rad that the effect makes of the angles alone."""
+        if effect.angle and effect.name not in self._laws:
+            symbol = ca.SX.sym("q", self.robot.n)
+            values = {k: ca.SX(ca.DM(v)) for k, v in self.values[effect.name].items()}
+            error = ca.densify(effect.angle(symbol, values))
+            self._laws[effect.name] = Kernel(ca.Function("errors", [symbol], [error]))
+        return self._laws[effect.name].run(q)[0]
+
+    def _stretches(self, effect: Effect, joint: int, q: Floats, untold: Bools) -> list[Index]:
+        """Poses of every stretch of angles that was not learned, in the order of the angle."""
+        rows = np.flatnonzero(untold)
+        rows = rows[np.argsort(q[rows, joint], kind="stable")]
+        angle = q[rows, joint]
+        probes = np.zeros((int(np.ceil((angle[-1] - angle[0]) / PROBE)), self.robot.n))
+        probes[:, joint] = angle[0] + PROBE * np.arange(len(probes))
+        learned = ~self._untold(effect, probes, self.angles(effect, probes))[:, joint]
+        told = np.r_[probes[learned, joint], q[~untold, joint]]
+        cuts = np.unique(np.searchsorted(angle, told))
+        return [part for part in np.split(rows, cuts) if len(part)]
+
+
+def levers(robot: Robot, q: Floats, tcp: Floats) -> Floats:
+    """(N, n) m/rad: how far a turn of every joint moves the TCP, (N, 3) m in the flange."""
+    angle, point = ca.SX.sym("q", robot.n), ca.SX.sym("tcp", 3)
+    rotation, origin = robot.flange_symbolic(angle)
+    slope = ca.jacobian(origin + ca.mtimes(rotation, point), angle)
+    kernel = Kernel(ca.Function("levers", [angle, point], [ca.densify(ca.sqrt(ca.sum1(slope**2)).T)]))
+    return kernel.run(np.ascontiguousarray(q), tcp)[0]
+
+
+def unsure_of(c: Compensation, q: Floats) -> tuple[list[NotLearned], Floats]:
+    """Cutting poses of a path with the commands ``q`` (N, n): what was not learned, and (M,) m left open at the TCP."""
+    job, cut = c.job, c.cutting
+    unsure = Unsure(job.robot, job.effects, job.values, job.model.sd)
+    if not unsure.effects:
+        return [], np.zeros(int(cut.sum()))
+    only = next(iter(job.tools.values())).position
+    number = c.path.toolpath.tool[cut]
+    tcp = np.array([job.tools[int(k)].position if len(job.tools) > 1 else only for k in number]).reshape(-1, 3)
+    return unsure.not_learned(q[cut], tcp), unsure.at_tcp(q[cut], tcp)

@@ -1,0 +1,99 @@
+"""Diagnose, from files to files."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from compensator.report.json.diagnosis import diagnosis_report
+from compensator.report.json.path import as_json
+from compensator.tasks.compensate import Say, quiet
+from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.robot_path import refuse_other_robot, robot_beside
+from compensator.version import version
+from stiffness.diagnosis.diagnose import diagnose
+from stiffness.diagnosis.result import Diagnosis
+from stiffness.model.model import ComplianceModel, load_model, model_text
+from stiffness.session.session import Session, load_session
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosed:
+    """A diagnosis, its JSON report, and the files that were written."""
+
+    diagnosis: Diagnosis
+    report: dict[str, Any]
+    files: tuple[Path, ...]
+
+
+def diagnose_files(
+    sessions: Sequence[Path],
+    model: Path,
+    output: Path | None = None,
+    *,
+    json: Path | None = None,
+    html: Path | None = None,
+    say: Say = quiet,
+) -> Diagnosed:
+    """Sessions and a model in, a verdict and a refined model out.
+
+    Args:
+        output: the refined model, written whatever the verdict; where nothing was added and nothing has changed, it
+            is ``model`` itself.
+
+    Raises:
+        StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    say("reading the sessions")
+    loaded = [load_session(path) for path in sessions]
+    known = load_model(model, loaded[0].robot.n)
+    refuse_clashes([model, *sessions, *(Path(s.samples_file) for s in loaded)], [output, json, html])
+    for session in loaded:
+        refuse_other_robot(session, known)
+    found = diagnose(loaded, known, say)
+    report = diagnosis_report(found)
+    texts: list[tuple[Path, str]] = []
+    if output:
+        texts.append((output, refined_text(found, known, loaded, output)))
+    if json:
+        texts.append((json, as_json(report)))
+    if html:
+        say("drawing the report")
+        texts.append((html, _page(found, known, report)))
+    with Outputs() as outputs:
+        for target, text in texts:
+            outputs.text(target, text)
+        outputs.commit()
+    return Diagnosed(found, report, tuple(target for target, _ in texts))
+
+
+def _page(found: Diagnosis, model: ComplianceModel, report: dict[str, Any]) -> str:
+    from compensator.report.html.diagnosis import diagnosis_page
+
+    return diagnosis_page(found, model, report)
+
+
+def refined_text(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Session], output: Path) -> str:
+    """The model file to write at ``output``."""
+    robot = robot_beside(model.source, model.robot, output)
+    if not (found.added or found.changed):
+        if robot == model.robot:
+            return Path(model.source).read_text(encoding="utf-8")
+        return model_text(replace(model, robot=robot))
+    told = {**found.model.provenance, "diagnosis": _provenance(found, model, sessions)}
+    return model_text(replace(found.model, robot=robot, provenance=told))
+
+
+def _provenance(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Session]) -> dict[str, Any]:
+    digest = hashlib.sha256(Path(model.source).read_bytes()).hexdigest()
+    return {
+        "verdict": found.verdict,
+        "added": [f"{a.effect} in {', '.join(a.where)}" for a in found.added],
+        "changed": [f"{c.effect}.{c.parameter} of {', '.join(c.where)}" for c in found.changed],
+        "model": f"{model.source} sha256:{digest[:16]}",
+        "source": [f"{s.source} sha256:{s.sha256['samples'][:16]}" for s in sessions],
+        "software": f"toolpath-compensator {version()}",
+    }

@@ -1,0 +1,146 @@
+"""What `clamped` and `datasheet` do, from files to a model file."""
+
+from __future__ import annotations
+
+import hashlib
+import json as json_text
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compensator.errors import CompensatorError
+from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.version import version
+from stiffness.model.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
+from stiffness.model.clamped_readings import read_clamped
+from stiffness.model.datasheet import datasheet_model
+from stiffness.model.model import ComplianceModel, model_text
+from stiffness.robot.robot import Robot, builtin_robots, load_robot
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, repr=False)
+class Made:
+    """A model that was written, its JSON report, and the files."""
+
+    model: ComplianceModel
+    report: dict[str, Any]
+    files: tuple[Path, ...]
+
+
+def _quiet(_: str) -> None:
+    return None
+
+
+def clamped_file(
+    readings: Path,
+    robot: str,
+    model: Path,
+    *,
+    above: float = ABOVE,
+    scale_sd: float = SCALE_SD,
+    json: Path | None = None,
+    say: Say = _quiet,
+) -> Made:
+    """Motor torque against motor angle with the end-effector locked, to a model.
+
+    Raises:
+        StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    arm = _robot(robot, (readings,), (model, json))
+    say(f"reading {readings.name}")
+    read = read_clamped(readings, arm)
+    fits = fit_clamped(read, above=above, scale_sd=scale_sd)
+    provenance: dict[str, object] = {
+        "source": readings.name,
+        "sha256": hashlib.sha256(readings.read_bytes()).hexdigest(),
+        "load_range": "; ".join(f"joint {f.joint + 1}: up to {f.largest:.0f} N*m" for f in fits),
+        "fitted": f"straight line above {above:g} of the largest torque",
+        "torque_scale_sd": scale_sd,
+        "preload_side": "loading branches: the torque holds the flank",
+        "temperature": "not given",
+        "software": f"toolpath-compensator {version()}",
+    }
+    made = clamped_model(arm, _named(robot, model), fits, provenance)
+    return _write(made, model, _clamped_report(arm, fits), json)
+
+
+def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = _quiet) -> Made:
+    """Reducer data of a robot file to a starting model.
+
+    Raises:
+        StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    arm = _robot(robot, (), (model, json))
+    say(f"reducers of {arm.name}")
+    made = datasheet_model(arm, _named(robot, model))
+    return _write(made, model, _report(made), json)
+
+
+def _robot(robot: str, inputs: tuple[Path, ...], outputs: tuple[Path | None, ...]) -> Robot:
+    files = inputs if robot in builtin_robots() else (*inputs, Path(robot))
+    refuse_clashes(files, outputs)
+    target = outputs[0]
+    if target is not None and target.suffix != ".toml":
+        raise CompensatorError(f"{target}: a model file ends in .toml")
+    return load_robot(robot)
+
+
+def _named(robot: str, model: Path) -> str:
+    """The robot as the model file says it: a path is relative to the model."""
+    if robot in builtin_robots():
+        return robot
+    return Path(os.path.relpath(Path(robot).resolve(), model.resolve().parent)).as_posix()
+
+
+def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Path | None) -> Made:
+    with Outputs() as outputs:
+        outputs.text(model, model_text(made))
+        if json:
+            outputs.text(json, json_text.dumps(report, indent=2, allow_nan=False) + "\n")
+        outputs.commit()
+    return Made(made, report, tuple(f for f in (model, json) if f))
+
+
+def _report(made: ComplianceModel) -> dict[str, Any]:
+    stiffness = made.values["joint-stiffness"]["k_nm_per_rad"]
+    known = made.identified.get("joint-stiffness", np.ones(len(stiffness), dtype=bool))
+    sd = made.sd["joint-stiffness"]["k_nm_per_rad"]
+    report: dict[str, Any] = {
+        "effects": [e.name for e in made.effects],
+        "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(stiffness, known, strict=True)],
+        "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(sd, known, strict=True)],
+        "identifiable": known.tolist(),
+    }
+    if "backlash" in made.values:
+        report["gap_rad"] = made.values["backlash"]["gap_rad"].tolist()
+        report["gap_sd_rad"] = made.sd["backlash"]["gap_rad"].tolist()
+    return report
+
+
+def _clamped_report(robot: Robot, fits: tuple[JointFit, ...]) -> dict[str, Any]:
+    by_joint = {f.joint: f for f in fits}
+
+    def each(name: str) -> list[Any]:
+        return [getattr(by_joint[k], name) if k in by_joint else None for k in range(robot.n)]
+
+    return {
+        "effects": ["joint-stiffness"] + ["backlash"] * any(f.gap is not None for f in fits),
+        "stiffness_nm_per_rad": each("stiffness"),
+        "stiffness_sd_nm_per_rad": each("sd"),
+        "identifiable": [k in by_joint for k in range(robot.n)],
+        "stiffness_unloading_nm_per_rad": each("unloading"),
+        "gap_rad": each("gap"),
+        "gap_sd_rad": each("gap_sd"),
+        "friction_in_gap": each("friction_in_gap"),
+        "hysteresis_rad": each("hysteresis"),
+        "largest_torque_nm": each("largest"),
+        "misfit_nm": each("misfit"),
+        "n_used": each("used"),
+        "n_left_out": each("left_out"),
+    }

@@ -1,0 +1,289 @@
+"""What `plan` does, from a model and what was measured to a list of set-ups."""
+
+from __future__ import annotations
+
+import csv as csv_text
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.job import Job, load_job
+from compensator.errors import CompensatorError
+from compensator.path.planner import Planner
+from compensator.report.json.path import as_json
+from compensator.solve.solve import sampled, uncompensated
+from compensator.tasks.compensate import Say, quiet
+from compensator.tasks.outputs import Outputs, refuse_clashes
+from stiffness.effects.effect import Effect
+from stiffness.errors import ModelError, StiffnessError
+from stiffness.identification.readings import Reader
+from stiffness.model.model import ComplianceModel, load_model
+from stiffness.planning.design import Design, Loading, planned_layout
+from stiffness.planning.plan import Plan, choose, condition_number
+from stiffness.planning.postures import reachable
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.session.file import Instruments, Reflector
+from stiffness.session.session import Session, load_session
+from stiffness.statics.predictor import Tool
+from toolpaths.languages.read import read_toolpath
+
+Floats = npt.NDArray[np.float64]
+
+POSTURES = 300  # to choose from
+FORCE = 100.0  # N, where nobody says how hard the arm may be pulled
+LEVELS = (1.0,)
+TWO_LEVELS = (0.4, 1.0)  # a gap and a softer flank are told apart by two
+INSTRUMENTS = Instruments(2e-5, None, 0.3, 0.1)  # the paper's tracker and force sensor
+OFFSET_POINT, ON_LINK_3 = (0.15, 0.0, 0.0), (0.1, 0.1, 0.1)  # m from the TCP, m in link 3
+POSES = 1000  # of a toolpath that are looked at
+WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
+
+
+@dataclass(frozen=True, repr=False)
+class Planned:
+    """A plan, its JSON report, one sentence for people, and the files that were written."""
+
+    plan: Plan
+    report: dict[str, Any]
+    sentence: str
+    files: tuple[Path, ...]
+
+
+def plan_file(
+    model: Path,
+    output: Path,
+    *,
+    sessions: Sequence[Path] = (),
+    count: int = 12,
+    force: float | None = None,
+    toolpath: Path | None = None,
+    cell: Path | None = None,
+    seed: int = 0,
+    json: Path | None = None,
+    say: Say = quiet,
+) -> Planned:
+    """A model that is roughly right in, set-ups to measure next out.
+
+    Raises:
+        ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    refuse_clashes([p for p in (model, toolpath, cell, *sessions) if p], (output, json))
+    _check_options(count, force, toolpath, cell, seed)
+    say("reading the model")
+    loaded = load_model(model)
+    robot = load_robot(loaded.robot, folder=model.resolve().parent, base=loaded.base, tip=loaded.tip)
+    _check_masses(loaded, robot)
+    measured = [load_session(path) for path in sessions]
+    for s in measured:
+        _check_same(loaded, robot, s.robot, s.gravity, s.source)
+    job = None if cell is None else _job(cell, loaded, robot)
+    tool, notes = _tool(measured, job)
+    design = _design(loaded, robot, tool, _reflectors(measured, tool, robot.n), not measured)
+    loading, more = _loading(design, measured, force)
+    say("looking for postures")
+    postures = reachable(robot, tool.rotation, tool.position, max(POSTURES, 2 * count), seed)
+    before = sum((design.measured(s) for s in measured), design.known)
+    matters = None
+    if job is not None and toolpath is not None:
+        say("following the toolpath")
+        matters = _path(loaded, robot, job, toolpath)
+    say("choosing")
+    plan = choose(design, postures, loading, count, before, matters)
+    report = plan_report(plan, seed, [*notes, *more])
+    with Outputs() as outputs:
+        outputs.text(output, plan_table(plan))
+        if json:
+            outputs.text(json, as_json(report))
+        outputs.commit()
+    return Planned(plan, report, report["sentence"], tuple(p for p in (output, json) if p))
+
+
+def _check_options(count: int, force: float | None, toolpath: Path | None, cell: Path | None, seed: int) -> None:
+    if not 1 <= count <= 1000:
+        raise CompensatorError(f"--count {count}: expected 1 ... 1000 set-ups")
+    if force is not None and not 0 < force < 1e6:
+        raise CompensatorError(f"--force {force:g}: expected N above 0, the largest force the arm may be pulled with")
+    if toolpath is not None and cell is None:
+        raise CompensatorError(f"--toolpath {toolpath}: needs --cell, which says where the part and the tool are")
+    if seed < 0:
+        raise CompensatorError(f"--seed {seed}: expected a whole number from 0")
+
+
+def _check_masses(model: ComplianceModel, robot: Robot) -> None:
+    if model.gravity == "uncompensated" and robot.mass is None:
+        raise ModelError(
+            f"{model.source}: gravity = 'uncompensated' needs the masses of {robot.name}: {robot.mass_problem}"
+        )
+
+
+def _check_same(model: ComplianceModel, robot: Robot, other: Robot, gravity: str, source: str) -> None:
+    pairs = ((robot.before, other.before), (robot.axis, other.axis), (robot.after, other.after))
+    if not all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs):
+        raise StiffnessError(f"{source}: robot {other.name} is not that of the model {model.source} ({robot.name})")
+    if gravity != model.gravity:
+        raise StiffnessError(
+            f"{source}: gravity = {gravity!r}, but the model {model.source} has {model.gravity!r}: what they say of a "
+            "stiffness does not add up"
+        )
+
+
+def _job(cell: Path, model: ComplianceModel, robot: Robot) -> Job:
+    job = load_job(cell)
+    _check_same(model, robot, job.robot, model.gravity, str(cell))
+    if len(job.tools) > 1:
+        raise CompensatorError(f"{cell}: {len(job.tools)} tools; a plan is for one: give a cell with one [tool]")
+    return job
+
+
+def _tool(measured: Sequence[Session], job: Job | None) -> tuple[Tool, list[str]]:
+    """The tool to measure with: that of the last session, else of the cell, else none."""
+    if measured:
+        return measured[-1].tool.tool(), []
+    if job is not None:
+        return next(iter(job.tools.values())), []
+    note = "no session and no cell says what tool hangs on the flange: the TCP is the flange"
+    return Tool(np.eye(3), np.zeros(3)), [note]
+
+
+def _reflectors(measured: Sequence[Session], tool: Tool, joints: int) -> tuple[Reflector, ...]:
+    """Those of the last session, else the TCP, a point aside of it, and one on link 3."""
+    if measured:
+        return measured[-1].reflectors
+    aside = tool.position + tool.rotation @ np.array(OFFSET_POINT)
+    return (
+        Reflector("tcp", joints, tool.position, True, None),
+        Reflector("aside", joints, aside, True, None),
+        Reflector("link3", 3, np.array(ON_LINK_3), True, None),
+    )
+
+
+def _design(
+    model: ComplianceModel, robot: Robot, tool: Tool, reflectors: Sequence[Reflector], from_model: bool
+) -> Design:
+    effects, _ = model.applied(tool.name)
+    values = {e.name: model.values[e.name] for e in effects}
+    return Design(_reader(model, robot, effects, tool), values, reflectors, model.sd if from_model else None)
+
+
+def _reader(model: ComplianceModel, robot: Robot, effects: Sequence[Effect], tool: Tool) -> Reader:
+    return Reader(
+        robot,
+        planned_layout(effects, robot.n),
+        {e.name: model.values[e.name] for e in effects},
+        tool,
+        gravity=np.array(STANDARD_GRAVITY),
+        calibrated_out=model.gravity == "calibrated-out",
+    )
+
+
+def _loading(design: Design, measured: Sequence[Session], force: float | None) -> tuple[Loading, list[str]]:
+    notes = []
+    if force is None:
+        largest = [float(np.linalg.norm(s.samples.load.wrench[:, :3], axis=1).max()) for s in measured]
+        force = max(largest, default=0.0) or FORCE
+        source = "the largest of the sessions" if any(largest) else "an assumption"
+        notes.append(f"loads up to {force:.0f} N: {source}; --force says otherwise")
+    instruments = measured[-1].instruments if measured else INSTRUMENTS
+    if not measured:
+        notes.append("noise: 0.02 mm of the tracker, 0.3 N and 0.1 N*m of the sensor, an assumption")
+    return Loading(force, TWO_LEVELS if design.remembers else LEVELS, instruments), notes
+
+
+def _path(model: ComplianceModel, robot: Robot, job: Job, toolpath: Path) -> Floats:
+    """What of the parameters matters to the deflection at the poses of a toolpath that cut."""
+    source = read_toolpath(toolpath, chord=job.cell.sampling.chord / 1e3, machine=job.cell.posted_for())
+    path = sampled(job, source)
+    planner = Planner(job.cell, job.robot, job.inverse, job.tools)
+    followed = uncompensated(job, planner.plan(path))
+    cutting = np.flatnonzero(followed.cutting)
+    some = cutting if len(cutting) else np.arange(len(followed))
+    rows = some[np.unique(np.linspace(0, len(some) - 1, min(POSES, len(some))).astype(int))]
+    design = _design(model, robot, next(iter(job.tools.values())), (), False)
+    state = _flanks(design, job, followed.state.middle[rows])
+    return design.of_path(followed.path.q[rows], followed.wrench[rows], state)
+
+
+def _flanks(design: Design, job: Job, state: Floats) -> Floats:
+    """(N, m) flanks of the path as a share of their range; where the cell's model knows of others, the middle."""
+    own = [e for e in design.layout.effects if e.memory]
+    theirs = [e for e in job.effects if e.memory]
+    if [e.name for e in own] != [e.name for e in theirs]:
+        return np.zeros((len(state), design.reader.statics.n_state))
+    half = [e.memory.bounds(job.values[e.name]) for e in theirs if e.memory]
+    return np.asarray(state / np.maximum(np.concatenate(half), 1e-12)) if half else state
+
+
+def plan_report(plan: Plan, seed: int, notes: Sequence[str]) -> dict[str, Any]:
+    """The JSON report of ``plan``."""
+    layout, design = plan.design.layout, plan.design
+    value = np.where(layout.inverse, 1 / np.where(layout.inverse, design.vector, 1.0), design.vector)
+    per_unit = design.scale * np.where(layout.inverse, value**2, 1.0)
+    before, after = (plan.sd(m) * per_unit for m in (plan.before, plan.after))
+    unsaid, open_ = plan.undetermined(plan.before), plan.undetermined(plan.after)
+    parameters = []
+    for k, u in enumerate(layout.free):
+        name = f"{u.parameter.meaning} ({u.effect}) of joint {u.index + 1}"
+        parameters.append({
+            "effect": u.effect, "parameter": u.parameter.name, "joint": u.index + 1, "unit": u.parameter.unit,
+            "value": float(value[k]), "sd_before": None if name in unsaid else float(before[k]),
+            "sd_after": None if name in open_ else float(after[k]),
+        })  # fmt: skip
+    out: dict[str, Any] = {
+        "criterion": "D" if plan.matters is None else "V",
+        "n_setups": len(plan.chosen),
+        "n_readings": plan.readings,
+        "force_n": plan.loading.force,
+        "levels": list(plan.loading.levels),
+        "seed": seed,
+        "parameters": parameters,
+        "condition_number": {"before": condition_number(plan.before), "after": condition_number(plan.after)},
+        "path_deflection_sd_mm": None,
+        "undetermined": open_,
+        "notes": list(notes),
+        "sentence": sentence(plan),
+    }
+    if plan.matters is not None:
+        sds = {"before": plan.path_sd(plan.before), "after": plan.path_sd(plan.after)}
+        out["path_deflection_sd_mm"] = {k: None if v is None else v * 1e3 for k, v in sds.items()}
+    return out
+
+
+def sentence(plan: Plan) -> str:
+    """What the plan will bring, for people."""
+    some = "1 set-up" if len(plan.chosen) == 1 else f"{len(plan.chosen)} set-ups"
+    begin = f"{some}, {plan.readings} readings up to {plan.loading.force:.0f} N"
+    open_ = plan.undetermined(plan.after)
+    if open_:
+        remedy = "allow more force, more set-ups or other reflectors"
+        return f"{begin}: these stay undetermined: {', '.join(open_)}; {remedy}"
+    sd = plan.sd(plan.after)
+    worst = int(np.argmax(sd))
+    u = plan.design.layout.free[worst]
+    what = f"{u.parameter.meaning} of joint {u.index + 1}"
+    return f"{begin}: every parameter is determined; known least is the {what}, to {100 * sd[worst]:.2g} %"
+
+
+def plan_table(plan: Plan) -> str:
+    """The plan as CSV: a row per reading, in the order of the day."""
+    n = plan.postures.q.shape[1]
+    text = io.StringIO()
+    writer = csv_text.writer(text, lineterminator="\n")
+    writer.writerow([
+        "setup", "state", "reflector", *(f"q{k + 1}_deg" for k in range(n)), *(f"approach{k + 1}" for k in range(n)),
+        *WRENCH, "pull_x_mm", "pull_y_mm", "pull_z_mm",
+    ])  # fmt: skip
+    pool = plan.candidates
+    for setup, c in enumerate(plan.chosen):
+        q = np.degrees(plan.postures.q[pool.posture[c]])
+        approach = plan.postures.approach[pool.posture[c]].astype(int)
+        name = plan.design.reflectors[pool.reflector[c]].name
+        for state, share in enumerate(plan.loading.steps):
+            load = [f"{v + 0.0:.4f}" for v in pool.wrench[c] * share]
+            at = [f"{v * 1e3:g}" for v in pool.pulled_at[c]]
+            writer.writerow([setup + 1, state, name, *(f"{v:.4f}" for v in q), *approach.tolist(), *load, *at])
+    return text.getvalue()

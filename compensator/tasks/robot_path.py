@@ -1,0 +1,50 @@
+"""The robot that sessions and models name: the path from a new file to it, and whether two files mean the same arm."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from stiffness.errors import RobotError, StiffnessError
+from stiffness.model.model import ComplianceModel
+from stiffness.robot.robot import load_robot
+from stiffness.session.session import Session
+
+
+def robot_beside(source: str, robot: str, output: Path) -> str:
+    """A robot as ``output`` has to name it, so that it means what ``robot`` means in the file ``source``: a path is
+    relative to the file that it stands in."""
+    beside = Path(source).parent / robot
+    if not beside.exists():
+        return robot
+    return Path(os.path.relpath(beside.resolve(), output.resolve().parent)).as_posix()
+
+
+def refuse_other_robot(session: Session, model: ComplianceModel) -> None:
+    """Refuse a session of another robot, or of other frames of it, than the model is for.
+
+    Raises:
+        StiffnessError: names both files and what differs.
+    """
+    folder = Path(model.source).resolve().parent
+    try:
+        other = load_robot(model.robot, folder=folder, base=model.base, tip=model.tip)
+    except RobotError as e:
+        raise StiffnessError(
+            f"{session.source}: the model {model.source} is for robot {model.robot!r}, which cannot be loaded to "
+            f"compare it with {session.robot_name!r}: {e}"
+        ) from e
+    own = session.robot
+    if other.name != own.name and session.robot_name != model.robot:
+        raise StiffnessError(
+            f"{session.source}: robot {session.robot_name!r} is not the robot {model.robot!r} of the model "
+            f"{model.source}: a stiffness model holds for the robot it was identified on"
+        )
+    pairs = ((own.before, other.before), (own.axis, other.axis), (own.after, other.after))
+    if not all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs):
+        raise StiffnessError(
+            f"{session.source}: base {own.base!r} and tip {own.tip!r} of the session are not the frames of the model "
+            f"{model.source} (base {other.base!r}, tip {other.tip!r}), or the robot file has changed since"
+        )

@@ -1,0 +1,210 @@
+"""What `stiffness-map` does, from a model file to a picture and a table."""
+
+from __future__ import annotations
+
+import json as json_text
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import ValidationError
+
+from compensator.cell.cell import ToolTable
+from compensator.errors import CompensatorError
+from compensator.tasks.joint_grid import Grid, grid_of
+from compensator.tasks.outputs import Outputs, refuse_clashes
+from stiffness.effects.effect import Effect
+from stiffness.errors import ModelError
+from stiffness.model.model import ComplianceModel, load_model
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
+
+Floats = npt.NDArray[np.float64]
+Say = Callable[[str], None]
+PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, repr=False)
+class Mapped:
+    """What a map made: the postures, its JSON report, the files."""
+
+    grid: Grid
+    result: Workspace
+    report: dict[str, Any]
+    files: tuple[Path, ...]
+
+
+def _quiet(_: str) -> None:
+    return None
+
+
+def tool_of(
+    xyz: tuple[float, ...], rpy: tuple[float, ...], name: str, mass: float | None, com: tuple[float, ...] | None
+) -> ToolTable:
+    """A tool from the words of the command line: mm, deg, kg.
+
+    Raises:
+        CompensatorError: names the option.
+    """
+    try:
+        return ToolTable.model_validate({"xyz": xyz, "rpy": rpy, "name": name, "mass": mass, "com": com})
+    except ValidationError as e:
+        found = e.errors()[0]
+        place = "".join(f"-{p}" for p in found["loc"][:1])
+        raise CompensatorError(f"--tool{place}: {found['msg'].removeprefix('Value error, ')}") from e
+
+
+def map_file(
+    model: Path,
+    *,
+    joints: str = "2,3",
+    spans: str | None = None,
+    fixed: str | None = None,
+    wrench: tuple[float, ...] = PAPER_WRENCH,
+    frame: str = "base",
+    tool: ToolTable | None = None,
+    weight: bool = True,
+    min_singular_value: float = 0.02,
+    png: Path | None = None,
+    csv: Path | None = None,
+    json: Path | None = None,
+    say: Say = _quiet,
+) -> Mapped:
+    """Stiffness and deflection over two joints.
+
+    Args:
+        joints, spans, fixed: as ``grid_of`` reads them.
+        wrench: N and N*m on the robot, about the TCP, axes of ``frame``: base or tool.
+        tool: as in a cell; None: the TCP is the flange.
+        weight: arm and tool weigh something.
+
+    Raises:
+        StiffnessError, CompensatorError: refused; no output is left behind.
+    """
+    refuse_clashes((model,), (png, csv, json))
+    if not (np.isfinite(wrench).all() and np.any(wrench)):
+        raise CompensatorError(f"--wrench {wrench}: expected six finite numbers, not all zero")
+    say("reading the model")
+    loaded = load_model(model)
+    robot = load_robot(loaded.robot, folder=model.resolve().parent, base=loaded.base, tip=loaded.tip)
+    grid = grid_of(robot, joints, spans, fixed)
+    held = (tool or ToolTable(xyz=(0.0, 0.0, 0.0))).tool()
+    effects, left_out = loaded.applied(held.name)
+    _usable(loaded, robot, effects, weight)
+    say(f"{len(grid.first)} x {len(grid.second)} postures")
+    result = workspace(
+        robot, effects, {e.name: loaded.values[e.name] for e in effects}, held, grid.q, np.array(wrench, dtype=float),
+        gravity=np.array(STANDARD_GRAVITY) * weight, tool_axes=frame == "tool", min_singular_value=min_singular_value,
+    )  # fmt: skip
+    if not np.any(result.status == OK):
+        raise CompensatorError(f"{model}: nothing to map: {_counted(result)}; give other --grid or --fixed angles")
+    report = summary(grid, result, left_out, _notes(loaded, robot, effects, weight, held.mass))
+    load = ", ".join(f"{v:g}" for v in wrench)
+    title = f"{loaded.source}: {robot.name}, wrench {load} N, N·m in {frame} axes at the TCP\n{_others(grid)}"
+    _write(grid, result, report, title, png, csv, json, say)
+    return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
+
+
+def _write(
+    grid: Grid,
+    result: Workspace,
+    report: dict[str, Any],
+    title: str,
+    png: Path | None,
+    csv: Path | None,
+    json: Path | None,
+    say: Say,
+) -> None:
+    """The outputs that were asked for, all or none."""
+    with Outputs() as outputs:
+        if png:
+            from compensator.report.figures.stiffness_map import draw
+
+            say("drawing")
+            staged = outputs.folder(png) / png.name
+            draw(grid, result, title, staged)
+            outputs.add(staged, png)
+        if csv:
+            from compensator.report.figures.stiffness_map import table
+
+            outputs.text(csv, table(grid, result))
+        if json:
+            outputs.text(json, json_text.dumps(report, indent=2, allow_nan=False) + "\n")
+        outputs.commit()
+
+
+def _others(grid: Grid) -> str:
+    return ", ".join(f"joint {k + 1} {a:g}" for k, a in enumerate(grid.fixed) if k not in grid.joints) + " deg"
+
+
+def _usable(model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], weight: bool) -> None:
+    for e in effects:
+        unknown = np.flatnonzero(~model.identified.get(e.name, np.ones(robot.n, dtype=bool)))
+        if len(unknown):
+            raise ModelError(
+                f"{model.source}: {e.name} of joint {', '.join(str(k + 1) for k in unknown)} is not identified; a map "
+                "would show an invented number: measure it first"
+            )
+    asking = [e.name for e in effects if e.needs_torque_sign]
+    if weight and robot.mass is None and asking:
+        raise ModelError(
+            f"{model.source}: {', '.join(asking)} depends on the gravity torque of every joint, but "
+            f"{robot.mass_problem}; give link masses in the robot file, or map with --no-weight"
+        )
+
+
+def _notes(
+    model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], weight: bool, tool_mass: float
+) -> list[str]:
+    notes = [f"{robot.name}: {text}" for text in robot.assumptions]
+    if model.provenance.get("kind") == "assumption":
+        notes.append(f"{model.source}: the stiffness values are an assumption: {model.provenance.get('source', '')}")
+    memory = [e.name for e in effects if e.memory]
+    if memory:
+        notes.append(f"{', '.join(memory)}: no path, no flank: joints stand mid-gap, with the mean of both sides")
+    if not weight:
+        notes.append("without weight: gravity takes no part")
+    elif robot.mass is None:
+        notes.append(f"without the weight of the arm: {robot.mass_problem}")
+    elif not tool_mass:
+        notes.append("the tool weighs nothing here")
+    return notes
+
+
+def _counted(result: Workspace) -> str:
+    words = {LIMIT: "beyond a joint limit", SINGULAR: "singular", NO_EQUILIBRIUM: "without equilibrium"}
+    counts = {words[s]: int(np.sum(result.status == s)) for s in words}
+    return f"{len(result.q)} postures, " + ", ".join(f"{n} {word}" for word, n in counts.items() if n)
+
+
+def summary(grid: Grid, result: Workspace, left_out: tuple[str, ...], notes: list[str]) -> dict[str, Any]:
+    """The report as JSON; where extremes lie, and what is blank."""
+    low, high, direction = result.softest
+    low_rigid, _, _ = result.softest_rigid
+
+    def at(values: Floats, key: str, largest: bool) -> dict[str, Any]:
+        k = int(np.nanargmax(values) if largest else np.nanargmin(values))
+        return {key: float(values[k]), "q_deg": np.degrees(result.q[k]).round(9).tolist()}
+
+    softest = at(low * 1e-6, "n_per_um", False)
+    k = int(np.nanargmin(low))
+    softest |= {"direction": direction[k].tolist(), "without_kc_n_per_um": float(low_rigid[k] * 1e-6)}
+    return {
+        "joints": [f"joint-{j + 1}" for j in grid.joints],
+        "n_postures": len(result.q),
+        "n_ok": int(np.sum(result.status == OK)),
+        "n_limit": int(np.sum(result.status == LIMIT)),
+        "n_singular": int(np.sum(result.status == SINGULAR)),
+        "n_no_equilibrium": int(np.sum(result.status == NO_EQUILIBRIUM)),
+        "stiffness_min": softest,
+        "stiffness_max": at(high * 1e-6, "n_per_um", True),
+        "deflection_max": at(result.deflection * 1e3, "mm", True),
+        "kc_shift_max": at(result.shift * 1e6, "um", True),
+        "nu_p_max": at(result.nu_p, "ratio", True),
+        "nu_r_max": at(result.nu_r * 1e6, "urad", True),
+        "not_applied": list(left_out),
+        "notes": notes,
+    }

@@ -1,0 +1,162 @@
+"""Additions: what a diagnosis adds to a model: effects at some of their sites, and fits that have them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.diagnosis.candidates import Column, Unit, started
+from stiffness.effects import CATALOGUE
+from stiffness.effects.effect import Effect, Numbers, Site
+from stiffness.identification.fit import Fit
+from stiffness.identification.identify import fitted
+from stiffness.identification.session_fit import Evidence
+from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of, unknowns
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Addition:
+    """One effect: ``sites`` where it is, those of them with ``extras``, and ``values`` of all its numbers."""
+
+    effect: Effect
+    sites: tuple[Site, ...]
+    extras: frozenset[Site]
+    values: Numbers
+
+    @property
+    def where(self) -> tuple[str, ...]:
+        """Places in the words of reports, each once."""
+        return tuple(dict.fromkeys(w for s in self.sites for w in s.where))
+
+    def numbers(self, joints: int) -> list[Unknown]:
+        """Its free numbers."""
+        return [u for s in self.sites for u in numbers_of(self.effect, s, joints, s in self.extras)]
+
+    def without(self, site: Site, joints: int) -> Addition | None:
+        """The same elsewhere; None when nothing is left."""
+        sites = tuple(s for s in self.sites if s != site)
+        return with_sites(replace(self, sites=sites), joints) if sites else None
+
+
+def with_sites(addition: Addition, joints: int) -> Addition:
+    """Values neutral wherever it is not."""
+    neutral = addition.effect.neutral(joints)
+    kept = {k: v.copy() for k, v in neutral.items()}
+    for p in addition.effect.parameters:
+        for s in (s for s in addition.sites if s.kind == p.site):
+            kept[p.name][p.of_site(s.index)] = addition.values[p.name][p.of_site(s.index)]
+    return replace(addition, values=kept, extras=addition.extras & set(addition.sites))
+
+
+def merged(
+    old: Sequence[Addition], unit: Unit, columns: Sequence[Column], weight: Floats, joints: int
+) -> list[Addition]:
+    """Additions with one unit more, its numbers begun where the linear fit found them."""
+    begun = started(unit, columns, weight, joints)
+    extras = frozenset({unit.site}) if unit.extras else frozenset()
+    before = next((a for a in old if a.effect is unit.effect), None)
+    if before is None:
+        return [*old, with_sites(Addition(unit.effect, (unit.site,), extras, begun), joints)]
+    values = {k: np.array(v) for k, v in before.values.items()}
+    for p in (p for p in unit.effect.parameters if p.site == unit.site.kind):
+        if unit.site not in before.sites or p.extra:  # of a site that is there only the extras are new
+            values[p.name][p.of_site(unit.site.index)] = begun[p.name][p.of_site(unit.site.index)]
+    sites = before.sites if unit.site in before.sites else (*before.sites, unit.site)
+    order = {s: k for k, s in enumerate(unit.effect.sites(joints))}
+    now = Addition(unit.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
+    return [now if a is before else a for a in old]
+
+
+class Bench:
+    """Sessions and the model at hand, ready for fits with additions.
+
+    Args:
+        base: effects of the model that these sessions show; ``values``: theirs.
+        used: per session, which readings take part.
+    """
+
+    def __init__(
+        self,
+        sessions: Sequence[Session],
+        base: Sequence[Effect],
+        values: Mapping[str, Numbers],
+        used: Sequence[Bools],
+    ) -> None:
+        self.sessions, self.base, self.values = tuple(sessions), tuple(base), values
+        self.used = [u.copy() for u in used]
+        self.allowed = [u.copy() for u in used]
+        self.joints = sessions[0].robot.n
+
+    def __repr__(self) -> str:
+        return f"Bench({len(self.sessions)} sessions, {', '.join(e.name for e in self.base)})"
+
+    def layout(self, additions: Sequence[Addition], *, base_fixed: bool = False) -> Unknowns:
+        """The free numbers: all of the model at hand, and those of the additions."""
+        names = {e.name for e in self.base} | {a.effect.name for a in additions}
+        effects = tuple(e for e in CATALOGUE if e.name in names)
+        own = () if base_fixed else unknowns(self.base, self.joints, extras=True).free
+        own = tuple(u for u in own if not u.parameter.extra or self._there(u))
+        more = [u for a in additions for u in a.numbers(self.joints)]
+        return Unknowns(effects, self.joints, (*own, *more))
+
+    def _there(self, u: Unknown) -> bool:
+        """Whether the model at hand uses a number that is freed only where data ask for it."""
+        return bool(np.any(self.values[u.effect][u.parameter.name] != u.parameter.neutral))
+
+    def fit(
+        self,
+        additions: Sequence[Addition],
+        start: Fit | None = None,
+        *,
+        base_fixed: bool = False,
+        held: tuple[str, ...] = (),
+    ) -> Fit:
+        """The model at hand with additions; ``start``: a fit to begin with; ``held``: effects that stay as they are."""
+        layout = self.layout(additions, base_fixed=base_fixed)
+        layout = replace(layout, free=tuple(u for u in layout.free if u.effect not in held))
+        fixed = {e.name: self.values[e.name] for e in self.base}
+        fixed |= {a.effect.name: a.values for a in additions}
+        evidence = tuple(Evidence(s, layout, fixed) for s in self.sessions)
+        for e, mask, allowed in zip(evidence, self.used, self.allowed, strict=True):
+            e.used, e.allowed = mask.copy(), allowed.copy()
+        vector = None if start is None else self._begun(layout, fixed, start, evidence)
+        return fitted(layout, fixed, evidence, 0.0, None, (), vector, once=not any(a.effect.angle for a in additions))
+
+    def _begun(
+        self, layout: Unknowns, fixed: Mapping[str, Numbers], start: Fit, evidence: tuple[Evidence, ...]
+    ) -> Floats:
+        """Numbers of another fit where it has them; stations begin where that fit placed them."""
+        known = {
+            (u.effect, u.parameter.name, u.index): v for u, v in zip(start.unknowns.free, start.parameters, strict=True)
+        }
+        first = layout.start(fixed)
+        own = np.array(
+            [known.get((u.effect, u.parameter.name, u.index), v) for u, v in zip(layout.free, first, strict=True)]
+        )
+        for new, old in zip(evidence, start.evidence, strict=True):
+            new.station = old.station  # its first guess is what increments count from
+            new.placed = old.placed
+        return np.concatenate([own, start.solution.vector[len(start.unknowns) :]])
+
+    def sound(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
+        """A fit whose effects allow their values: what one does not allow is moved to the nearest that it does and held
+        there, and all else answers to that."""
+        values = fit.values()
+        wrong = [a for a in additions if a.effect.nearest and a.effect.check(values[a.effect.name])]
+        if not wrong:
+            return fit
+        held = {a.effect.name: a.effect.nearest(values[a.effect.name]) for a in wrong if a.effect.nearest}
+        moved = [replace(a, values=held.get(a.effect.name, values[a.effect.name])) for a in additions]
+        return self.fit(moved, fit, held=tuple(held))
+
+    def current(self, fit: Fit, additions: Sequence[Addition]) -> list[Addition]:
+        """Additions with the values of a fit."""
+        values = fit.values()
+        return [replace(a, values=values[a.effect.name]) for a in additions]

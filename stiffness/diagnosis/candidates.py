@@ -1,0 +1,195 @@
+"""Candidates: every effect of the catalogue at every site where it can be, and where a search for its shape begins.
+
+Numbers that scale an effect have slopes at their neutral value; the others only shape it, and a slope at one of their
+values says nothing of the rest. They are tried: values that blend (an angle, a place along a link) stand side by side
+as columns, values that exclude each other (a flank's side, a knee) are alternatives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Effect, Parameter, Site
+from stiffness.identification.unknowns import Unknown, numbers_of
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One assignment of the shapes of an effect.
+
+    Attributes:
+        choice: which of the alternatives it belongs to.
+        values: parameter -> (count,) for a number per joint, as in the model file.
+    """
+
+    choice: int
+    values: Mapping[str, Floats]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One slope: ``number`` in run ``run`` of the screen, with the shapes of ``trial``."""
+
+    run: int
+    number: Unknown
+    trial: Trial
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What may be added in one step: an effect at a site with one choice of its alternatives.
+
+    Attributes:
+        extras: with the numbers that are freed only where the data ask for it.
+        columns: indices into the list of all columns.
+        positive: (K,) whether a column cannot be negative.
+    """
+
+    effect: Effect
+    site: Site
+    choice: int
+    extras: bool
+    columns: tuple[int, ...]
+    positive: tuple[bool, ...]
+
+    def __str__(self) -> str:
+        return f"{self.effect.name} in {' and '.join(self.site.where)}"
+
+    @property
+    def key(self) -> tuple[str, tuple[str, ...]]:
+        """Effect and site."""
+        return self.effect.name, self.site.where
+
+
+def blends(p: Parameter) -> bool:
+    """Whether trials of a shape stand side by side, rather than exclude each other."""
+    return bool(p.trials) and p.neutral is None and p.fit != "given" and not p.trials_of and not p.extra
+
+
+def excludes(p: Parameter) -> bool:
+    """Whether trials of a shape are alternatives."""
+    return bool(p.trials) and not blends(p)
+
+
+def trials(effect: Effect, joints: int, torque: Floats) -> list[Trial]:
+    """All assignments; ``torque`` (n,) N*m, the largest of every joint."""
+    start = effect.neutral(joints)  # an effect on trial must not bend the torque that others see
+    alternatives = [[(p, t) for t in _with_start(p)] for p in effect.parameters if excludes(p)]
+    side_by_side = [s for p in effect.parameters if blends(p) for s in _steps(p, joints)]
+    out = []
+    for choice, picked in enumerate(product(*alternatives)):
+        chosen = {p.name: _filled(p, t, joints, torque) for p, t in picked}
+        base = {**start, **chosen}
+        out.append(Trial(choice, base))
+        out += [Trial(choice, {**base, name: values}) for name, values in side_by_side]
+    return out
+
+
+def _with_start(p: Parameter) -> tuple[float, ...]:
+    """The trials, and the start of what stays as it is unless the data ask."""
+    return (p.start, *p.trials) if p.extra else p.trials
+
+
+def _steps(p: Parameter, joints: int) -> list[tuple[str, Floats]]:
+    """Values of a blending shape other than its start: one element at a time where they are coordinates."""
+    base, out = np.full(p.count(joints), p.start), []
+    for t in p.trials:
+        if isinstance(p.size, int) and p.size > 1:
+            for k in range(p.size):
+                moved = base.copy()
+                moved[k] = t
+                out.append((p.name, moved))
+        elif not np.all(base == t):
+            out.append((p.name, np.full_like(base, t)))
+    return out
+
+
+def _filled(p: Parameter, value: float, joints: int, torque: Floats) -> Floats:
+    if p.trials_of == "torque":
+        return np.clip(value * np.maximum(torque, 1e-3), p.low, p.high)
+    return np.full(p.count(joints), value)
+
+
+def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[list[Column], list[Unit]]:
+    """Every column that a screen has to give, and the units made of them."""
+    columns: list[Column] = []
+    units: list[Unit] = []
+    for effect in effects:
+        runs = list(enumerate(trials(effect, joints, torque)))
+        for site in effect.sites(joints):
+            for choice in sorted({t.choice for _, t in runs}):
+                mine = [(r, t) for r, t in runs if t.choice == choice]
+                core = _added(columns, effect, site, joints, mine, extras=False)
+                extra = _added(columns, effect, site, joints, mine[:1], extras=True)
+                if core:
+                    units.append(_unit(columns, effect, site, choice, core, extras=False))
+                if core and extra:
+                    units.append(_unit(columns, effect, site, choice, core + extra, extras=True))
+    return columns, units
+
+
+def _added(
+    columns: list[Column], effect: Effect, site: Site, joints: int, runs: Sequence[tuple[int, Trial]], *, extras: bool
+) -> list[int]:
+    """Indices of the columns of a site, new ones appended."""
+    numbers = [u for u in numbers_of(effect, site, joints, True) if u.parameter.extra == extras]
+    numbers = [u for u in numbers if u.parameter.neutral is not None]
+    out = []
+    for run, trial in runs:
+        for u in numbers:
+            out.append(len(columns))
+            columns.append(Column(run, u, trial))
+    return out
+
+
+def _unit(
+    columns: Sequence[Column], effect: Effect, site: Site, choice: int, mine: Sequence[int], *, extras: bool
+) -> Unit:
+    return Unit(effect, site, choice, extras, tuple(mine), tuple(_one_sided(columns[k].number.parameter) for k in mine))
+
+
+def _one_sided(p: Parameter) -> bool:
+    """Whether the solver's number can only grow from where there is no effect."""
+    return p.neutral == (p.high if p.fit == "inverse" else p.low)
+
+
+def started(unit: Unit, columns: Sequence[Column], weight: Floats, joints: int) -> dict[str, Floats]:
+    """Values to begin a fit with: columns weighted (K,) as the linear fit found them, neutral at all other sites."""
+    values = unit.effect.neutral(joints)
+    picked = [columns[k] for k in unit.columns]
+    heaviest = max(range(len(picked)), key=lambda i: abs(weight[i]))
+    for p in unit.effect.parameters:
+        mine = [(c, w) for c, w in zip(picked, weight, strict=True) if c.number.parameter is p]
+        if p.neutral is None:
+            values[p.name] = _shape(p, unit, picked, weight, picked[heaviest].trial)
+        else:
+            for c, w in mine:
+                k = c.number.index
+                inverse = p.fit == "inverse"
+                now = 1 / values[p.name][k] + w if inverse else values[p.name][k] + w
+                values[p.name][k] = np.clip(1 / now if inverse else now, p.low, p.high)
+    return values
+
+
+def _shape(p: Parameter, unit: Unit, picked: Sequence[Column], weight: Floats, heaviest: Trial) -> Floats:
+    """A shape as the columns blend it: the mean of the trials, weighted by what was found at each."""
+    if not blends(p):
+        return heaviest.values[p.name].copy()
+    size = np.maximum(weight, 0) + 1e-12
+    values = np.stack([c.trial.values[p.name] for c in picked])
+    if whole_turn(p):
+        return np.arctan2(size @ np.sin(values), size @ np.cos(values))
+    return np.asarray(np.clip(size @ values / size.sum(), p.low, p.high))
+
+
+def whole_turn(p: Parameter) -> bool:
+    """Whether a parameter is an angle that comes back to itself."""
+    return p.unit == "rad" and p.high - p.low > 2 * math.pi - 1e-6

@@ -1,0 +1,36 @@
+"""Coherence: whether residuals of readings that share an arm at rest agree, as no instrument's noise does."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.identification.fit import Fit
+from stiffness.identification.session_fit import Evidence
+
+Floats = npt.NDArray[np.float64]
+
+CLEARLY = 5.0  # standard errors
+
+
+def coherent(evidence: Evidence, fit: Fit, k: int) -> bool:
+    """Whether residuals agree between reflectors of one link in one state, or between the states of a set-up."""
+    s = evidence.samples
+    seen = evidence.predict(fit.parameters, fit.station(k))
+    residual = (s.position - seen.position) / s.sd
+    used = evidence.used & evidence.session.counts
+    link = evidence.link
+    between_reflectors = np.column_stack([s.setup, s.state, link])
+    between_states = np.column_stack([s.setup, s.reflector])
+    return any(_agree(residual[used], key[used]) > CLEARLY for key in (between_reflectors, between_states))
+
+
+def _agree(residual: Floats, key: npt.NDArray[np.int64]) -> float:
+    """Standard errors by which products of residuals (N, 3) of one key are above zero."""
+    _, of = np.unique(key, axis=0, return_inverse=True)
+    of = of.reshape(-1)
+    total = np.stack([np.bincount(of, residual[:, c]) for c in range(3)], axis=1)
+    square = np.stack([np.bincount(of, residual[:, c] ** 2) for c in range(3)], axis=1)
+    products = ((total**2 - square) / 2).sum(axis=1)  # sum over the pairs of a key
+    spread = float(np.sqrt((products**2).sum()))
+    return float(products.sum()) / spread if spread > 0 else 0.0

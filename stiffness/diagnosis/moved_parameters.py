@@ -1,0 +1,87 @@
+"""Changes: numbers of a model that have moved since it was made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from stiffness.diagnosis.added_effects import Addition, Bench
+from stiffness.diagnosis.result import Changed
+from stiffness.effects import BY_NAME
+from stiffness.effects.effect import part_of
+from stiffness.identification.fit import Fit
+from stiffness.identification.unknowns import numbers_of
+from stiffness.model.model import ComplianceModel
+
+Floats = npt.NDArray[np.float64]
+
+CHANCE = 1e-3  # that a number which did not move is said to have
+
+
+def changed_numbers(
+    bench: Bench, model: ComplianceModel, base: Fit, fit: Fit, additions: Sequence[Addition]
+) -> list[Changed]:
+    """Numbers that differ from the model beyond what it and the data leave open.
+
+    A model that was made with an effect undeclared has its numbers bent by it: where something was added, a number has
+    moved only if it differs in the fit without the addition too, and to the same side.
+    """
+    fixed = bench.fit([], base, base_fixed=True)
+    drop = (fixed.solution.chi2 - base.solution.chi2) / base.solution.misfit**2
+    if stats.chi2.sf(max(drop, 0.0), max(len(base.unknowns), 1)) > CHANCE:
+        return []
+    first, last = _distance(base, model), _distance(fit, model)
+    least = float(stats.norm.isf(CHANCE / 2 / max(len(first), 1)))
+    # an effect added at a joint, or at a link beside it, shares out what its spring was
+    beside = {part_of(w, bench.joints) for a in additions for w in a.where}
+    out = []
+    for key, z in first.items():
+        still = last.get(key, 0.0)  # no longer determined: not moved either
+        if abs(z) < least or (additions and (abs(still) < least or still * z < 0)):
+            continue
+        found = _changed(key, fit, model, bench.joints)
+        if not any(abs(part_of(w, bench.joints) - b) <= 1 for w in found.where for b in beside if b >= 0):
+            out.append(found)
+    return out
+
+
+def _distance(fit: Fit, model: ComplianceModel) -> dict[tuple[str, str, int], float]:
+    """Standard deviations between a fit and the model, of every number that the data determine."""
+    out = {}
+    known = fit.determined()
+    for u, value, sd, ok in zip(fit.unknowns.free, fit.parameters, fit.sd, known, strict=True):
+        if u.effect not in model.values or not ok:
+            continue
+        before = float(model.values[u.effect][u.parameter.name][u.index])
+        given = model.sd.get(u.effect, {}).get(u.parameter.name)
+        own = float(given[u.index]) if given is not None else 0.0
+        if u.inverse:
+            before, own = 1 / before, own / before**2
+        out[u.effect, u.parameter.name, u.index] = float((value - before) / np.hypot(sd, own))
+    return out
+
+
+def _changed(key: tuple[str, str, int], fit: Fit, model: ComplianceModel, joints: int) -> Changed:
+    effect, name, index = key
+    parameter = next(p for p in BY_NAME[effect].parameters if p.name == name)
+    sites = BY_NAME[effect].sites(joints)
+    where = next(
+        (
+            s.where
+            for s in sites
+            if any(u.index == index and u.parameter is parameter for u in numbers_of(BY_NAME[effect], s, joints, True))
+        ),
+        (),
+    )
+    return Changed(
+        effect,
+        where,
+        name,
+        float(model.values[effect][name][index]),
+        float(fit.values()[effect][name][index]),
+        float(fit.deviations()[effect][name][index]),
+        parameter.unit,
+    )

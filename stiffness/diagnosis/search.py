@@ -1,0 +1,276 @@
+"""Search: which effects of the catalogue a model lacks, on readings that may take part.
+
+Linear selection proposes, a nonlinear fit disposes, and the screen is taken again at that fit, until nothing pays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from stiffness.diagnosis.added_effects import Addition, Bench, merged
+from stiffness.diagnosis.candidates import Column, Unit, columns_of
+from stiffness.diagnosis.linear_fit import Ledger
+from stiffness.diagnosis.selection import CHANCE, Choice, Selector
+from stiffness.diagnosis.sensitivities import Screen
+from stiffness.diagnosis.switching_torques import thresholds
+from stiffness.effects import CATALOGUE
+from stiffness.effects.effect import Effect, Site
+from stiffness.identification.fit import Fit
+from stiffness.identification.fit import columns_of as station_columns
+from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.numerics.least_squares import inverse
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+Say = Callable[[str], None]
+
+FOLDS = 10
+ROUNDS = 4  # of screen and fit
+WARMED = 0.1  # K; a smaller range of temperature tells nothing
+SETTLED = 1.1  # residual over noise below which a fit need not be begun elsewhere
+NOT_THERE = 1e-3  # chance above which a site of a fitted effect counts as empty
+
+
+@dataclass(frozen=True, repr=False)
+class Screened:
+    """A fit and what every unit would add to it."""
+
+    fit: Fit
+    columns: tuple[Column, ...]
+    selector: Selector
+
+
+class Search:
+    """The search of one diagnosis; screens are kept, they do not depend on the fit."""
+
+    def __init__(self, bench: Bench, say: Say) -> None:
+        self.bench, self.say = bench, say
+        own = {e.name for e in bench.base}
+        self.effects = tuple(e for e in CATALOGUE if e.name not in own and _can_show(e, bench.sessions))
+        self._screens: list[Screen] | None = None
+        self._last: tuple[Fit, Screened] | None = None
+
+    def run(self, start: Fit) -> tuple[Fit, list[Addition]]:
+        """From a fit of the model at hand to one that lacks nothing the data can show."""
+        fit, additions = start, list[Addition]()
+        for round_ in range(ROUNDS):
+            screened = self.screened(fit, additions)
+            chosen = screened.selector.forward()
+            if not chosen.units:
+                break
+            more, trial = self.adopted(screened, chosen, additions)
+            kept, trial = self.pruned(more, trial)
+            self.say(f"round {round_ + 1}: " + ", ".join(f"{a.effect.name} ({' '.join(a.where)})" for a in kept))
+            if not _better(trial, fit):
+                break
+            same = {(a.effect.name, a.sites, a.extras) for a in kept} == {
+                (a.effect.name, a.sites, a.extras) for a in additions
+            }
+            fit, additions = trial, kept
+            if same:
+                break
+        return fit, additions
+
+    def adopted(self, screened: Screened, chosen: Choice, additions: Sequence[Addition]) -> tuple[list[Addition], Fit]:
+        """Chosen units as additions, fitted; where much is left, from every shape on trial."""
+        weights = {u.key: chosen.weights(u) for u in chosen.units}
+        begun = self._merged(screened, chosen.units, weights, additions)
+        fit = self.bench.fit(begun, screened.fit)
+        if fit.solution.misfit > SETTLED:  # the numbers of a model without the effect may be far off with it
+            other = self.bench.fit(begun)
+            fit = min(fit, other, key=lambda f: f.solution.chi2)
+        for unit in chosen.units if fit.solution.misfit > SETTLED else ():
+            for alone in _one_trial_each(unit, screened.columns, weights[unit.key]):
+                trial = self._merged(screened, chosen.units, {**weights, unit.key: alone}, additions)
+                other = self.bench.fit(trial, screened.fit)
+                if other.solution.chi2 < fit.solution.chi2:
+                    fit, begun = other, trial
+        if fit.solution.misfit > SETTLED:
+            begun = self.bench.current(fit, begun)
+            moved = thresholds(fit, begun)
+            if moved is not None:
+                other = self.bench.fit(moved, fit)
+                if other.solution.chi2 < fit.solution.chi2:
+                    fit, begun = other, moved
+        return self.bench.current(fit, begun), fit
+
+    def _merged(
+        self,
+        screened: Screened,
+        units: Sequence[Unit],
+        weights: Mapping[tuple[str, tuple[str, ...]], Floats],
+        additions: Sequence[Addition],
+    ) -> list[Addition]:
+        more = list(additions)
+        for unit in units:
+            more = merged(more, unit, screened.columns, weights[unit.key], self.bench.joints)
+        return more
+
+    def pruned(self, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
+        """Without sites that the fit leaves empty, the emptiest first."""
+        while True:
+            empty = [(self._chance(fit, a, s), a, s) for a in additions for s in a.sites]
+            worst = max(empty, key=lambda t: t[0], default=None)
+            if worst is None or worst[0] < NOT_THERE:
+                return additions, fit
+            _, where, site = worst
+            less = where.without(site, self.bench.joints)
+            additions = [b for a in additions if (b := less if a is where else a) is not None]
+            fit = self.bench.fit(additions, fit)
+            additions = self.bench.current(fit, additions)
+
+    def _chance(self, fit: Fit, addition: Addition, site: Site) -> float:
+        """That noise alone makes what the fit finds at a site."""
+        mine = set(replace(addition, sites=(site,)).numbers(self.bench.joints))
+        at = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is not None]
+        neutral = np.array([fit.unknowns.free[k].parameter.neutral for k in at], dtype=float)
+        off = fit.parameters[at] - np.where(fit.unknowns.inverse[at], 1 / np.where(neutral == 0, 1, neutral), neutral)
+        # shapes stand still: without the effect they are of no account
+        shapes = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is None]
+        rest = np.delete(np.arange(len(fit.solution.vector)), shapes)
+        information = fit.solution.information + np.diag(_weak(fit))
+        known = inverse(information[np.ix_(rest, rest)]) * fit.solution.misfit**2
+        place = np.searchsorted(rest, at)
+        covariance = known[np.ix_(place, place)]
+        scale = np.sqrt(np.diag(covariance))
+        score = float(
+            (off / scale) @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (off / scale)
+        )
+        return float(stats.chi2.sf(score, len(at)))
+
+    def screened(self, fit: Fit, additions: Sequence[Addition]) -> Screened:
+        """What every unit would add to a fit."""
+        if self._last is None or self._last[0] is not fit:
+            self._last = fit, self._screened(fit, additions)
+        return self._last[1]
+
+    def _screened(self, fit: Fit, additions: Sequence[Addition]) -> Screened:
+        torque = np.zeros(self.bench.joints)
+        seen = [e.predict(fit.parameters, fit.station(k)) for k, e in enumerate(fit.evidence)]
+        for s in seen:
+            torque = np.maximum(torque, np.abs(s.torque).max(axis=0))
+        columns, units = columns_of(self.effects, self.bench.joints, torque)
+        screens = self.screens(fit.evidence)
+        blocks, folds = [], []
+        width = len(fit.solution.vector)
+        for k, (e, screen, shown) in enumerate(zip(fit.evidence, screens, seen, strict=True)):
+            more = self._slopes(screen, e, shown, fit, k, columns, additions)
+            at = station_columns(fit.evidence, len(fit.unknowns))[k]
+            mine = e.blocks(fit.parameters, fit.station(k), 0.0, at, width, more)
+            blocks += mine
+            folds += [fold_of(e.session, int(b.rows[0])) for b in mine]
+        ledger = Ledger(blocks, folds, width, np.full(width, 1e-12) + _weak(fit))
+        units = [u for u in (_remaining(u, columns, additions) for u in units) if u is not None]
+        return Screened(fit, tuple(columns), Selector(ledger, units, fit.solution.freedom))
+
+    def screens(self, evidence: Sequence[Evidence]) -> list[Screen]:
+        """One screen per session."""
+        if self._screens is None:
+            torque = np.ones(self.bench.joints)
+            columns, _ = columns_of(self.effects, self.bench.joints, torque)
+            numbers = list(dict.fromkeys(c.number for c in columns))
+            effects = tuple(e for e in CATALOGUE if e in self.effects or e in self.bench.base)
+            self._screens = [Screen(e, effects, numbers) for e in evidence]
+        return self._screens
+
+    def _slopes(
+        self,
+        screen: Screen,
+        e: Evidence,
+        seen: Predicted,
+        fit: Fit,
+        k: int,
+        columns: Sequence[Column],
+        additions: Sequence[Addition],
+    ) -> Floats:
+        """(N, 3, C) slopes of all columns, run by run."""
+        place = {u: i for i, u in enumerate(screen.numbers)}
+        out = np.zeros((len(e.samples), 3, len(columns)))
+        fitted = fit.values()
+        for run in range(max((c.run for c in columns), default=-1) + 1):
+            mine = [i for i, c in enumerate(columns) if c.run == run]
+            trial = {c.number.effect: c.trial.values for c in columns if c.run == run}
+            values = {x.name: x.neutral(self.bench.joints) for x in screen.layout.effects}
+            values.update({name: dict(v) for name, v in trial.items()})
+            values.update({x.name: fitted[x.name] for x in self.bench.base})
+            for a in additions:
+                values[a.effect.name] = _kept(a, values[a.effect.name], fitted[a.effect.name], self.bench.joints)
+            slopes = screen.of(e, seen, fit.station(k), values)
+            out[:, :, mine] = slopes[:, :, [place[columns[i].number] for i in mine]]
+        return out
+
+
+def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats], joints: int) -> dict[str, Floats]:
+    """Values on trial, but those of a fit at the sites that an addition has."""
+    out = {k: np.array(v) for k, v in trial.items()}
+    for p in a.effect.parameters:
+        for s in (s for s in a.sites if s.kind == p.site):
+            out[p.name][p.of_site(s.index)] = fitted[p.name][p.of_site(s.index)]
+    return out
+
+
+def _one_trial_each(unit: Unit, columns: Sequence[Column], weight: Floats) -> list[Floats]:
+    """Weights that put all of a unit on one of its trials; none where it has but one."""
+    trial = [id(columns[k].trial) for k in unit.columns]
+    number = [columns[k].number for k in unit.columns]
+    total = {u: sum(w for w, v in zip(weight, number, strict=True) if v == u) for u in number}
+    if len(set(trial)) < 2:
+        return []
+    return [
+        np.array([total[u] if t == one else 0.0 for t, u in zip(trial, number, strict=True)])
+        for one in dict.fromkeys(trial)
+    ]
+
+
+def _remaining(unit: Unit, columns: Sequence[Column], additions: Sequence[Addition]) -> Unit | None:
+    """What of a unit an addition does not have yet."""
+    a = next((a for a in additions if a.effect is unit.effect and unit.site in a.sites), None)
+    if a is None:
+        return unit
+    if not unit.extras or unit.site in a.extras or unit.choice != 0:
+        return None
+    keep = [i for i, c in enumerate(unit.columns) if columns[c].number.parameter.extra]
+    return replace(unit, columns=tuple(unit.columns[i] for i in keep), positive=tuple(unit.positive[i] for i in keep))
+
+
+def _weak(fit: Fit) -> Floats:
+    """Precision that keeps what the data do not determine near the fit: a thousandth of what the fit knows of it."""
+    return np.asarray(1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300))
+
+
+def _better(more: Fit, less: Fit) -> bool:
+    """Whether a fit beats another beyond chance for the numbers it has more; both see the same readings."""
+    numbers = len(more.unknowns) - len(less.unknowns)
+    drop = (less.solution.chi2 - more.solution.chi2) / more.solution.misfit**2
+    return bool(stats.chi2.sf(max(drop, 0.0), max(numbers, 1)) < CHANCE)
+
+
+def fold_of(session: Session, row: int) -> int:
+    """Which fold a reading's set-up is in: set-ups are dealt in turn, in their order in the file."""
+    setups = session.samples.setup
+    order = {int(s): k for k, s in enumerate(dict.fromkeys(setups.tolist()))}
+    return order[int(setups[row])] % FOLDS
+
+
+def _can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
+    """Whether anything in the sessions could tell of an effect."""
+    setups = sum(len(np.unique(s.samples.setup)) for s in sessions)
+    if effect.name == "joint-stiffness" or any(p.each > setups for p in effect.parameters):
+        return False
+    if effect.wrench_reading:
+        return any(s.has_wrench for s in sessions)
+    if effect.position_reading:
+        return any(bool(np.ptp(_finite(s.samples.time)) > 0) for s in sessions)
+    if effect.thermal:
+        return any(bool(np.ptp(_finite(s.samples.temperature)) > WARMED) for s in sessions)
+    return True
+
+
+def _finite(column: Floats) -> Floats:
+    found = column[np.isfinite(column)]
+    return found if len(found) else np.zeros(1)

@@ -1,0 +1,180 @@
+"""Fit: an identified model, how sure it is, and what the data do not tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Numbers
+from stiffness.identification.session_fit import Evidence
+from stiffness.identification.unknowns import Unknowns
+from stiffness.model.correlation import Correlations
+from stiffness.model.model import ComplianceModel
+from stiffness.numerics.least_squares import Solution
+
+Floats = npt.NDArray[np.float64]
+
+DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
+LOOSE = 3000.0  # typical sizes: a wrist of a light arm yields a hundred times as much as a heavy arm
+LOADED = 30.0  # typical sizes of compliance that a reading has to tell before it is said to load a joint
+
+
+@dataclass(frozen=True, repr=False)
+class Fit:
+    """A model, and how it came about.
+
+    Attributes:
+        unknowns: layout of ``solution.vector``, before the sessions' own numbers.
+        fixed: values of what was not free.
+        solution: estimate and covariance.
+        evidence: one per session, with the rows that were used.
+        offset: m, standard deviation given to the absolute position of a reflector of a set-up; 0: trusted.
+        notes: what was decided, and why.
+    """
+
+    unknowns: Unknowns
+    fixed: Mapping[str, Numbers]
+    solution: Solution
+    evidence: tuple[Evidence, ...]
+    offset: float
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Fit({', '.join(e.name for e in self.unknowns.effects)}, {self.solution.count} numbers)"
+
+    @property
+    def parameters(self) -> Floats:
+        """(P,) as the solver sees them."""
+        return self.solution.vector[: len(self.unknowns)]
+
+    @property
+    def sd(self) -> Floats:
+        """(P,) standard deviations, widened where the residual is larger than the noise explains."""
+        variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
+        return np.asarray(np.sqrt(variance) * self.solution.misfit)
+
+    def station(self, k: int) -> Floats:
+        """The own numbers of session ``k``."""
+        return self.solution.vector[columns_of(self.evidence, len(self.unknowns))[k]]
+
+    def determined(self) -> npt.NDArray[np.bool_]:
+        """(P,) what the data determine: for a stiffness to half its value, else to half of what was assumed."""
+        ratio = self.sd / np.maximum(np.abs(self.parameters), 1e-300)
+        told = self.sd < DETERMINED * loose_sd(self.unknowns)
+        return np.where(self.unknowns.inverse, ratio < DETERMINED, told)
+
+    def values(self) -> dict[str, dict[str, Floats]]:
+        """Values per effect and parameter; a table is zero where no reading was."""
+        seen = np.diag(self.solution.information)[: len(self.unknowns)] > 0
+        tabled = np.array([u.parameter.each > 1 for u in self.unknowns.free], dtype=bool)
+        return self.unknowns.values(np.where(tabled & ~seen, 0.0, self.parameters), self.fixed)
+
+    def allowed_values(self) -> dict[str, dict[str, Floats]]:
+        """Values, with those that an effect does not allow moved to the nearest that it does."""
+        out = self.values()
+        for e in self.unknowns.effects:
+            if e.nearest and e.check(out[e.name]):
+                out[e.name] = e.nearest(out[e.name])
+        return out
+
+    def deviations(self) -> dict[str, dict[str, Floats]]:
+        """Standard deviations per effect and parameter, of the numbers in the model file; 0 where given."""
+        n = self.unknowns.joints
+        out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
+        for u, value, sd in zip(self.unknowns.free, self.parameters, self.sd, strict=True):
+            out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
+        return out
+
+    def condition_number(self) -> float:
+        """Of the design: largest over smallest singular value, numbers scaled to their typical size."""
+        n = len(self.unknowns)
+        scale = self.unknowns.scale
+        values = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale))
+        return float(np.sqrt(values[-1] / max(values[0], values[-1] * 1e-32)))
+
+    def observability(self) -> dict[str, float]:
+        """Observability indices of the design, numbers scaled to their typical size (Nahvi & Hollerbach 1996).
+
+        o1: geometric mean of the singular values (Borm & Menq); o2: smallest over largest (Driels & Pathre); o3:
+        smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers.
+        """
+        n = len(self.unknowns)
+        scale = self.unknowns.scale
+        squares = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale)) / self.solution.count
+        singular = np.sqrt(np.maximum(squares, 0.0))
+        low, high = float(singular[0]), float(singular[-1])
+        product = float(np.exp(np.mean(np.log(singular)))) if low > 0 else 0.0
+        return {"o1": product, "o2": low / high, "o3": low, "o4": low**2 / high}
+
+    def not_identified(self) -> list[str]:
+        """What the data do not determine, in the user's words."""
+        out: list[str] = []
+        unseen: dict[tuple[str, str, int], list[int]] = {}
+        diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * loose_sd(self.unknowns, LOADED) ** 2
+        for u, ok, told in zip(self.unknowns.free, self.determined(), diagonal, strict=True):
+            if not ok:
+                if u.parameter.each > 1:
+                    table = u.parameter.meaning, u.effect, u.index // u.parameter.each + 1
+                    unseen.setdefault(table, []).append(u.index)
+                    continue
+                place = f"joint {u.index + 1}" if u.parameter.size == "joint" else f"number {u.index + 1}"
+                why = "no reading loads it" if told < 1 else "not told apart from other numbers, or from noise"
+                out.append(f"{u.parameter.meaning} ({u.effect}) of {place}: {why}")
+        for (meaning, effect, joint), rows in unseen.items():
+            out.append(f"{meaning} ({effect}) of joint {joint}: {len(rows)} numbers, angles that no reading has")
+        return out
+
+    def outlier_rows(self) -> list[tuple[str, int]]:
+        """(session, line of samples.csv) of every row that was left out."""
+        return [
+            (e.session.source, int(line)) for e in self.evidence for line in e.samples.line[~e.used]
+        ]
+
+    def model(self, robot: str, provenance: Mapping[str, object]) -> ComplianceModel:
+        """The fit as a model of ``robot`` (name or path as the model file shall say)."""
+        first = self.evidence[0].session
+        known = self.determined()
+        identified = {}
+        for e in self.unknowns.effects:
+            flags = np.ones(self.unknowns.joints, dtype=bool)
+            for u, ok in zip(self.unknowns.free, known, strict=True):
+                if u.effect == e.name and u.parameter.size == "joint" and u.inverse:
+                    flags[u.index] &= ok
+            if not flags.all():
+                identified[e.name] = flags
+        reference = first.reference_temperature
+        return ComplianceModel(
+            source="",
+            robot=robot,
+            gravity=first.gravity,
+            reference_temperature=20.0 if reference is None else reference,
+            base=first.base,
+            tip=first.tip,
+            values=self.allowed_values(),
+            sd=self.deviations(),
+            identified=identified,
+            tools={e.name: first.tool.name for e in self.unknowns.effects if e.scope == "tool"},
+            provenance=dict(provenance),
+            correlations=self.correlations(),
+        )
+
+    def correlations(self) -> Correlations:
+        """Between the robot's numbers as the solver sees them; an inverse turns the sign."""
+        # tables are left out: hundreds of numbers, and their neighbours are what correlates
+        own = [k for k, u in enumerate(self.unknowns.free) if u.parameter.each == 1]
+        turn = np.where(self.unknowns.inverse[own], -1.0, 1.0)
+        covariance = self.solution.covariance[np.ix_(own, own)] * np.outer(turn, turn)
+        return Correlations.of(tuple(str(self.unknowns.free[k]) for k in own), 0.5 * (covariance + covariance.T))
+
+
+def columns_of(evidence: Sequence[Evidence], shared: int) -> list[slice]:
+    ends = shared + np.cumsum([e.station.size for e in evidence])
+    return [slice(int(end) - e.station.size, int(end)) for e, end in zip(evidence, ends, strict=True)]
+
+
+def loose_sd(layout: Unknowns, inverse: float = LOOSE) -> Floats:
+    """How far a number may be from its start where nothing else is known: loose, but in the right world."""
+    return np.where(layout.inverse, inverse, 5.0) * layout.scale

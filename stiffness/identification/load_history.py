@@ -1,0 +1,98 @@
+"""Load histories: what approach and load order make of the joint states in every state of a session."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.memory.preload import PreloadState, unknown, walk
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+
+FAR = 1.0  # rad: an approach of unknown size is taken to be longer than any gap
+SMALLEST = 1e-8  # typical sizes: a gap of zero still has sides
+RELATIVE = 1e-4  # step of a difference
+
+
+class Histories:
+    """The set-ups of a session side by side: a move to each, then its states one after the other."""
+
+    def __init__(self, session: Session) -> None:
+        self.samples, self._n = session.samples, session.robot.n
+        states = session.states
+        setups, self._column = np.unique(states.setup, return_inverse=True)
+        order = np.lexsort((states.state, states.setup))
+        rank = np.empty(len(order), dtype=np.intp)
+        rank[order] = np.arange(len(order))
+        begin = np.searchsorted(np.sort(states.setup), setups)
+        self._row = rank - begin[self._column]
+        self._shape = (int(self._row.max()) + 1, len(setups))
+        self._first, self._of = states.first, states.of
+        self._begin = np.empty(len(setups), dtype=np.intp)
+        self._begin[self._column[self._row == 0]] = states.first[self._row == 0]
+        filled = np.zeros(self._shape, dtype=bool)
+        filled[self._row, self._column] = True
+        # after its last state a set-up stands still
+        self._last = np.maximum.accumulate(np.where(filled, np.arange(self._shape[0])[:, None], 0), axis=0)
+
+    def state(
+        self, effects: Sequence[Effect], values: Mapping[str, Numbers], torque: Floats, resting: Floats
+    ) -> Floats:
+        """(N, m) memory of every reading as a share of its half range, -1 ... 1.
+
+        Args:
+            torque: (N, n) N*m of every reading.
+            resting: (N, n) N*m at its posture without load: what the joints carry on the way there.
+        """
+        values = {e.name: _open(e, values[e.name]) for e in effects}
+        begin = unknown(effects, values)
+        if not len(begin.low):
+            return np.zeros((len(self.samples), 0))
+        tau = np.zeros((*self._shape, self._n))
+        tau[self._row, self._column] = torque[self._first]
+        tau = np.take_along_axis(tau, np.broadcast_to(self._last[:, :, None], tau.shape), axis=0)
+        size = np.abs(self.samples.step[self._begin])
+        move = self.samples.approach[self._begin] * np.where(np.isfinite(size), size, FAR)
+        moves = np.concatenate([move[None], np.zeros_like(tau)])
+        torques = np.concatenate([resting[self._begin][None], tau])
+        wide = (self._shape[1], len(begin.low))
+        start = PreloadState(np.broadcast_to(begin.low, wide), np.broadcast_to(begin.high, wide))
+        walked = walk(effects, values, moves, torques, start).middle[1:]
+        share = walked / begin.high
+        return np.asarray(share[self._row, self._column][self._of])
+
+
+    def slopes(
+        self,
+        effects: Sequence[Effect],
+        values: Mapping[str, Numbers],
+        torque: Floats,
+        resting: Floats,
+        state: Floats,
+    ) -> dict[tuple[str, str], Floats]:
+        """How shares (N, n) change with the size of what remembers, by effect and parameter.
+
+        A state at its bound stays there; one between its bounds does not grow with them.
+        """
+        if not np.any((np.abs(state) < 1 - 1e-9) & (state != 0)):
+            return {}
+        n, out = self._n, {}
+        for k, effect in enumerate(e for e in effects if e.memory):
+            for p in effect.parameters:
+                if p.fit == "direct":
+                    own = _open(effect, values[effect.name])
+                    step = -RELATIVE * np.maximum(np.abs(own[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
+                    more = {**values, effect.name: {**own, p.name: own[p.name] + step}}
+                    columns = slice(k * n, (k + 1) * n)
+                    moved = self.state(effects, more, torque, resting)[:, columns] - state[:, columns]
+                    out[effect.name, p.name] = moved / step
+        return out
+
+
+def _open(effect: Effect, values: Numbers) -> dict[str, Floats]:
+    smallest = {p.name: SMALLEST * p.scale for p in effect.parameters if effect.memory and p.neutral == 0}
+    return {k: np.maximum(v, smallest[k]) if k in smallest else v for k, v in values.items()}

@@ -1,0 +1,56 @@
+"""Doubts: what in a fit makes one ask whether the session is of this robot, or the model has the effects it needs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from stiffness.identification.fit import Fit
+
+DOUBTFUL = 3.0  # a residual so many times the noise is no matter of noise
+ASIDE = 0.01  # m, RMS; no arm that was mastered is so far from its drawing
+FAR = 0.02  # m or rad, a single kinematic offset
+
+
+def doubts(fit: Fit) -> list[str]:
+    """Sentences for the report; none where all is well."""
+    return [*_residual(fit), *_aside(fit), *_far(fit)]
+
+
+def _residual(fit: Fit) -> list[str]:
+    if fit.solution.misfit <= DOUBTFUL:
+        return []
+    return [
+        f"the residual is {fit.solution.misfit:.1f} times what the noise leaves: another robot or tool than the "
+        "session says, instruments worse than it says, or an effect that the model lacks"
+    ]
+
+
+def _aside(fit: Fit) -> list[str]:
+    """Without kinematic offsets a fit looks at displacements alone: are the positions where they should be?"""
+    if not fit.offset:
+        return []
+    off = [
+        (e.samples.position - e.predict(fit.parameters, fit.station(k)).position)[e.used]
+        for k, e in enumerate(fit.evidence)
+    ]
+    aside = float(np.sqrt(np.mean(np.sum(np.concatenate(off) ** 2, axis=1))))
+    if aside <= ASIDE:
+        return []
+    return [
+        f"readings lie {aside * 1e3:.0f} mm (RMS) from where the robot model has its reflectors: is it the robot that "
+        "was measured? kinematic-offset would fit them"
+    ]
+
+
+def _far(fit: Fit) -> list[str]:
+    far = [
+        f"{u.parameter.name} of joint {u.index + 1}: {value * 1e3:.0f} m{u.parameter.unit}"
+        for u, value in zip(fit.unknowns.free, fit.parameters, strict=True)
+        if u.effect == "kinematic-offset" and abs(value) > FAR
+    ]
+    if not far:
+        return []
+    return [f"no arm is so far from its drawing ({', '.join(far)}): is it the robot that was measured?"]

@@ -1,0 +1,132 @@
+"""Station: what belongs to the measurement set-up and is estimated with the rest.
+
+The tracker's pose per block where the session is not registered, reflectors that are only roughly known, and the
+placement of a rigid probe whose reflectors form a group. A vector holds six numbers per pose [d; phi] and three
+per reflector, as increments on a first guess.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One estimated thing: ``name`` for reports, and its ``span`` in the vector."""
+
+    name: str
+    span: slice
+
+
+class Station:
+    """Layout and geometry of one session's own numbers."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        s = session.samples
+        self.blocks = np.unique(s.block) if not session.registered else np.empty(0, dtype=np.int64)
+        rough = [k for k, r in enumerate(session.reflectors) if not r.exact]
+        self.single = [k for k in rough if session.group[k] < 0]
+        self.groups = sorted({int(session.group[k]) for k in rough if session.group[k] >= 0})
+        self.parts = self._layout()
+        self.size = self.parts[-1].span.stop if self.parts else 0
+        self._nominal = np.array([r.position for r in session.reflectors]).reshape(-1, 3)
+        self._turn = np.tile(np.eye(3), (len(self.blocks), 1, 1))
+        self._origin = np.zeros((len(self.blocks), 3))
+
+    def __repr__(self) -> str:
+        return f"Station({', '.join(p.name for p in self.parts) or 'nothing to estimate'})"
+
+    def _layout(self) -> tuple[Part, ...]:
+        sizes = [(f"tracker block {b}", 6) for b in self.blocks]
+        sizes += [(f"reflector {self.session.reflectors[k].name}", 3) for k in self.single]
+        sizes += [(f"probe {self.session.reflectors[self._members(g)[0]].group}", 6) for g in self.groups]
+        ends = np.cumsum([size for _, size in sizes])
+        return tuple(Part(name, slice(int(e) - n, int(e))) for (name, n), e in zip(sizes, ends, strict=True))
+
+    def _members(self, group: int) -> list[int]:
+        return [k for k, g in enumerate(self.session.group) if g == group]
+
+    def prior_sd(self) -> Floats:
+        """(S,) how far a first guess may be off: loose, the data decide; m and rad."""
+        sd = np.empty(self.size)
+        for part in self.parts:
+            sd[part.span] = [1.0] * 3 + [0.5] * 3 if part.span.stop - part.span.start == 6 else [0.1] * 3
+        return sd
+
+    def place_trackers(self, base: Floats) -> None:
+        """First guess of every tracker pose: the rigid motion that fits predicted base positions (N, 3) best."""
+        for k, block in enumerate(self.blocks):
+            rows = np.flatnonzero(self.session.samples.block == block)
+            self._turn[k], self._origin[k] = rigid_fit(self.session.samples.position[rows], base[rows])
+
+    def reflectors(self, vector: Floats) -> Floats:
+        """(R, 3) m, every reflector in the frame of its link."""
+        out = self._nominal.copy()
+        first = len(self.blocks)
+        for k, part in zip(self.single, self.parts[first:], strict=False):
+            out[k] = self._nominal[k] + vector[part.span]
+        for g, part in zip(self.groups, self.parts[first + len(self.single) :], strict=True):
+            members = self._members(g)
+            d, phi = vector[part.span][:3], vector[part.span][3:]
+            origin = self._nominal[members[0]]
+            turned = (self._nominal[members] - origin) @ Rotation.from_rotvec(phi).as_matrix().T
+            out[members] = origin + d + turned
+        return out
+
+    def reflector_derivative(self, vector: Floats) -> Floats:
+        """(R, 3, S) of every reflector's place in its link by the vector."""
+        out = np.zeros((len(self._nominal), 3, self.size))
+        first = len(self.blocks)
+        for k, part in zip(self.single, self.parts[first:], strict=False):
+            out[k, :, part.span] = np.eye(3)
+        places = self.reflectors(vector)
+        for g, part in zip(self.groups, self.parts[first + len(self.single) :], strict=True):
+            members = self._members(g)
+            for k in members:
+                arm = places[k] - places[members[0]]
+                out[k, :, part.span] = np.hstack([np.eye(3), -_skew(arm[None])[0]])
+        return out
+
+    def seen(self, vector: Floats, base: Floats) -> tuple[Floats, Floats, Floats]:
+        """Positions (N, 3) as read, rotations (N, 3, 3) base -> reading, derivatives (N, 3, S) by tracker poses."""
+        count = len(base)
+        derivative = np.zeros((count, 3, self.size))
+        if not len(self.blocks):
+            return base, np.tile(np.eye(3), (count, 1, 1)), derivative
+        which = np.searchsorted(self.blocks, self.session.samples.block)
+        pose = vector[: 6 * len(self.blocks)].reshape(-1, 6)
+        turn = Rotation.from_rotvec(pose[:, 3:]).as_matrix() @ self._turn
+        origin = self._origin + pose[:, :3]
+        back = np.swapaxes(turn, 1, 2)[which]
+        arm = base - origin[which]
+        read = np.einsum("nij,nj->ni", back, arm)
+        by_pose = np.concatenate([-back, back @ _skew(arm)], axis=2)
+        for k in range(len(self.blocks)):
+            rows = which == k
+            derivative[rows, :, 6 * k : 6 * k + 6] = by_pose[rows]
+        return read, back, derivative
+
+
+def rigid_fit(measured: Floats, base: Floats) -> tuple[Floats, Floats]:
+    """Rotation (3, 3) and origin (3,) with base = R measured + t in the least-squares sense (Kabsch 1976)."""
+    a, b = measured.mean(axis=0), base.mean(axis=0)
+    rotation, _ = Rotation.align_vectors(base - b, measured - a) if len(base) > 1 else (Rotation.identity(), 0.0)
+    matrix = rotation.as_matrix()
+    return matrix, b - matrix @ a
+
+
+def _skew(v: Floats) -> Floats:
+    """(N, 3, 3) cross-product matrices."""
+    out = np.zeros((len(v), 3, 3))
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
+    return out - np.swapaxes(out, 1, 2)

@@ -1,0 +1,113 @@
+"""Every posture that takes up one pose, for arms without a closed form.
+
+Newton steps start from stored postures that nearly take up the pose. A turn of the first joint and one of the
+last leave the placement of the last axis against the first as it is, so a posture is looked up by that
+placement alone (four numbers, told in five), and the two joints are set to suit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.kinematics.full_turns import TURN, nearest_turn
+from stiffness.kinematics.inverse import EXACT
+from stiffness.kinematics.jacobian import Conditioning
+from stiffness.kinematics.newton import Newton
+from stiffness.robot.robot import Robot
+
+Floats = npt.NDArray[np.float64]
+
+SAME = 1e-5  # rad: two solutions nearer than this are one
+_STORED = 40_000  # postures in the table
+_ROUND = 256  # of them per round; a round that finds no new branch is the last
+_ROUNDS = 8
+_REGULAR = 1e-6  # smallest singular value; below it a whole family takes up the pose
+
+
+class Postures:
+    """All regular postures of poses of one robot."""
+
+    def __init__(self, robot: Robot, newton: Newton, conditioning: Conditioning) -> None:
+        self._robot, self._newton, self._conditioning = robot, newton, conditioning
+        self._table: tuple[Floats, Floats] | None = None
+
+    def every(self, pose: Floats) -> list[Floats]:
+        """Every regular posture (n,) of a pose, angles within +-pi, sorted."""
+        order = self._nearest_stored(pose)
+        found: list[Floats] = []
+        for k in range(_ROUNDS):
+            before = len(found)
+            self._gather(pose, order[k * _ROUND : (k + 1) * _ROUND], found)
+            if len(found) == before and k > 0:
+                break
+        return sorted(found, key=lambda q: [round(float(v), 6) for v in q])
+
+    def _gather(self, pose: Floats, seeds: Floats, found: list[Floats]) -> None:
+        count = len(seeds)
+        target = np.broadcast_to(pose, (count, 4, 4))
+        q, error = self._newton.solve(target[:, :3, :3], target[:, :3, 3], seeds)
+        q = nearest_turn(q, np.zeros(self._robot.n))
+        regular = (error.max(axis=1) < EXACT) & (self._conditioning(q) > _REGULAR)
+        for posture in q[regular]:
+            if all(
+                np.abs(nearest_turn(posture - other, np.zeros(self._robot.n))).max() > SAME for other in found
+            ):
+                found.append(np.where(posture <= -np.pi + SAME, posture + TURN, posture))
+
+    def _nearest_stored(self, pose: Floats) -> Floats:
+        """Stored postures (M, n), those first that nearly take up the pose; joints 1 and n set to suit it."""
+        if self._table is None:
+            self._table = self._store()
+        q, keys = self._table
+        key, heading = self._placement(pose[None, :3, :3], pose[None, :3, 3])
+        order = np.argsort(np.square(keys - key).sum(axis=1), kind="stable")[: _ROUND * _ROUNDS]
+        q = q[order].copy()
+        r, p, _ = self._newton.evaluate(q)
+        q[:, 0] += heading - self._placement(r, p)[1]
+        r, _, _ = self._newton.evaluate(q)
+        # What is left is mostly a turn about the last axis.
+        left, axis = np.einsum("nji,jk->nik", r, pose[:3, :3]), self._last_axis
+        spin = np.stack(
+            [left[:, 2, 1] - left[:, 1, 2], left[:, 0, 2] - left[:, 2, 0], left[:, 1, 0] - left[:, 0, 1]],
+            axis=1,
+        )
+        q[:, -1] += np.arctan2(
+            spin @ axis, np.trace(left, axis1=1, axis2=2) - np.einsum("i,nij,j->n", axis, left, axis)
+        )
+        return q
+
+    @property
+    def _last_axis(self) -> Floats:
+        """Unit vector of the last joint in the flange frame."""
+        return np.asarray(self._robot.after[-1][:3, :3].T @ self._robot.axis[-1])
+
+    def _placement(self, rotation: Floats, origin: Floats) -> tuple[Floats, Floats]:
+        """Axis n against axis 1: a key (N, 5) that turns about either leave alone, and the heading (N,)."""
+        first = self._robot.before[0]
+        frame = first[:3, :3] @ _frame_about(self._robot.axis[0])
+        back = np.linalg.inv(self._robot.after[-1])[:3, 3]  # joint n in the flange frame
+        at = (origin + np.einsum("nij,j->ni", rotation, back) - first[:3, 3]) @ frame
+        along = np.einsum("nij,j->ni", rotation, self._last_axis) @ frame
+        # The heading is that of joint n about axis 1, or of its axis where the joint stands on axis 1.
+        radius = np.hypot(at[:, 0], at[:, 1])
+        flat = np.where((radius > 1e-6)[:, None], at, along)
+        heading = np.arctan2(flat[:, 1], flat[:, 0])
+        c, s = np.cos(heading), np.sin(heading)
+        key = [at[:, 2] / self._newton.length, radius / self._newton.length]
+        key += [along[:, 2], c * along[:, 0] + s * along[:, 1], c * along[:, 1] - s * along[:, 0]]
+        return np.stack(key, axis=1), heading
+
+    def _store(self) -> tuple[Floats, Floats]:
+        q = np.random.default_rng(20).uniform(-np.pi, np.pi, (_STORED, self._robot.n))
+        q[:, 0] = q[:, -1] = 0.0
+        r, p, _ = self._newton.evaluate(q)
+        return q, self._placement(r, p)[0]
+
+
+def _frame_about(axis: Floats) -> Floats:
+    """(3, 3) rotation whose third column is the axis."""
+    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = np.cross(other, axis)
+    x = x / np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])

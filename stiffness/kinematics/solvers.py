@@ -1,0 +1,86 @@
+"""Inverse kinematics: flange poses -> joint angles. The contract is ``Inverse`` in ``kinematics``."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.kinematics.full_turns import continuous, limit_margin, nearest_turn, turns
+from stiffness.kinematics.inverse import EXACT, SINGULAR, Batch, Inverse, checked_branch, checked_path, pose_error
+from stiffness.kinematics.iterative import IterativeInverse
+from stiffness.kinematics.jacobian import Conditioning
+from stiffness.kinematics.spherical import SphericalArm, closed_form, posture, spherical_arm
+from stiffness.numerics.kernel import Kernel
+from stiffness.robot.robot import Robot
+
+__all__ = ["Batch", "Inverse", "IterativeInverse", "SphericalInverse", "inverse_kinematics"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+def inverse_kinematics(robot: Robot) -> Inverse:
+    """Closed form for a spherical wrist, else iterative."""
+    arm = spherical_arm(robot)
+    if arm is None:
+        return IterativeInverse(robot)
+    return SphericalInverse(robot, arm)
+
+
+class SphericalInverse(Inverse):
+    """Closed form; branch bits: 4 wrist centre behind axis 1, 2 behind the lower arm, 1 axis 5 bent negative.
+
+    On ABB robots the branch is the controller's cfx (RAPID reference manual, data type confdata).
+    """
+
+    branches = 8
+
+    def __init__(self, robot: Robot, arm: SphericalArm) -> None:
+        self.robot = robot
+        self.arm = arm
+        self.function = closed_form(arm)
+        self._kernel = Kernel(self.function)
+        self._jacobian = Conditioning(robot)
+
+    def all(self, pose: Floats, *, limits: bool = True) -> list[tuple[int, Floats]]:
+        every = np.arange(self.branches)
+        pose = np.broadcast_to(np.asarray(pose, dtype=float), (self.branches, 4, 4))
+        q, margins, _ = self._solve(pose[:, :3, :3], pose[:, :3, 3], every)
+        found = []
+        for branch in every[margins.min(axis=1) > -EXACT]:
+            if pose_error(self.robot, q[branch], pose[branch]) < EXACT:
+                found += [(int(branch), turned) for turned in turns(self.robot, q[branch], limits=limits)]
+        return found
+
+    def along(
+        self, rotation: Floats, origin: Floats, branch: int | Ints, seed: Floats | None = None
+    ) -> Batch:
+        rotation, origin = checked_path(self.robot, rotation, origin)
+        labels = checked_branch(self, branch, len(origin))
+        q, margins, wrist = self._solve(rotation, origin, labels)
+        q = continuous(self.robot, q, seed)
+        reasons = {
+            "out of reach: the wrist centre is too close to axis 1": margins[:, 0] < 0,
+            "out of reach: too far away": margins[:, 1] < 0,
+            "out of reach: too close": margins[:, 2] < 0,
+            "singular: wrist centre on axis 1": abs(margins[:, 0]) <= SINGULAR,
+            "singular: arm stretched": abs(margins[:, 1]) <= SINGULAR**2,
+            "singular: arm folded": abs(margins[:, 2]) <= SINGULAR**2,
+            "singular: axes 4 and 6 in line": wrist <= SINGULAR,
+        }
+        ok = ~np.any(list(reasons.values()), axis=0)
+        return Batch(q, ok, limit_margin(self.robot, q), margins.min(axis=1), wrist, reasons)
+
+    def configuration(self, q: Floats) -> Ints:
+        return posture(self.arm, np.atleast_2d(q)).branch()
+
+    def singularity(self, q: Floats, *, jacobian: bool = True) -> dict[str, Floats]:
+        q = np.atleast_2d(q)
+        at = posture(self.arm, q)
+        measures = {"wrist": abs(at.wrist), "elbow": abs(at.elbow), "shoulder": abs(at.ahead)}
+        return {"jacobian": self._jacobian(q), **measures} if jacobian else measures
+
+    def _solve(self, rotation: Floats, origin: Floats, branch: Ints) -> tuple[Floats, Floats, Floats]:
+        signs = 1.0 - 2.0 * ((branch[:, None] >> np.array([2, 1, 0])) & 1)
+        q, margins, wrist = self._kernel.run(rotation.reshape(-1, 9), origin, signs)
+        return nearest_turn(q, np.zeros(self.robot.n)), margins, wrist[:, 0]

@@ -1,0 +1,120 @@
+"""Preload and backlash: the state that every joint carries along a path, pose by pose.
+
+Effects declare their memory as a clamp (effects/effect.py). Clamps are closed under composition,
+
+    (c2, l2, h2) after (c1, l1, h1) = (c1 + c2, clip(l1 + c2, l2, h2), clip(h1 + c2, l2, h2)),
+
+so a path is walked in blocks side by side: O(poses), and from chunk to chunk. Two walks, from the
+lowest and the highest state possible, bracket every other; where they meet the state is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Clamp, Effect, Memory, Numbers
+from stiffness.memory.clamp_scan import scan
+
+Floats = npt.NDArray[np.float64]
+
+AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
+
+
+@dataclass(frozen=True, repr=False)
+class PreloadState:
+    """State of every joint: n columns per remembering effect. ``low`` and ``high`` bracket the truth.
+
+    Shape (m,) at one pose, (N, m) along a path. ``likely`` is what came of the middle of an unknown start: like
+    the other two a history that a joint can have, which their mean is not.
+    """
+
+    low: Floats
+    high: Floats
+    likely: Floats | None = None
+
+    def __repr__(self) -> str:
+        return f"PreloadState(shape {self.low.shape}, {'known' if self.known.all() else 'partly unknown'})"
+
+    @property
+    def middle(self) -> Floats:
+        """Best estimate."""
+        return np.asarray(0.5 * (self.low + self.high)) if self.likely is None else self.likely
+
+    @property
+    def known(self) -> npt.NDArray[np.bool_]:
+        """Where the two walks have met."""
+        return np.asarray(self.high - self.low <= 1e-12)
+
+    @property
+    def last(self) -> PreloadState:
+        """The state after the last pose of a path: where the next chunk starts."""
+        return PreloadState(self.low[-1], self.high[-1], None if self.likely is None else self.likely[-1])
+
+
+def unknown(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> PreloadState:
+    """Before anything is known of how the robot came to where it is."""
+    half = [e.memory.bounds(values[e.name]) for e in effects if e.memory]
+    both = np.concatenate(half) if half else np.empty(0)
+    return PreloadState(-both, both)
+
+
+def walk(
+    effects: Sequence[Effect],
+    values: Mapping[str, Numbers],
+    move: Floats,
+    torque: Floats,
+    start: PreloadState,
+    *,
+    corrected: bool = False,
+) -> PreloadState:
+    """The state at every pose of a path.
+
+    Args:
+        move: (N, n) rad commanded from the pose before to this one (row 0: from where ``start`` holds), or
+            (N, M, n) for M paths of one length side by side.
+            With ``corrected`` the moves are those of the command as it would be with all deflection
+            states taken as zero; the state and the correction it asks for are solved together.
+        torque: N*m of gravity and environment at the pose, shaped as ``move``.
+        start: the state before row 0, (m,) or (M, m).
+    """
+    n = move.shape[-1]
+    low = np.empty((*move.shape[:-1], start.low.shape[-1]))
+    high = np.empty_like(low)
+    likely = np.empty_like(low)
+    for k, name, memory in _deflections_first(effects, values) if len(move) else ():
+        own, span = values[name], slice(k * n, (k + 1) * n)
+        clamp, gain = memory.rule(move, torque, own), memory.gain(own)
+        if corrected:
+            clamp = _implicit(clamp, gain, memory.bounds(own))
+        starts = np.stack([v[..., span].ravel() for v in (start.low, start.high, start.middle)])
+        states = scan(clamp, starts).reshape(3, *move.shape)
+        low[..., span], high[..., span], likely[..., span] = states
+        if corrected and np.any(gain):  # what the command really moves, for the states that only look on
+            state = np.concatenate([start.middle[None, ..., span], likely[..., span]])
+            change = np.diff(state, axis=0)
+            if start.likely is None:  # no command has answered a state that nobody knew
+                change[0] *= start.known[..., span]
+            move = move - change
+    return PreloadState(low, high, likely)
+
+
+def _deflections_first(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> list[tuple[int, str, Memory]]:
+    """(place in the state, name, memory): first the states that are themselves a deflection."""
+    found = [(e.name, e.memory) for e in effects if e.memory]
+    listed = [(k, name, memory) for k, (name, memory) in enumerate(found)]
+    return sorted(listed, key=lambda entry: not np.any(entry[2].gain(values[entry[1]])))
+
+
+def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
+    """The clamp in terms of the target's move: the correction of the state is itself a move.
+
+    move = target move - (state' - state), hence shift / (1 + gain). A link that lags (gain -1) crosses its
+    gap at once; "at once" is a travel of AT_ONCE, so that rounding in a target is no reversal.
+    """
+    at_once = 2 * half / AT_ONCE
+    factor = 1 / np.maximum(1 + gain, 1 / np.maximum(at_once, 1.0))
+    return Clamp(clamp.shift * factor, clamp.low, clamp.high)

@@ -1,0 +1,102 @@
+"""Next set-ups: what to measure so that explanations that look alike come apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.identification.fit import Fit
+from stiffness.identification.readings import Pull
+from stiffness.planning.postures import reachable
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+
+POOL = 60  # postures
+WANTED = 3
+SEED = 4
+ROUNDS = 2  # of equilibrium
+_WAYS = np.concatenate([np.eye(3), -np.eye(3)])
+
+
+@dataclass(frozen=True)
+class NextSetup:
+    """``q`` (n,) rad, ``wrench`` (6,) N and N*m on the robot, base axes, about the TCP; reflectors that show most.
+
+    ``why``: one sentence; ``apart``: m, how far the readings of the two explanations are from each other.
+    """
+
+    q: Floats
+    wrench: Floats
+    reflectors: tuple[str, ...]
+    why: str
+    apart: float
+
+
+def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
+    """Set-ups where two fits of the same sessions predict readings that are farthest apart."""
+    session = first.evidence[0].session
+    tool = session.tool.tool()
+    pool = reachable(session.robot, tool.rotation, tool.position, POOL, SEED)
+    force = largest_force(session)
+    loads = np.concatenate([np.zeros((1, 3)), _WAYS * force]) if force > 0 else np.zeros((1, 3))
+    q = np.repeat(pool.q, len(loads), axis=0)
+    wrench = np.hstack([np.tile(loads, (len(pool), 1)), np.zeros((len(q), 3))])
+    difference = np.stack([_readings(first, q, wrench) - _readings(second, q, wrench)])[0]  # (K, R, 3)
+    apart = np.linalg.norm(difference, axis=2).reshape(len(pool), len(loads), -1)
+    out: list[NextSetup] = []
+    score = apart.max(axis=(1, 2))
+    for _ in range(min(WANTED, len(pool))):
+        k = int(np.argmax(score))
+        load = int(np.argmax(apart[k].max(axis=1)))
+        order = np.argsort(-apart[k, load])
+        names = tuple(session.reflectors[int(r)].name for r in order[: max(1, min(2, len(order)))])
+        out.append(NextSetup(pool.q[k], wrench[k * len(loads) + load], names, why, float(score[k])))
+        near = np.linalg.norm(pool.q - pool.q[k], axis=1) < 1.0  # the next one elsewhere
+        score = np.where(near, -1.0, score)
+        if score.max() <= 0:
+            break
+    return out
+
+
+def spread(session: Session, joint: int | None, why: str) -> list[NextSetup]:
+    """Set-ups over the whole range of one joint, or of all, with the largest load of the session across the arm."""
+    robot, tool = session.robot, session.tool.tool()
+    pool = reachable(robot, tool.rotation, tool.position, POOL, SEED)
+    low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    force = largest_force(session)
+    out = []
+    for k in range(WANTED):
+        if joint is None:
+            q = pool.q[k * len(pool) // WANTED]
+        else:
+            wanted = low[joint] + (high[joint] - low[joint]) * (k + 0.5) / WANTED
+            q = pool.q[int(np.argmin(np.abs(pool.q[:, joint] - wanted)))]
+        wrench = np.concatenate([_WAYS[k] * force, np.zeros(3)])
+        out.append(NextSetup(q, wrench, tuple(r.name for r in session.reflectors), why, 0.0))
+    return out
+
+
+def largest_force(session: Session) -> float:
+    """N, of all loads of a session."""
+    return float(np.linalg.norm(session.samples.load.wrench[:, :3], axis=1).max(initial=0.0))
+
+
+def _readings(fit: Fit, q: Floats, wrench: Floats) -> Floats:
+    """(K, R, 3) m: every reflector of the first session in the base, flanks in the middle of their gaps."""
+    evidence = fit.evidence[0]
+    reader, session, n = evidence.reader, evidence.session, evidence.session.robot.n
+    places = evidence.station.reflectors(fit.station(0))
+    count = len(q)
+    none = np.zeros((count, 1))
+    point = np.tile(session.tool.tool().position, (count, 1))
+    x, state = np.zeros((count, reader.n_x)), np.zeros((count, reader.statics.n_state))
+    for _ in range(ROUNDS):
+        rest = reader.rest(Pull(n, n, False), fit.parameters, q, wrench, point, state, none, none, x)
+        x = rest.x
+    links: Sequence[int] = [r.link for r in session.reflectors]
+    seen = [reader.seen(rest, k, np.tile(at, (count, 1))).position for k, at in zip(links, places, strict=True)]
+    return np.stack(seen, axis=1)

@@ -1,0 +1,228 @@
+"""Robot: a serial arm of six rotary joints behind a few verbs.
+
+Frames: ``L_0`` is the base, ``L_k = L_{k-1} @ before[k-1] @ Rot(axis[k-1], q_k) @ after[k-1]``, ``L_n`` the
+flange. Numbers come from Pinocchio, symbols from CasADi; both are built from these same placements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+
+from stiffness.errors import RobotError
+from stiffness.robot import toml_file as dh
+from stiffness.robot import urdf
+from stiffness.robot.chain import Chain
+from stiffness.robot.reducer import Reducer
+
+Floats = npt.NDArray[np.float64]
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.80665)  # m/s2, base axes (CGPM 1901)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Robot:
+    """A rigid arm: placements, limits and masses. All arrays are read-only.
+
+    Attributes:
+        name: name of the built-in robot, or stem of the file.
+        joint_names: n names, base to flange.
+        before: (n, 4, 4) from link k-1 to joint k at zero.
+        axis: (n, 3) unit vector of positive rotation, in the joint's frame.
+        after: (n, 4, 4) from joint k, turned, to link k.
+        lower, upper: (n,) rad; infinite for a joint without stops.
+        velocity: (n,) rad/s; NaN where not known.
+        mass: (n,) kg, or None where not known.
+        com: (n, 3) m, centre of mass in the link frame L_k, or None.
+        mass_problem: why masses cannot be used; empty when they can.
+        assumptions: figures that no source gives, in words; every summary lists them.
+        sources: where the figures come from.
+        base, tip: names of the frames that poses lead from and to.
+        reducers: n data sheets, None for a joint without one; None where the file has none at all.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    before: Floats
+    axis: Floats
+    after: Floats
+    lower: Floats
+    upper: Floats
+    velocity: Floats
+    mass: Floats | None
+    com: Floats | None
+    mass_problem: str
+    assumptions: tuple[str, ...]
+    sources: tuple[str, ...]
+    base: str
+    tip: str
+    reducers: tuple[Reducer | None, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for array in (self.before, self.axis, self.after, self.lower, self.upper, self.velocity):
+            array.setflags(write=False)
+        for optional in (self.mass, self.com):
+            if optional is not None:
+                optional.setflags(write=False)
+
+    def __repr__(self) -> str:
+        weight = f"{self.mass.sum():.0f} kg moving" if self.mass is not None else "masses unknown"
+        return f"Robot({self.name}, {self.n} joints, {self.base} to {self.tip}, {weight})"
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joint_names)
+
+    def pose(self, q: npt.ArrayLike) -> Floats:
+        """(4, 4) pose of the flange in the base at joint angles ``q`` (n,) rad."""
+        model, data, frame = self._pinocchio
+        pin.framesForwardKinematics(model, data, self._angles(q))
+        return np.array(data.oMf[frame].homogeneous)
+
+    def jacobian(self, q: npt.ArrayLike) -> Floats:
+        """(6, n) Jacobian of the flange origin in base axes, linear rows (m/rad) first."""
+        model, data, frame = self._pinocchio
+        world_aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        return np.array(pin.computeFrameJacobian(model, data, self._angles(q), frame, world_aligned))
+
+    def gravity_torque(self, q: npt.ArrayLike, gravity: Sequence[float] = STANDARD_GRAVITY) -> Floats:
+        """(n,) N*m, the generalised force OF gravity: minus Pinocchio's computeGeneralizedGravity.
+
+        Args:
+            gravity: (3,) m/s2 in base axes.
+
+        Raises:
+            RobotError: the masses are not known.
+        """
+        if self.mass is None:
+            raise RobotError(f"robot {self.name}: no gravity torque without masses: {self.mass_problem}")
+        model, data, _ = self._pinocchio
+        model.gravity.linear = np.asarray(gravity, dtype=float)
+        return -np.array(pin.computeGeneralizedGravity(model, data, self._angles(q)))
+
+    def flange_symbolic(self, q: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Rotation (3, 3) and origin (3,) of the flange in the base, for symbolic ``q`` (n,)."""
+        rotation, origin = ca.SX.eye(3), ca.SX(3, 1)
+        for k in range(self.n):
+            before, after = constant(self.before[k]), constant(self.after[k])
+            origin = origin + ca.mtimes(rotation, before[:3, 3])
+            rotation = ca.mtimes(ca.mtimes(rotation, before[:3, :3]), axis_rotation(self.axis[k], q[k]))
+            origin = origin + ca.mtimes(rotation, after[:3, 3])
+            rotation = ca.mtimes(rotation, after[:3, :3])
+        return rotation, origin
+
+    def _angles(self, q: npt.ArrayLike) -> Floats:
+        angles = np.asarray(q, dtype=float)
+        if angles.shape != (self.n,) or not np.isfinite(angles).all():
+            raise RobotError(f"robot {self.name}: {self.n} finite joint angles are needed, got {angles!r}")
+        return angles
+
+    @cached_property
+    def _pinocchio(self) -> tuple[pin.Model, pin.Data, int]:
+        model = pin.Model()
+        model.name = self.name
+        parent, placement = 0, np.eye(4)
+        for k in range(self.n):
+            joint = pin.JointModelRevoluteUnaligned(np.array(self.axis[k]))
+            parent = model.addJoint(parent, joint, pin.SE3(placement @ self.before[k]), self.joint_names[k])
+            placement = self.after[k]
+            if self.mass is not None and self.com is not None:
+                # Rotational inertia plays no part in statics.
+                com = self.after[k][:3, :3] @ self.com[k] + self.after[k][:3, 3]
+                model.appendBodyToJoint(
+                    parent, pin.Inertia(self.mass[k], com, np.zeros((3, 3))), pin.SE3.Identity()
+                )
+        frame = model.addFrame(
+            pin.Frame(self.tip, parent, pin.SE3(np.array(placement)), pin.FrameType.OP_FRAME)
+        )
+        return model, model.createData(), frame
+
+
+def constant(matrix: Floats) -> ca.SX:
+    """Sparse constant without the rounding that cos(pi/2) leaves, so that zeros cost nothing."""
+    return ca.SX(ca.sparsify(ca.DM(np.where(np.abs(matrix) < 1e-15, 0.0, matrix))))
+
+
+def axis_rotation(axis: Floats, angle: ca.SX) -> ca.SX:
+    """(3, 3) Rodrigues rotation by ``angle`` about a constant unit axis."""
+    x, y, z = (0.0 if abs(c) < 1e-15 else float(c) for c in axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return ca.SX.eye(3) + ca.sin(angle) * constant(cross) + (1 - ca.cos(angle)) * constant(cross @ cross)
+
+
+def builtin_robots() -> tuple[str, ...]:
+    """Names of the built-in robots, sorted."""
+    return tuple(sorted(_builtin_files()))
+
+
+def load_robot(
+    name_or_path: str, *, folder: Path | None = None, base: str | None = None, tip: str | None = None
+) -> Robot:
+    """Load a built-in robot, a robot TOML file or a URDF.
+
+    Args:
+        name_or_path: a name of ``builtin_robots()``, or a path to a .toml or .urdf file.
+        folder: what a relative path starts from; default the working folder.
+        base, tip: links of a URDF that poses lead from and to. Defaults: the link ``base`` if there
+            is one, else the root; the last moving link.
+
+    Raises:
+        RobotError: no such robot, or its file is refused.
+    """
+    builtin = _builtin_files().get(name_or_path)
+    if builtin is not None:
+        return _robot(dh.read(builtin, label=f"built-in robot {name_or_path}"), name_or_path, base, tip)
+    path = (folder or Path()) / name_or_path
+    if path.suffix not in (".toml", ".urdf"):
+        names = ", ".join(builtin_robots())
+        raise RobotError(
+            f"{name_or_path!r} is no robot: expected a path to a .toml or .urdf file, or one of {names}"
+        )
+    if path.suffix == ".urdf":
+        return _robot(urdf.read(path, base=base, tip=tip), path.stem, None, None)
+    return _robot(dh.read(path, label=str(path)), path.stem, base, tip)
+
+
+def _builtin_files() -> dict[str, Traversable]:
+    return {f.name[:-5]: f for f in (files("stiffness") / "robot" / "data").iterdir() if f.name.endswith(".toml")}
+
+
+def _robot(chain: Chain, name: str, base: str | None, tip: str | None) -> Robot:
+    for asked, has, key in ((base, chain.base, "base"), (tip, chain.tip, "tip")):
+        if key == "tip" and asked == "tool0":  # ROS's name of a maker's flange frame: the one there is
+            continue
+        if asked is not None and asked != has:
+            raise RobotError(
+                f"robot {name} has the {key} {has!r}, not {asked!r}: only a URDF has links to choose from"
+            )
+    count = len(chain.joint_names)
+    if count != 6:
+        raise RobotError(f"robot {name}: {count} joints between {chain.base} and {chain.tip}, expected 6")
+    return Robot(
+        name,
+        chain.joint_names,
+        chain.before,
+        chain.axis,
+        chain.after,
+        chain.lower,
+        chain.upper,
+        chain.velocity,
+        chain.mass,
+        chain.com,
+        chain.mass_problem,
+        chain.assumptions,
+        chain.sources,
+        chain.base,
+        chain.tip,
+        chain.reducers,
+    )

@@ -1,0 +1,321 @@
+"""THE equation: posture, loads and effects -> where every link is. Written once, in CasADi.
+
+    x = law(load(q + dq, twists))        x = (dq, twist coordinates)
+
+is solved by sweeps torque -> deflection -> posture from a start value. The load is taken at the DEFLECTED
+posture, so the complementary stiffness K_c (Chen & Kao, IJRR 19 (2000) 835) is in it; on real
+robots a sweep gains about two digits. ``residual`` is what the last sweep still moved.
+
+Every function takes SX or DM: prediction puts numbers where identification puts symbols.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Effect, JointInput, TwistInput, Values
+from stiffness.robot.robot import Robot, axis_rotation, constant
+
+Floats = npt.NDArray[np.float64]
+
+SWEEPS = 6  # contraction 0.01 per sweep on real robots: 6 reach rounding
+
+
+@dataclass(frozen=True)
+class Load:
+    """A wrench on a link, about a point fixed to it.
+
+    Attributes:
+        link: that it acts on: 0 base ... n flange.
+        point: (3,) m in the frame of the link, or of ``point_link`` where that is another one.
+        wrench: (6,) N and N*m, in base axes, about the point.
+    """
+
+    link: int
+    point: ca.SX
+    wrench: ca.SX
+    point_link: int | None = None
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Rotation (3, 3) and origin (3,) of a frame in the base."""
+
+    rotation: ca.SX
+    origin: ca.SX
+
+    def at(self, point: ca.SX) -> ca.SX:
+        """A point of the frame, in the base."""
+        return self.origin + ca.mtimes(self.rotation, point)
+
+    def then(self, rotation: ca.SX, origin: ca.SX) -> Frame:
+        """The frame that stands at (rotation, origin) in this one."""
+        return Frame(ca.mtimes(self.rotation, rotation), self.at(origin))
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` before their twist.
+
+    ``angles`` (n,) rad are those of the links, ``twists`` [d; phi] of the places that yield.
+    """
+
+    angles: ca.SX
+    twists: Mapping[int, ca.SX]
+    links: tuple[Frame, ...]
+    joints: tuple[Frame, ...]
+    axes: tuple[ca.SX, ...]
+    places: tuple[Frame, ...]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Result of the statics: ``x`` (m,) elastic coordinates, ``torque`` (n,), ``posture``, ``residual``."""
+
+    x: ca.SX
+    torque: ca.SX
+    posture: Posture
+    residual: ca.SX
+
+
+def rotation(vector: ca.SX) -> ca.SX:
+    """Rotation matrix of a small rotation vector: exact to rounding below 0.05 rad, smooth at zero.
+
+    Cayley form with the tangent of the half angle as a series, so that the result is orthogonal
+    whatever the length of the vector.
+    """
+    t2 = ca.dot(vector, vector)
+    g = vector * (0.5 + t2 * (1 / 24 + t2 * (1 / 240 + t2 * (17 / 40320))))
+    s = ca.skew(g)
+    return ca.SX.eye(3) + 2 / (1 + ca.dot(g, g)) * (s + ca.mtimes(s, s))
+
+
+def largest(v: ca.SX) -> ca.SX:
+    """Largest magnitude; NaN where any element is, which the infinity norm would drop."""
+    return ca.if_else(ca.dot(v, v) >= 0, ca.norm_inf(v), float("nan"))
+
+
+def generalised_moment(phi: ca.SX, moment: ca.SX) -> ca.SX:
+    """The generalised force that a moment (3,) does to a rotation vector: J_l(phi)^T m, J_l the left Jacobian.
+
+    Sola, Deray, Atchuthan, arXiv 1812.01537, appendix B; as a series, like ``rotation``.
+    """
+    t2 = ca.dot(phi, phi)
+    once = ca.cross(phi, moment)
+    first = 0.5 - t2 * (1 / 24 - t2 * (1 / 720 - t2 / 40320))
+    second = 1 / 6 - t2 * (1 / 120 - t2 * (1 / 5040 - t2 / 362880))
+    return moment - first * once + second * ca.cross(phi, once)
+
+
+class Statics:
+    """The equation for one robot and one set of effects.
+
+    Elastic coordinates ``x``: n joint deflections, then six (m, rad) for every place that yields.
+    Memory ``s``: n per effect with memory, in the order of the effects.
+    """
+
+    def __init__(self, robot: Robot, effects: Sequence[Effect]) -> None:
+        self.robot = robot
+        self.effects = tuple(effects)
+        n = robot.n
+        self.twisting = {k: tuple(e for e in effects if e.twist and k in e.places(n)) for k in range(n + 1)}
+        self.places = tuple(k for k, es in self.twisting.items() if es)
+        self.remembering = tuple(e for e in effects if e.memory)
+        self.n_x = n + 6 * len(self.places)
+        self.n_state = n * len(self.remembering)
+        self._angle: tuple[ca.SX, Mapping[str, Values], ca.SX] | None = None
+
+    def __repr__(self) -> str:
+        return f"Statics({self.robot.name}, {[e.name for e in self.effects]}, {self.n_x} coordinates)"
+
+    def posture(self, q: ca.SX, x: ca.SX) -> Posture:
+        """Frames of the arm at joint angles q + x[:n] with the twists x[n:]."""
+        n = self.robot.n
+        frame = Frame(ca.SX.eye(3), ca.SX.zeros(3))
+        links, joints, axes, places = [], [], [], [frame]
+        frame = self._twisted(frame, 0, x)
+        links.append(frame)
+        for k in range(n):
+            before, after = constant(self.robot.before[k]), constant(self.robot.after[k])
+            frame = frame.then(before[:3, :3], before[:3, 3])
+            joints.append(frame)
+            axes.append(ca.mtimes(frame.rotation, constant(self.robot.axis[k])))
+            frame = frame.then(axis_rotation(self.robot.axis[k], q[k] + x[k]), ca.SX(3, 1))
+            frame = frame.then(after[:3, :3], after[:3, 3])
+            places.append(frame)
+            frame = self._twisted(frame, k + 1, x)
+            links.append(frame)
+        twists = {k: self._twist(k, x) for k in self.places}
+        return Posture(q + x[:n], twists, tuple(links), tuple(joints), tuple(axes), tuple(places))
+
+    def _twisted(self, frame: Frame, place: int, x: ca.SX) -> Frame:
+        if place not in self.places:
+            return frame
+        twist = self._twist(place, x)
+        return frame.then(rotation(twist[3:]), twist[:3])
+
+    def _twist(self, place: int, x: ca.SX) -> ca.SX:
+        at = self.robot.n + 6 * self.places.index(place)
+        return x[at : at + 6]
+
+    def loads_of_weight(
+        self, gravity: ca.SX, extra: Sequence[tuple[int, ca.SX, ca.SX]] = (), values: Mapping[str, Values] | None = None
+    ) -> list[tuple[int, ca.SX, ca.SX]]:
+        """Weights as (link, point, force in base axes): the robot's links and ``extra`` (link, mass, com).
+
+        With ``values`` also the masses that effects add: what no controller knows.
+        """
+        weights = []
+        if self.robot.mass is not None and self.robot.com is not None:
+            for k in range(self.robot.n):
+                weights.append((k + 1, ca.SX(ca.DM(self.robot.com[k])), self.robot.mass[k] * gravity))
+        weights += [(link, com, mass * gravity) for link, mass, com in extra]
+        if values is not None:
+            for e in self.effects:
+                masses = e.mass(self.robot.n, values[e.name]) if e.mass else ()
+                weights += [(m.link, m.com, m.mass * gravity) for m in masses]
+        return weights
+
+    def law(
+        self,
+        posture: Posture,
+        q: ca.SX,
+        weights: Sequence[tuple[int, ca.SX, ca.SX]],
+        loads: Sequence[Load],
+        state: ca.SX | None,
+        values: Mapping[str, Values],
+        temperature: ca.SX | float = 0.0,
+        angle_error: ca.SX | None = None,
+    ) -> tuple[ca.SX, ca.SX]:
+        """One sweep: the loads at a posture, and the elastic coordinates they cause.
+
+        Args:
+            q: (n,) rad commanded.
+            temperature: K above the model's reference.
+            angle_error: (n,) rad that the laws of the angle alone make; None: they are worked out here.
+
+        Returns:
+            x (n_x,), torque (n,) of gravity and environment on each joint.
+        """
+        n = self.robot.n
+        force, moment = ca.SX.zeros(3), ca.SX.zeros(3)  # of all outward of a place, about the base origin
+        torque: list[ca.SX] = [ca.SX(0)] * n
+        twists: dict[int, ca.SX] = {}
+        for k in range(n, -1, -1):
+            for link, point, f in weights:
+                if link == k:
+                    force, moment = force + f, moment + ca.cross(posture.links[k].at(point), f)
+            for load in loads:
+                if load.link == k:
+                    f = load.wrench[:3]
+                    force = force + f
+                    moves_with = posture.links[k if load.point_link is None else load.point_link]
+                    moment = moment + load.wrench[3:] + ca.cross(moves_with.at(load.point), f)
+            if k in self.places:
+                turn = posture.places[k].rotation.T
+                about = moment - ca.cross(posture.links[k].origin, force)
+                about = generalised_moment(posture.twists[k][3:], ca.mtimes(turn, about))
+                twists[k] = self._yielded(k, ca.vertcat(ca.mtimes(turn, force), about), values, temperature)
+            if k > 0:
+                about = moment - ca.cross(posture.joints[k - 1].origin, force)
+                torque[k - 1] = ca.dot(posture.axes[k - 1], about)
+        tau = ca.vertcat(*torque)
+        tau = sum((e.torque(posture.angles, values[e.name]) for e in self.effects if e.torque), tau)
+        dq = self.joint_deflection(tau, q, state, values, temperature, angle_error)
+        return ca.vertcat(dq, *(twists[k] for k in self.places)), tau
+
+    def unloaded(
+        self,
+        q: ca.SX,
+        values: Mapping[str, Values],
+        temperature: ca.SX | float = 0.0,
+        angle_error: ca.SX | None = None,
+    ) -> ca.SX:
+        """Elastic coordinates (n_x,) of an arm that carries nothing: kinematic offsets, growth by heat."""
+        dq = self.joint_deflection(ca.SX.zeros(self.robot.n), q, None, values, temperature, angle_error)
+        return ca.vertcat(dq, *(self._yielded(k, ca.SX.zeros(6), values, temperature) for k in self.places))
+
+    def _yielded(self, place: int, wrench: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float) -> ca.SX:
+        given = TwistInput(place, wrench, ca.SX(temperature), *self._span(place))
+        return sum((e.twist(given, values[e.name]) for e in self.twisting[place] if e.twist), ca.SX.zeros(6))
+
+    def _span(self, place: int) -> tuple[Floats, Floats]:
+        """Where the link of a place begins and ends: its joint and the next one (3,), in the axes of the place."""
+        inner, outer = np.zeros(3), np.zeros(3)
+        if place > 0:
+            after = self.robot.after[place - 1]
+            inner = -after[:3, :3].T @ after[:3, 3]
+        if place < self.robot.n:
+            outer = self.robot.before[place][:3, 3]
+        return inner, outer
+
+    def angle_error(self, q: ca.SX, values: Mapping[str, Values]) -> ca.SX:
+        """dq (n,) rad that the laws of the angle alone make, whatever the load; worked out once for one ``q``."""
+        if self._angle is None or self._angle[0] is not q or self._angle[1] is not values:
+            none = ca.SX.zeros(self.robot.n)
+            self._angle = q, values, sum((e.angle(q, values[e.name]) for e in self.effects if e.angle), none)
+        return self._angle[2]
+
+    def joint_deflection(
+        self,
+        tau: ca.SX,
+        q: ca.SX,
+        state: ca.SX | None,
+        values: Mapping[str, Values],
+        temperature: ca.SX | float = 0.0,
+        angle_error: ca.SX | None = None,
+    ) -> ca.SX:
+        """dq (n,) that all joint laws together make of a torque; without ``state`` those without memory."""
+        n, warm = self.robot.n, ca.SX(temperature)
+        none = ca.SX.zeros(n)
+        base = [e.joint for e in self.effects if e.name == "joint-stiffness" and e.joint]
+
+        def springs(torque: ca.SX) -> ca.SX:
+            return base[0](JointInput(torque, none, none, q, none, warm), values["joint-stiffness"]) if base else none
+
+        elastic, compliance = springs(tau), springs(ca.SX.ones(n))
+        dq = self.angle_error(q, values) if angle_error is None else angle_error
+        at = 0
+        for e in self.effects:
+            own = none
+            if e.memory and state is None:
+                continue
+            if e.memory and state is not None:
+                own, at = state[at : at + n], at + n
+            if e.joint:
+                dq = dq + e.joint(JointInput(tau, elastic, compliance, q, own, warm), values[e.name])
+        return dq
+
+    def equilibrium(
+        self,
+        q: ca.SX,
+        x: ca.SX,
+        weights: Sequence[tuple[int, ca.SX, ca.SX]],
+        loads: Sequence[Load],
+        state: ca.SX | None,
+        values: Mapping[str, Values],
+        *,
+        sweeps: int = SWEEPS,
+        complementary: bool = True,
+        temperature: ca.SX | float = 0.0,
+    ) -> Equilibrium:
+        """Static equilibrium at commanded angles ``q``, from the start value ``x``.
+
+        Args:
+            complementary: False takes the load at the unloaded posture (no K_c; paper, Eq. 26).
+        """
+        if not complementary:
+            rigid = self.posture(q, self.unloaded(q, values, temperature))
+            x, tau = self.law(rigid, q, weights, loads, state, values, temperature)
+            return Equilibrium(x, tau, self.posture(q, x), ca.SX(0))
+        residual, tau = ca.SX(0), ca.SX.zeros(self.robot.n)
+        for _ in range(sweeps):
+            new, tau = self.law(self.posture(q, x), q, weights, loads, state, values, temperature)
+            residual = largest(new - x)
+            x = new
+        return Equilibrium(x, tau, self.posture(q, x), residual)

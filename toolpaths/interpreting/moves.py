@@ -1,0 +1,228 @@
+"""Moves of a robot program: collected in flat arrays, with the places where their poses stand in the text."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.errors import ReadError
+from toolpaths.interpreting.arcs import expanded
+from toolpaths.reading.move_buffer import LIMIT
+from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
+from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
+from toolpaths.writing.program import ToolFrame
+
+LINE, PTP, JOINTS, ARC = 0, 1, 2, 3  # straight line; joint move to a pose; joint move to angles; arc
+NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
+MARKS = (
+    "word", "kind", "tool", "line", "frame", "configuration", "start", "end",
+    "target_start", "target_end", "ref_start", "ref_end", "via_start", "via_end", "via_ref_start", "via_ref_end",
+)  # fmt: skip
+#: Where the numbers of a pose stand, and where the move names it: the same place twice for poses within the move.
+Span = tuple[int, int, int, int]
+NOWHERE: Span = (-1, -1, -1, -1)
+
+
+@dataclass(frozen=True, repr=False)
+class RobotMoves:
+    """Moves in the order of execution, one row each; arcs are not yet points.
+
+    Attributes:
+        source, language: as in Toolpath.
+        position: (N, 3) m in the move's own frame; NaN for moves to joint angles.
+        quaternion: (N, 4) w, x, y, z in the move's own frame.
+        via: (N, 3) m, the point that an arc passes, own frame; NaN for other moves.
+        feed, zone: (N,) m/s and m.
+        mark: name of MARKS -> (N,) integers. ``start`` and ``end`` are the statement's place in the text,
+            ``target_*`` and ``via_*`` those of the numbers of its target and via point, ``*ref_*`` those where the
+            statement gives or names them; -1 where there is none.
+        joints: move -> (n,) rad.
+        frames: (4, 4) base -> frame, by number; None: only the controller knows it.
+        tools, events, external: as in Setting and Toolpath; events and external axes count moves.
+    """
+
+    source: str
+    language: str
+    position: Floats
+    quaternion: Floats
+    via: Floats
+    feed: Floats
+    zone: Floats
+    mark: dict[str, npt.NDArray[np.int64]]
+    joints: dict[int, Floats]
+    frames: tuple[Floats | None, ...]
+    tools: dict[int, ToolFrame]
+    events: tuple[Event, ...]
+    external: Mapping[str, Floats] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def __repr__(self) -> str:
+        return f"RobotMoves({self.source!r}, {len(self)} moves)"
+
+    @property
+    def main_frame(self) -> int:
+        """The frame that the toolpath is given in: that of most cutting moves, of equals the first."""
+        cut = self.mark["kind"] == CUT
+        return int(np.argmax(np.bincount(self.mark["frame"][cut if cut.any() else slice(None)])))
+
+    def from_main(self) -> list[tuple[Floats, Floats]]:
+        """Per frame: rotation (3, 3) and origin (3,) of the main frame in it."""
+        main = self.frames[self.main_frame]
+        out: list[tuple[Floats, Floats]] = []
+        for number, frame in enumerate(self.frames):
+            posed = (self.mark["frame"] == number) & (self.mark["word"] != JOINTS)
+            if number == self.main_frame or not posed.any():
+                out.append((np.eye(3), np.zeros(3)))
+            elif frame is None or main is None:
+                at = int(np.argmax(posed))
+                raise ReadError(
+                    self.source, int(self.mark["line"][at]), "another frame, and one of the two is not in the file",
+                    "Give both frames in the program, or one frame for all moves.",
+                )  # fmt: skip
+            else:
+                relative = np.linalg.inv(frame) @ main
+                out.append((relative[:3, :3], relative[:3, 3]))
+        return out
+
+    def in_main(self, points: Floats) -> Floats:
+        """Points (N, 3), one a move in its own frame, in the main frame."""
+        out = points.copy()
+        for number, (turn, origin) in enumerate(self.from_main()):
+            rows = self.mark["frame"] == number
+            if number != self.main_frame and rows.any():
+                out[rows] = (points[rows] - origin) @ turn
+        return out
+
+    def turned_to_main(self) -> Floats:
+        """Quaternions (N, 4) in the main frame."""
+        out = self.quaternion.copy()
+        for number, (turn, _) in enumerate(self.from_main()):
+            rows = (self.mark["frame"] == number) & np.isfinite(self.quaternion[:, 0])
+            if number != self.main_frame and rows.any():
+                out[rows] = quaternion_from_matrix(turn.T @ matrix_from_quaternion(self.quaternion[rows]))
+        return out
+
+    def toolpath(self, chord: float) -> Toolpath:
+        """The poses in the main frame, arcs as points; ``row`` counts moves.
+
+        Arcs that start from joint angles stay one pose each, and are in ``Setting.arcs``: see robot_arcs.with_arcs.
+
+        Raises:
+            ReadError: an arc through points on a line, or as the first move.
+        """
+        position, quaternion = self.in_main(self.position), self.turned_to_main()
+        self._check_reach(position)
+        arcs = np.flatnonzero(self.mark["word"] == ARC)
+        if len(arcs) and arcs[0] == 0:
+            problem = "an arc whose start is not given"
+            raise ReadError(self.source, int(self.mark["line"][0]), problem, "Put a straight move before it.")
+        known = np.isfinite(position[arcs - 1]).all(axis=1)
+        via, line = self.in_main(self.via), self.mark["line"]
+        position, quaternion, move, row = expanded(
+            self.source, line, position, quaternion, arcs[known], via[arcs[known]], chord
+        )
+        first = np.searchsorted(move, np.arange(len(self) + 1))
+        return Toolpath(
+            source=self.source,
+            language=self.language,
+            position=position,
+            axis=tool_axis(quaternion),
+            quaternion=quaternion,
+            feed=self.feed[move],
+            kind=self.mark["kind"][move].astype(np.uint8),
+            tool=self.mark["tool"][move].astype(np.int32),
+            line=self.mark["line"][move].astype(np.int32),
+            row=row,
+            events=tuple(Event(int(first[e.pose]), e.word, e.line) for e in self.events),
+            setting=self._setting({int(k): (via[k], chord) for k in arcs[~known]}),
+        )
+
+    def _setting(self, arcs: dict[int, tuple[Floats, float]]) -> Setting:
+        configuration: Ints = self.mark["configuration"].astype(np.int32)
+        frame = self.frames[self.main_frame]
+        return Setting(self.tools, frame, self.joints, self.zone, configuration, self.external, arcs)
+
+    def _check_reach(self, position: Floats) -> None:
+        far = (np.abs(position) > LIMIT).any(axis=1)
+        if far.any():
+            at = int(np.argmax(far))
+            x, y, z = position[at]
+            problem = f"position {x:g}, {y:g}, {z:g} m is beyond {LIMIT:g} m"
+            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Check the number and the units.")
+
+
+class RobotTrack:
+    """Where a reader of a robot language appends moves.
+
+    Args:
+        quaternions: how the language's orientation numbers (N, 4) become quaternions (N, 4).
+        external: names of the external axes, in the order of ``stand``.
+    """
+
+    def __init__(
+        self, source: str, language: str, quaternions: Callable[[Floats], Floats], external: Sequence[str] = ()
+    ) -> None:
+        self.source, self.language, self._quaternions = source, language, quaternions
+        self.numbers, self.marks = array("d"), array("q")
+        self.joints: dict[int, Floats] = {}
+        self.frames: list[Floats | None] = []
+        self._unknown: dict[str, int] = {}
+        self.tools: dict[int, ToolFrame] = {}
+        self.events: list[Event] = []
+        self.external = tuple(external)
+        self.stands: list[tuple[int, tuple[float, ...]]] = []
+        self.count = 0
+
+    def event(self, word: str, line: int) -> None:
+        """Note what the file says before its next move."""
+        self.events.append(Event(self.count, word, line))
+
+    def stand(self, values: tuple[float, ...]) -> None:
+        """Where the external axes stand from the end of the next move on, NaN where it is not said."""
+        self.stands.append((self.count, values))
+
+    def _external(self) -> dict[str, Floats]:
+        """As in Setting."""
+        if not self.stands:
+            return {}
+        table = np.array([(np.nan,) * len(self.external), *(values for _, values in self.stands)])
+        row = np.searchsorted([move for move, _ in self.stands], np.arange(self.count), side="right")
+        used = np.nan_to_num(table).any(axis=0)
+        return {name: table[row, k] for k, name in enumerate(self.external) if used[k]}
+
+    def frame(self, pose: Floats | None, name: str = "") -> int:
+        """The number of a frame, the same for the same frame; those that only the controller knows go by name."""
+        if pose is None:
+            if name not in self._unknown:
+                self._unknown[name] = len(self.frames)
+                self.frames.append(None)
+            return self._unknown[name]
+        for number, known in enumerate(self.frames):
+            if known is pose or (known is not None and np.array_equal(known, pose)):
+                return number
+        self.frames.append(pose)
+        return len(self.frames) - 1
+
+    def move(self, numbers: tuple[float, ...], marks: tuple[int, ...]) -> None:
+        """Append a move: values of NUMBERS (lengths in mm, feed in mm/s) and of MARKS."""
+        self.numbers.extend(numbers)
+        self.marks.extend(marks)
+        self.count += 1
+
+    def moves(self) -> RobotMoves:
+        """All moves, in SI."""
+        if not self.count:
+            raise ReadError(self.source, None, "there is no move in the program", "Give one that moves the arm.")
+        table = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, len(NUMBERS))
+        marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
+        return RobotMoves(
+            self.source, self.language, table[:, :3] * 1e-3, self._quaternions(table[:, 3:7]), table[:, 9:12] * 1e-3,
+            table[:, 7] * 1e-3, table[:, 8] * 1e-3, {name: marks[:, k] for k, name in enumerate(MARKS)},
+            self.joints, tuple(self.frames), self.tools, tuple(self.events), self._external(),
+        )  # fmt: skip

@@ -1,0 +1,105 @@
+"""CIRCLE of APT/CL and NX CLSF: an arc that ends at the next GOTO.
+
+Turning direction: counterclockwise about i, j, k as in ISO 4343; in the 11 numbers of NX clockwise. Both follow
+from real files: drawn the other way, the path turns back on itself at most arcs.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from toolpaths.languages.apt.words import UNIT_TOLERANCE, Statement, number, numbers, refusal
+from toolpaths.languages.gcode.arc import FULL_CIRCLE
+from toolpaths.reading.cam_frames import Frame
+from toolpaths.reading.move_buffer import Vector
+
+ENDS = 2e-3, 1e-3  # file units, share of the radius: by how much an end may miss the circle
+MOST_TURNS = 100.0
+TURN_SHARE = 1e-3  # of a turn, by which TIMES may miss the end
+
+
+class Circle(NamedTuple):
+    """What CIRCLE says, in the file's frame and length unit."""
+
+    center: Vector
+    axis: Vector
+    radius: float | None
+    clockwise: bool
+    turns: float | None
+
+
+def circle(s: Statement, source: str) -> Circle:
+    """Read CIRCLE with 6 (centre, axis), 7 (radius) or 11 numbers (NX: tool and tolerances), and TIMES,n.
+
+    Raises:
+        ReadError: another form.
+    """
+    minor, turns = s.minor, None
+    if len(minor) > 2 and minor[-2] == "TIMES":
+        turns, minor = number(minor[-1]), minor[:-2]
+        if turns is None or not 0.0 < turns <= MOST_TURNS:
+            raise refusal(source, s, f"TIMES with a number above 0 and up to {MOST_TURNS:g} is expected")
+    if len(minor) not in (6, 7, 11):
+        problem = f"{len(minor)} values; read are x,y,z,i,j,k with or without r, and the 11 of NX"
+        raise refusal(source, s, problem, "Output GOTO points instead of circles.")
+    v = numbers(Statement(s.word, ",".join(minor), s.line), (6, 7, 11), source)
+    radius = v[6] if len(v) > 6 else None
+    return Circle((v[0], v[1], v[2]), (v[3], v[4], v[5]), radius, len(v) == 11, turns)
+
+
+def sweep(
+    s: Statement, arc: Circle, start: Vector, end: Vector, frame: Frame | None, source: str
+) -> tuple[Vector, Vector, float]:
+    """Centre, unit normal and sweep (rad, right-handed about the normal) of an arc between two points.
+
+    Raises:
+        ReadError: the ends do not lie on the circle, or TIMES does not fit them.
+    """
+    center, axis = arc.center, arc.axis
+    if frame:
+        center, axis = frame.point(center), frame.vector(axis)
+    norm = math.hypot(*axis)
+    if not abs(norm - 1.0) <= UNIT_TOLERANCE:
+        raise refusal(source, s, f"the axis of the circle has length {norm:.6g}, 1 expected")
+    n = (axis[0] / norm, axis[1] / norm, axis[2] / norm)
+    u, v = _beside(start, center, n), _beside(end, center, n)
+    _check_radius(s, arc, (math.hypot(*u), math.hypot(*v)), source)
+    angle = _angle(s, arc, u, v, n, source)
+    return center, n, -angle if arc.clockwise else angle
+
+
+# Plain numbers: there is one circle a move in some files, and arrays of three take twenty times as long.
+
+
+def _beside(p: Vector, center: Vector, n: Vector) -> Vector:
+    """From the axis of the circle to a place, at right angles."""
+    x, y, z = p[0] - center[0], p[1] - center[1], p[2] - center[2]
+    rise = x * n[0] + y * n[1] + z * n[2]
+    return x - rise * n[0], y - rise * n[1], z - rise * n[2]
+
+
+def _angle(s: Statement, arc: Circle, u: Vector, v: Vector, n: Vector, source: str) -> float:
+    """How far the arc turns its way round from u to v, rad; more than one turn where TIMES says so."""
+    (a, b, c), (x, y, z) = u, v
+    across = (b * z - c * y) * n[0] + (c * x - a * z) * n[1] + (a * y - b * x) * n[2]
+    left = math.atan2(across, a * x + b * y + c * z)
+    angle = (-left if arc.clockwise else left) % math.tau
+    if angle < FULL_CIRCLE:
+        angle += math.tau
+    if arc.turns is None:
+        return angle
+    more = arc.turns - angle / math.tau
+    if abs(more - round(more)) > TURN_SHARE or round(more) < 0:
+        problem = f"TIMES,{arc.turns:g}, but the end lies {angle / math.tau:.4g} of a turn behind the start"
+        raise refusal(source, s, problem, "Output one CIRCLE a turn, or GOTO points.")
+    return angle + math.tau * round(more)
+
+
+def _check_radius(s: Statement, arc: Circle, found: tuple[float, float], source: str) -> None:
+    radius = found[0] if arc.radius is None else arc.radius
+    most = max(ENDS[0], ENDS[1] * abs(radius))
+    if not radius > 0 or any(abs(r - radius) > most for r in found):
+        given = "" if arc.radius is None else f"radius {radius:g}, but "
+        problem = f"{given}the ends lie {found[0]:.6g} and {found[1]:.6g} from its centre"
+        raise refusal(source, s, problem, "Output GOTO points.")

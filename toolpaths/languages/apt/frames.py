@@ -1,0 +1,89 @@
+"""Coordinate systems of an APT/CL or CLSF file: poses are given in the first one.
+
+MSYS (NX): what follows is in its coordinates. CSYS (SolidWorks CAM): under TRNTYP/WORLD the coordinates stay those
+of the first one however the part is turned, so CSYS changes none; in ``Sacrifice-Board.apt`` of the tests a part
+turned over is drilled from below, axis (0, 0, -1), at the places that its mesh has in the first setup.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpaths.languages.apt.words import CREO, UNIT_TOLERANCE, Statement, number, numbers, refusal
+from toolpaths.reading.cam_frames import Frame, frame_from_msys
+
+_CATIA = "*CATIA0"
+_REMEDY = "Output in one coordinate system."
+
+
+class Frames:
+    """The frame in force and the way from it to the first one."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.way: Frame | None = None  # pose of the frame in force in the first one, None where they are the same
+        self.first: Frame | None = None
+        self.msys: Frame | None = None
+        self.system: list[float] | None = None  # CSYS
+        self.world = self.turned = False  # TRNTYP/WORLD was given; the last CSYS turned the part
+        self.named: dict[str, list[float]] = {}  # the first systems that comments of Creo and CATIA name
+        self.rows: list[float] | None = None  # numbers of *CATIA0 so far
+
+    def read(self, s: Statement, *, poses: bool) -> bool:
+        """MSYS, CSYS or TRNTYP; whether the frame, or the part in it, is another one from here on."""
+        if s.word == "MSYS":
+            return self._msys(s, poses)
+        if s.word == "CSYS":
+            return self._csys(s, poses)
+        if s.minor[:1] != ["WORLD"] or any(number(m) != 0 for m in s.minor[1:]):
+            raise refusal(self.source, s, "only TRNTYP/WORLD,0,0,0 is read")
+        self.world = True
+        return False
+
+    def _msys(self, s: Statement, poses: bool) -> bool:
+        try:
+            here = frame_from_msys(numbers(s, (9,), self.source))
+        except ValueError as problem:
+            raise refusal(self.source, s, str(problem)) from None
+        if self.first is None or self.msys is None:
+            if poses:
+                raise refusal(self.source, s, "the first MSYS comes after poses: their frame is not known")
+            self.first = self.msys = here
+            return False
+        changed = not here.same(self.msys)
+        self.msys = here
+        self.way = None if here.same(self.first) else self.first.inverse().times(here)
+        return changed
+
+    def _csys(self, s: Statement, poses: bool) -> bool:
+        values = numbers(s, (12,), self.source)
+        rows = np.array(values).reshape(3, 4)[:, :3]
+        if not np.allclose(rows @ rows.T, np.eye(3), rtol=0, atol=UNIT_TOLERANCE):
+            raise refusal(self.source, s, "three rows of a rotation and a shift are expected, this is none")
+        if self.system is None and poses:
+            raise refusal(self.source, s, "the first CSYS comes after poses: their frame is not known")
+        changed = self.system not in (None, values)
+        self.turned = changed and not np.allclose(rows, np.array(self.system).reshape(3, 4)[:, :3], rtol=0, atol=1e-9)
+        if changed and not self.world:
+            raise refusal(self.source, s, "a second coordinate system without TRNTYP/WORLD", _REMEDY)
+        self.system = values
+        return changed
+
+    def comment(self, s: Statement) -> None:
+        """``$$-> CSYS / 12 numbers`` of Creo and ``$$*CATIA0`` of CATIA: one system a file."""
+        word, _, rest = s.text.removeprefix(CREO).partition("/")
+        if s.text.startswith(CREO) and word.strip().upper() == "CSYS":
+            self._only(s, "CSYS", numbers(Statement("CSYS", rest, s.line), (12,), self.source))
+        elif s.text.upper().startswith(_CATIA):
+            self.rows = []
+        elif self.rows is not None:
+            found = [number(part.upper()) for part in s.text.split()]
+            if len(found) == 4 and None not in found:
+                self.rows += [v for v in found if v is not None]
+            if len(self.rows) == 12:
+                self._only(s, _CATIA, self.rows)
+                self.rows = None
+
+    def _only(self, s: Statement, name: str, values: list[float]) -> None:
+        if self.named.setdefault(name, values) != values:
+            raise refusal(self.source, s, "a second coordinate system in a comment of the CAM system", _REMEDY)

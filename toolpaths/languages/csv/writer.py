@@ -1,0 +1,96 @@
+"""CSV: one row per exported pose, the columns of the public interface. mm, deg, mm/min, N, N m."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from toolpaths.errors import WriteError
+from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
+from toolpaths.writing.program import Finding, Floats, Program, ReadBack
+
+_POSE = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
+_WRENCH = ("fx_n", "fy_n", "fz_n", "mx_nm", "my_nm", "mz_nm")
+_DEFLECTION = ("dx_mm", "dy_mm", "dz_mm")
+_KINDS = ("rapid", "cut")
+
+
+def columns(n_joints: int) -> tuple[str, ...]:
+    """Names of the columns for an arm of n joints."""
+    joints = tuple(f"q{i + 1}_deg" for i in range(n_joints))
+    nominal = tuple(f"nominal_{c}" for c in _POSE)
+    return ("index", "kind", *_POSE, *joints, "feed_mm_min", *nominal, *_WRENCH, *_DEFLECTION, "source_line")
+
+
+def findings(program: Program, path: Path) -> Iterator[Finding]:
+    """Nothing that every program would not refuse as well."""
+    yield from ()
+
+
+def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
+    """The one file."""
+    yield path.name, _text(program)
+
+
+def _text(program: Program) -> Iterator[str]:
+    n = program.joints.shape[1]
+    yield ",".join(columns(n)) + "\n"
+    joints = ",".join(["%.9f"] * n)
+    position, quaternion = "%.6f,%.6f,%.6f", "%.10f,%.10f,%.10f,%.10f"
+    wrench = ",".join(["%.6f"] * 6) if program.wrench is not None else "," * 5
+    deflection = ",".join(["%.7f"] * 3) if program.deflection is not None else "," * 2
+    pose = f"{position},{quaternion}"
+    row = f"%d,%s,{pose},{joints},%s,{pose},{wrench},{deflection},%d\n"
+    for block in program.blocks():
+        yield row * (block.stop - block.start) % tuple(chain.from_iterable(_rows(program, block)))
+
+
+def _rows(program: Program, block: slice) -> Iterator[tuple[object, ...]]:
+    """Values of the rows of one block, as the row's format takes them."""
+    command = np.column_stack((
+        program.position[block] * 1e3,
+        quaternion_from_matrix(program.rotation[block]),
+        np.degrees(program.joints[block]),
+    ))  # fmt: skip
+    rest = _nominal(program, block)
+    if program.wrench is not None:
+        rest = np.column_stack((rest, program.wrench[block]))
+    if program.deflection is not None:
+        rest = np.column_stack((rest, program.deflection[block] * 1e3))
+    feeds = [f"{f:.6g}" if f == f else "" for f in (program.feed[block] * 6e4).tolist()]
+    kinds = [_KINDS[k] for k in program.kind[block].tolist()]
+    return zip(
+        range(block.start, block.stop), kinds, *(command + 0.0).T.tolist(), feeds,
+        *(rest + 0.0).T.tolist(), program.line[block].tolist(), strict=True,
+    )  # fmt: skip
+
+
+def _nominal(program: Program, block: slice) -> Floats:
+    """(B, 7) where the TCP has to be; the command where nothing else is known."""
+    position = program.position if program.nominal_position is None else program.nominal_position
+    rotation = program.rotation if program.nominal_rotation is None else program.nominal_rotation
+    return np.column_stack((position[block] * 1e3, quaternion_from_matrix(rotation[block])))
+
+
+def read_back(path: Path) -> ReadBack:
+    """Command poses, joints and feeds of a file that ``files`` wrote."""
+    with open(path, encoding="ascii", newline="") as stream:
+        header = next(csv.reader([stream.readline()]), [])
+        n = sum(name.startswith("q") and name.endswith("_deg") for name in header)
+        if tuple(header) != columns(n):
+            raise WriteError(f"{path}: the header is not that of a program as csv")
+        last = 2 + 7 + n
+        text = np.loadtxt(stream, delimiter=",", dtype=np.float64, usecols=range(2, last), ndmin=2)
+    with open(path, encoding="ascii", newline="") as stream:
+        stream.readline()
+        feed = np.array([float(row.split(",", last + 1)[last] or "nan") for row in stream]) / 6e4
+    return ReadBack(
+        position=text[:, :3] * 1e-3,
+        rotation=matrix_from_quaternion(text[:, 3:7]),
+        joints=np.radians(text[:, 7:]),
+        feed=feed,
+    )

@@ -1,0 +1,61 @@
+"""Reads back the TP program that fanuc.py wrote, to verify the file on the disk; not .ls in general."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from toolpaths.errors import WriteError
+from toolpaths.languages.fanuc.config import bits_of, model_joints
+from toolpaths.rotation import matrix_from_fanuc
+from toolpaths.writing.program import Floats, ReadBack
+
+_MOVE = re.compile(r"^ *\d+:L P\[(\d+)\] ([0-9.]+)(mm/sec|cm/min|inch/min) ", re.M)
+_CALL = re.compile(r"^ *\d+:  CALL (\w+) ;", re.M)
+_NUMBER = r" *(-?[0-9.]+) +(?:mm|deg),?\s+"
+_POSITION = re.compile(
+    r"P\[(\d+)\]\{\s+GP1:\s+UF : \d+, UT : \d+,\s+CONFIG : '([NFUDTB ]+),[^']*',\s+"
+    + "".join(f"{axis} ={_NUMBER}" for axis in "XYZWPR")
+)
+_JOINTS = re.compile(r"P\[\d+\]\{\s+GP1:\s+UF : \d+, UT : \d+,\s+" + "".join(f"J{i}={_NUMBER}" for i in range(1, 7)))
+_UNITS = {"mm/sec": 1e-3, "cm/min": 1.0 / 6e3, "inch/min": 25.4e-3 / 60.0}
+
+
+def read_back(path: Path) -> ReadBack:
+    """Poses, feeds (rapids, too), configuration and start of the program at ``path``."""
+    main = _text(path)
+    calls = _CALL.findall(main)
+    found = [path.with_name(path.stem + name[len(path.stem) :] + path.suffix) for name in calls]
+    parts = [main] if not calls else [_text(p) for p in found]
+    rows, feeds, bits = (np.concatenate(v) for v in zip(*(_moves(text) for text in parts), strict=True))
+    if len(rows) == 0:
+        raise WriteError(f"{path}: no moves found in the written program")
+    start = _JOINTS.search(main)
+    return ReadBack(
+        position=rows[:, :3] * 1e-3,
+        rotation=matrix_from_fanuc(np.radians(rows[:, 3:])),
+        start_joints=None if start is None else model_joints(np.radians(np.array(start.groups(), dtype=np.float64))),
+        feed=feeds,
+        configuration=bits.astype(np.int32),
+    )
+
+
+def _text(path: Path) -> str:
+    with open(path, encoding="ascii", newline="") as stream:
+        return stream.read()
+
+
+def _moves(text: str) -> tuple[Floats, Floats, Floats]:
+    """(M, 6) numbers of the positions in the order of the moves, (M,) m/s, (M,) configuration bits."""
+    made: dict[str, int] = {}
+    at: dict[str, tuple[str, ...]] = {}
+    for number, config, *values in _POSITION.findall(text):
+        made.setdefault(config, bits_of(config))
+        at[number] = (config, *values)
+    moves = _MOVE.findall(text)
+    found = [at[number] for number, _, _ in moves]
+    numbers = np.array([f[1:] for f in found], dtype=np.str_).astype(np.float64).reshape(-1, 6)
+    feeds = np.array([float(v) * _UNITS[unit] for _, v, unit in moves])
+    return numbers, feeds, np.array([made[f[0]] for f in found], dtype=np.float64)

@@ -1,0 +1,225 @@
+"""Fanuc TP programs as ASCII (.ls) for R-30iA to R-30iB Plus: UFRAME and UTOOL, a joint move, then L moves.
+
+Sources: RoboDK's open post Fanuc_R30iA (sections, UFRAME and UTOOL through a position register, 9999 lines),
+Autodesk's Fanuc LS post (names of 30 characters), programs printed by controllers (speeds as ``12mm/sec``,
+``7cm/min``, ``2.8inch/min``; remarks; positions). CONFIG: fanuc_config.py. docs/fanuc.md says the rest.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from toolpaths.languages.fanuc.config import config_texts, controller_joints
+from toolpaths.languages.fanuc.motion import FASTEST, SPEED_ERROR, speed_texts, terminations
+from toolpaths.languages.fanuc.read_back import read_back as read_back
+from toolpaths.rotation import fanuc_from_matrix
+from toolpaths.toolpath import CUT
+from toolpaths.writing.names import is_legal, plain
+from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.splitting import part_findings, parts
+
+#: Moves a file: with their comments they stay within the 9999 lines that RoboDK's post takes.
+MOVES_PER_FILE = 5000
+
+#: User frame, tool and position register that the program sets; the same spare ones that RoboDK's post takes.
+FRAME = 9
+
+_NAME_LIMIT = 30
+_REMARK = 32
+_HEAD = """/PROG  {name}
+/ATTR
+OWNER		= MNEDITOR;
+COMMENT		= "{comment}";
+PROG_SIZE	= 0;
+CREATE		= DATE 80-01-01  TIME 00:00:00;
+MODIFIED	= DATE 80-01-01  TIME 00:00:00;
+FILE_NAME	= ;
+VERSION		= 0;
+LINE_COUNT	= {lines};
+MEMORY_SIZE	= 0;
+PROTECT		= READ_WRITE;
+TCD:  STACK_SIZE	= 0,
+      TASK_PRIORITY	= 50,
+      TIME_SLICE	= 0,
+      BUSY_LAMP_OFF	= 0,
+      ABORT_REQUEST	= 0,
+      PAUSE_REQUEST	= 0;
+DEFAULT_GROUP	= 1,*,*,*,*;
+CONTROL_CODE	= 00000000 00000000;
+/MN
+"""
+_POSITION = (
+    "P[%d]{\n   GP1:\n"
+    f"\tUF : {FRAME}, UT : {FRAME},\t\tCONFIG : '%s',\n"
+    "\tX = %10.4f  mm,\tY = %10.4f  mm,\tZ = %10.4f  mm,\n"
+    "\tW = %10.5f deg,\tP = %10.5f deg,\tR = %10.5f deg\n};\n"
+)
+_JOINTS = (
+    "P[%d]{\n   GP1:\n"
+    f"\tUF : {FRAME}, UT : {FRAME},\t\n"
+    "\tJ1= %11.6f deg,\tJ2= %11.6f deg,\tJ3= %11.6f deg,\n"
+    "\tJ4= %11.6f deg,\tJ5= %11.6f deg,\tJ6= %11.6f deg\n};\n"
+)
+
+
+@dataclass(frozen=True)
+class _Words:
+    """Per pose: how speed and termination are written, and the instructions in front of the move."""
+
+    speed: list[str]
+    termination: list[str]
+    before: dict[int, list[str]]
+
+
+def findings(program: Program, path: Path) -> Iterator[Finding]:
+    """What a TP program cannot say, and what the user should know."""
+    robot = program.robot or "robot"
+    if program.joints.shape[1] != 6:
+        what = f"{program.joints.shape[1]} joints: group 1 of a TP program has 6"
+        yield Finding(ERROR, robot, what, "write CSV for this arm")
+    if program.configuration is None:
+        what = "no spherical wrist: the CONFIG of its positions is not known"
+        yield Finding(ERROR, robot, what, "write CSV for this arm")
+    limit = _NAME_LIMIT - (4 if len(program) > MOVES_PER_FILE else 0)
+    if not is_legal(path.stem, limit, ()):
+        what = f"{path.stem!r} is no TP program name: a letter, then letters, digits and _, at most {limit} characters"
+        yield Finding(ERROR, path.name, what, "name the file so: the controller calls programs by their file's name")
+    if program.start_joints is not None:
+        what = "J3 of the start is written as q3 - q2: Fanuc counts J3 from the horizontal"
+        yield Finding(WARNING, "start", what, "run the first move slowly; the model needs Fanuc's signs and zeros")
+    yield from _speed_findings(program)
+    yield from part_findings(program, MOVES_PER_FILE, "check the mark that a stop leaves")
+
+
+def _speed_findings(program: Program) -> Iterator[Finding]:
+    feed = np.where(program.kind == CUT, program.feed, np.nan)
+    texts, written = speed_texts(np.append(feed, program.rapid_speed))
+    with np.errstate(invalid="ignore"):
+        for fast in np.flatnonzero(np.append(feed, program.rapid_speed) > FASTEST)[:1]:
+            place = "rapid speed" if fast == len(program) else program.place(int(fast))
+            what = f"faster than {FASTEST * 1e3:g} mm/sec, the most a TP program takes"
+            yield Finding(ERROR, place, what, "lower the speed")
+        off = np.abs(written[:-1] / feed - 1.0) > SPEED_ERROR
+    if off.any():
+        at = int(np.argmax(off))
+        what = f"the feed {feed[at] * 6e4:g} mm/min becomes {texts[at]}, the nearest a TP program can say"
+        yield Finding(WARNING, program.place(at), what, "take a feed that is a multiple of 10 mm/min", int(off.sum()))
+
+
+def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
+    """One .ls, or a main one that calls numbered ones."""
+    name, blocks = path.stem.upper(), parts(program, MOVES_PER_FILE)
+    words = _words(program)
+    if len(blocks) == 1:
+        lines = [*_to_start(program, 1, len(program) + 1), *_instructions(program, words, blocks[0])]
+        yield path.name, _crlf(_text(program, name, [*_frames(program), *lines], blocks[0], len(program) + 1))
+        return
+    calls = [f"  CALL {name}_{i:03d}" for i in range(1, len(blocks) + 1)]
+    lines = [*_frames(program), *_to_start(program, 1, 2), *calls]
+    yield path.name, _crlf(_text(program, name, lines, slice(0, 1), 2))
+    for i, block in enumerate(blocks, 1):
+        lines = [f"  UFRAME_NUM={FRAME}", f"  UTOOL_NUM={FRAME}", *_instructions(program, words, block)]
+        yield f"{path.stem}_{i:03d}{path.suffix}", _crlf(_text(program, f"{name}_{i:03d}", lines, block, None))
+
+
+def _words(program: Program) -> _Words:
+    speed = np.where(program.kind == CUT, program.feed, program.rapid_speed)
+    texts, written = speed_texts(speed)
+    before: dict[int, list[str]] = {}
+    for pose, text in program.comments:
+        before.setdefault(pose, []).extend(_remarks(text))
+    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
+        number = int(program.tool[pose])
+        mount = [*_remarks(f"mount tool {number}, then go on"), "  PAUSE", *_mount(program.tools[number])]
+        before.setdefault(pose, []).extend(mount)
+    return _Words(texts, terminations(program, written), before)
+
+
+def _remarks(text: str) -> list[str]:
+    """Remarks of at most 32 characters; a semicolon would end the line."""
+    clean = plain(text, 200).replace(";", ",")
+    return [f"  !{line}" for line in textwrap.wrap(clean, _REMARK)] or ["  !"]
+
+
+def _frames(program: Program) -> list[str]:
+    """Instructions that say what is run, and set the user frame and the first tool."""
+    head = f"Compensated program {program.name} for {program.robot or 'robot'}"
+    frame = _frame("UFRAME", program.workobject[:3, 3], program.workobject[:3, :3])
+    lines = [*_remarks(head), *_remarks(f"Source: {program.source}"), *frame]
+    return [*lines, *_mount(program.tools[int(program.tool[0])])]
+
+
+def _mount(tool: ToolFrame) -> list[str]:
+    """UTOOL, and the load as a remark: a TP program can only choose payload schedules, not set them."""
+    lines = _remarks(f"tool: {tool.name}")
+    if tool.mass is not None:
+        lines += _remarks(f"PAYLOAD to set: {tool.mass:.3f} kg")
+    if tool.com is not None:
+        lines += _remarks("centre mm " + " ".join(f"{c:.1f}" for c in (tool.com * 1e3 + 0.0).tolist()))
+    return lines + _frame("UTOOL", tool.xyz, tool.rotation)
+
+
+def _frame(word: str, position: Floats, rotation: Floats) -> list[str]:
+    """A frame through a position register; LPOS makes the register a Cartesian one first."""
+    values = [*(position * 1e3), *np.degrees(fanuc_from_matrix(rotation))]
+    lines = [f"  PR[{FRAME}]=LPOS"]
+    for i, value in enumerate(values, 1):
+        text = f"{round(float(value), 5) + 0.0:.5f}"
+        lines.append(f"  PR[{FRAME},{i}]=" + (f"({text})" if text.startswith("-") else text))
+    return [*lines, f"  {word}[{FRAME}]=PR[{FRAME}]", f"  {word}_NUM={FRAME}"]
+
+
+def _to_start(program: Program, first: int, start: int) -> list[str]:
+    """Joint moves: to the start joints, if given, and to the first pose, which its CONFIG makes definite."""
+    lines = [] if program.start_joints is None else [f"J P[{start}] 10% FINE"]
+    return [*lines, f"J P[{first}] 10% FINE"]
+
+
+def _instructions(program: Program, words: _Words, block: slice) -> list[str]:
+    lines: list[str] = []
+    for pose in range(block.start, block.stop):
+        if pose in words.before:
+            lines += words.before[pose]
+        lines.append(f"L P[{pose - block.start + 1}] {words.speed[pose]} {words.termination[pose]}")
+    return lines
+
+
+def _text(program: Program, name: str, lines: list[str], block: slice, start: int | None) -> Iterator[str]:
+    """The file: head, numbered lines, positions of the poses of ``block``, and of the start where it has one."""
+    yield _HEAD.format(name=name, comment="compensated", lines=len(lines))
+    for at in range(0, len(lines), 4096):
+        yield "".join(f"{i:4d}:{line} ;\n" for i, line in enumerate(lines[at : at + 4096], at + 1))
+    yield "/POS\n"
+    for b in program.blocks(4096, block.start, block.stop):
+        yield _POSITION * (b.stop - b.start) % tuple(chain.from_iterable(_rows(program, b, block.start)))
+    if start is not None and program.start_joints is not None:
+        yield _JOINTS % (start, *_printed(np.degrees(controller_joints(program.start_joints)), 6).tolist())
+    yield "/END\n"
+
+
+def _rows(program: Program, block: slice, first: int) -> Iterator[tuple[object, ...]]:
+    position = _printed(program.position[block] * 1e3, 4)
+    angles = _printed(np.degrees(fanuc_from_matrix(program.rotation[block])), 5)
+    branch = program.configuration
+    configs = config_texts(program.joints[block], None if branch is None else branch[block])
+    numbers = range(block.start - first + 1, block.stop - first + 1)
+    return zip(numbers, configs, *position.T.tolist(), *angles.T.tolist(), strict=True)
+
+
+def _printed(values: Floats, digits: int) -> Floats:
+    """Values as they will be printed, without negative zeros."""
+    return np.asarray(np.round(values, digits) + 0.0)
+
+
+def _crlf(pieces: Iterator[str]) -> Iterator[str]:
+    """Line ends as the controller prints them."""
+    for piece in pieces:
+        yield piece.replace("\n", "\r\n")
+
+

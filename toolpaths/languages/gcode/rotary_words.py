@@ -1,0 +1,89 @@
+"""Rotary words of a G-code file: where the axes stand, move by move."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Collection
+
+import numpy as np
+
+from toolpaths.languages.gcode.rotary import Machine, Turns, in_work
+from toolpaths.languages.gcode.words import Words
+from toolpaths.toolpath import Toolpath
+
+
+class Rotary:
+    """The rotary axes of one file.
+
+    Attributes:
+        used: the file has rotary words.
+        angles: rad, nan where not known.
+    """
+
+    def __init__(self, machine: Machine | None) -> None:
+        self.machine = machine
+        self.letters = machine.letters if machine else ""
+        self.used = False
+        self.angles: tuple[float, ...] = ()
+        self._turns, self._tips, self._times = array("d"), array("b"), array("d")
+
+    def use(self) -> None:
+        """The file has rotary words: where the axes stand is not known before the first."""
+        self.used = True
+        self.angles = (math.nan,) * len(self.letters)
+
+    def check(self, values: Words) -> None:
+        """Rotary words need a machine that has the axis.
+
+        Raises:
+            ValueError: names the word.
+        """
+        for c in "ABC":
+            if c in values and c not in self.letters:
+                what = "the machine has no such axis" if self.letters else "the machine's kinematics is not known"
+                remedy = "Declare [machine] in the cell, or post tool vectors (G43.4 I J K) or APT/CL."
+                raise ValueError(f"{c}{values[c]:g}: a rotary axis: {what}", remedy)
+
+    def go(self, values: Words, relative: bool, tip: bool) -> None:
+        """Take over A, B, C; ``tip``: G43.4 is on.
+
+        Raises:
+            ValueError: no such axis, or what is not known of the machine.
+        """
+        self.check(values)
+        self.angles = tuple(
+            math.radians(values[c]) + (v if relative else 0.0) if c in values else v
+            for c, v in zip(self.letters, self.angles, strict=True)
+        )
+        if not tip and self.machine and (missing := self.machine.missing()):
+            problem = f"rotary moves without G43.4, and the {missing} of the machine is not known"
+            raise ValueError(problem, "Post with G43.4, or complete [machine] in the cell.")
+
+    def lose(self, axes: Collection[str]) -> None:
+        """A retract moved these axes, or all where it names none, to a place of the machine."""
+        if self.used:
+            self.angles = tuple(
+                math.nan if not axes or c in axes else v for c, v in zip(self.letters, self.angles, strict=True)
+            )
+
+    def lost(self) -> bool:
+        """Whether the file has rotary words, and where an axis stands is not known."""
+        return self.used and any(v != v for v in self.angles)
+
+    def note(self, tip: bool, time: float) -> None:
+        """A move ends here; see Turns."""
+        self._turns.extend(self.angles)
+        self._tips.append(tip)
+        self._times.append(time)
+
+    def in_work(self, path: Toolpath, chord: float) -> Toolpath:
+        """The poses in the work object of those as programmed."""
+        if not self.used or self.machine is None:
+            return path
+        turns = Turns(
+            np.frombuffer(self._turns, dtype=np.float64).reshape(len(self._tips), -1),
+            np.frombuffer(self._tips, dtype=np.int8).astype(np.bool_),
+            np.frombuffer(self._times, dtype=np.float64),
+        )
+        return in_work(path, self.machine, turns, chord)

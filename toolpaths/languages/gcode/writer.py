@@ -1,0 +1,163 @@
+"""G-code (RS-274, Fanuc dialect): position and vector of the tool under G43.4, one move a line.
+
+Sources: Fanuc Series 30i operator's manual B-64484EN, "Tool center point control" and "Feed functions" (G61, G64);
+LinuxCNC G-code reference. docs/gcode.md says what a controller has to be able to do.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.errors import WriteError
+from toolpaths.languages.gcode.reader import parse
+from toolpaths.reading.source_text import load_lines
+from toolpaths.rewriting.filters import MARKER
+from toolpaths.rotation import rpy_from_matrix
+from toolpaths.toolpath import CUT
+from toolpaths.writing.names import number, plain
+from toolpaths.writing.program import WARNING, Finding, Floats, Program, ReadBack
+
+#: Comments that are words of G-code: spindle and coolant come back as what they were.
+_WORDS = re.compile(r"(?:S\d+(?:\.\d+)? ?)?(?:M0?[345789])?")
+_XYZ, _IJK = 4, 7  # decimals of mm and of the vector: 0.05 um, 0.1 urad
+_FEED = 4  # decimals of mm/min
+
+
+def findings(program: Program, path: Path) -> Iterator[Finding]:
+    """What G-code cannot say."""
+    yield Finding(
+        WARNING, path.name, "G-code carries position and vector of the tool: the turn about it and the arm "
+        "configuration are left to the controller",
+        "compare the joint angles on the controller with those of the program as csv",
+    )  # fmt: skip
+
+
+def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
+    """The one file."""
+    yield path.name, _text(program)
+
+
+def _text(program: Program) -> Iterator[str]:
+    yield f"%\n({MARKER})\n"
+    yield f"({_comment('program ' + program.name + ' for ' + (program.robot or 'robot'))})\n"
+    yield f"({_comment('source: ' + program.source)})\n"
+    angles = np.degrees(rpy_from_matrix(program.workobject[:3, :3]))
+    values = [number(float(v), 4) for v in (*(program.workobject[:3, 3] * 1e3), *angles)]
+    yield f"(G54 is the work object: xyz {' '.join(values[:3])} mm, rpy {' '.join(values[3:])} deg in the base)\n"
+    yield "G21 G90 G94 G17 G40 G54\n"
+    before = _before(program)
+    last: _Last = (np.full(8, np.nan), False)
+    for block in program.blocks():
+        lines, last = _lines(program, block, before, last)
+        yield "".join(lines)
+    yield "G49\nM30\n%\n"
+
+
+#: Numbers of the line before (x, y, z, i, j, k, feed, motion), and whether it had to be reached.
+_Last = tuple[Floats, bool]
+
+
+def _before(program: Program) -> dict[int, str]:
+    """Lines in front of moves: comments, spindle and coolant, tool calls."""
+    before: dict[int, str] = {}
+    for pose, text in program.comments:
+        code = text if text and _WORDS.fullmatch(text) else f"({_comment(text)})"
+        before[pose] = before.get(pose, "") + code + "\n"
+    for pose in _changes(program).tolist():
+        number_ = int(program.tool[pose])
+        name = _comment(f"tool {number_}: {program.tools[number_].name}")
+        off, call = "G49\n" if pose else "", f"T{number_} M6\n" if number_ else ""
+        before[pose] = before.get(pose, "") + f"{off}({name})\n{call}G43.4 H{max(number_, 1)}\n"
+    return before
+
+
+def _changes(program: Program) -> npt.NDArray[np.intp]:
+    """Poses in front of which a tool is called."""
+    return np.flatnonzero(np.diff(program.tool, prepend=program.tool[0] - 1))
+
+
+def _comment(text: str) -> str:
+    return plain(text).replace("(", "[").replace(")", "]")
+
+
+def _lines(program: Program, block: slice, before: dict[int, str], last: _Last) -> tuple[list[str], _Last]:
+    """The lines of one block of poses; words that are in force are left out."""
+    table = _table(program, block, last[0])
+    new = np.diff(table, axis=0, prepend=last[0][None]) != 0.0
+    tools = _changes(program)
+    new[tools[(tools >= block.start) & (tools < block.stop)] - block.start] = True
+    new[:, 3:6] |= new[:, 3:6].any(axis=1, keepdims=True)  # a vector is written whole
+    new[:, 0] |= ~new[:, :6].any(axis=1)  # a line moves, if only to where it is
+    new[:, 6] &= table[:, 7] == 1.0
+    columns = [_column(" X", _XYZ, table[:, 0], new[:, 0]), _column(" Y", _XYZ, table[:, 1], new[:, 1]),
+               _column(" Z", _XYZ, table[:, 2], new[:, 2]), _column(" I", _IJK, table[:, 3], new[:, 3]),
+               _column(" J", _IJK, table[:, 4], new[:, 4]), _column(" K", _IJK, table[:, 5], new[:, 5])]  # fmt: skip
+    feeds = [
+        f" F{number(f, _FEED)}" if n else "" for f, n in zip(table[:, 6].tolist(), new[:, 6].tolist(), strict=True)
+    ]
+    motion = [f" G{int(m)}" if n else "" for m, n in zip(table[:, 7].tolist(), new[:, 7].tolist(), strict=True)]
+    exact = np.zeros(len(table), dtype=np.bool_) if program.exact is None else program.exact[block]
+    stop = _column_exact(exact, last[1])
+    lines = [
+        before.get(block.start + k, "") + "".join(words).lstrip() + "\n"
+        for k, words in enumerate(zip(stop, motion, *columns, feeds, strict=True))
+    ]
+    return lines, (table[-1], bool(exact[-1]))
+
+
+def _table(program: Program, block: slice, last: Floats) -> Floats:
+    """(B, 8) numbers as they are printed: x, y, z mm, i, j, k, feed mm/min, motion; rapids keep the feed in force."""
+    cut = program.kind[block] == CUT
+    feed = np.where(cut, np.round(program.feed[block] * 6e4, _FEED), np.nan)
+    at = np.maximum.accumulate(np.where(cut, np.arange(len(cut)), -1))
+    feed = np.where(at >= 0, feed[np.maximum(at, 0)], last[6])
+    xyz = np.round(program.position[block] * 1e3, _XYZ)
+    ijk = np.round(-program.rotation[block][:, :, 2], _IJK)
+    return np.column_stack((xyz, ijk, feed, cut)) + 0.0
+
+
+def _column(word: str, digits: int, values: Floats, new: npt.NDArray[np.bool_]) -> list[str]:
+    return [f"{word}{v:.{digits}f}" if n else "" for v, n in zip(values.tolist(), new.tolist(), strict=True)]
+
+
+def _column_exact(exact: npt.NDArray[np.bool_], last: bool) -> list[str]:
+    """G61 where a pose has to be reached, G64 behind it."""
+    words = {1: " G61", -1: " G64", 0: ""}
+    return [words[c] for c in np.diff(exact.astype(np.int8), prepend=np.int8(last)).tolist()]
+
+
+def read_back(path: Path) -> ReadBack:
+    """Position, tool vector and feed of every move; the turn about the vector is any."""
+    source = str(path)
+    try:
+        poses = parse(load_lines(path, source), source).toolpath(1e-5)
+    except OSError as problem:
+        raise WriteError(f"{path}: cannot be read back: {problem}") from None
+    return ReadBack(position=poses.position, rotation=rotation_of(poses.axis), feed=poses.feed)
+
+
+def rotation_of(axis: Floats) -> Floats:
+    """(N, 3, 3) with z = -axis and x as near to the x axis (where that fails, y) of the work object as can be."""
+    z = -np.asarray(axis)
+    side = np.where(np.abs(z[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    x = side - np.einsum("ni,ni->n", side, z)[:, None] * z
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack((x, np.cross(z, x), z), axis=-1)
+
+
+def aligned(rotation: Floats, axis: Floats) -> Floats:
+    """(N, 3, 3) orientations turned by the least angle that makes their tool vectors the printed ones (N, 3).
+
+    That is what a controller does that keeps the turn about the tool; opposite vectors have no such turn.
+    """
+    z, to = rotation[:, :, 2], -np.asarray(axis)
+    v, cosine = np.cross(z, to), np.einsum("ni,ni->n", z, to)
+    skew = np.zeros_like(rotation)
+    skew[:, [2, 0, 1], [1, 2, 0]], skew[:, [1, 2, 0], [2, 0, 1]] = v, -v
+    turn = np.eye(3) + skew + skew @ skew / (1.0 + cosine)[:, None, None]
+    return np.asarray(turn @ rotation)

@@ -1,0 +1,239 @@
+"""Yaskawa INFORM jobs (.jbi) for DX100 to YRC1000: Cartesian positions in the robot frame, MOVJ to the start, MOVL.
+
+A relative job (ATTR RJ): positions C00000 ... in mm and deg with RCONF, then one move for each. Sources: Yaskawa
+DX100 (HW0482494) "Data Transmission", job data format; DX200 and YRC1000 INFORM Language manuals (MOVL: V in
+0.1 mm/s, PL); YMConnect SDK (figures of the arm); jobs saved by controllers.
+docs/inform.md says why what is written the way it is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+from textwrap import wrap
+
+import numpy as np
+
+from toolpaths.languages.inform.moves import Moves, angles_text, moves, rconf
+from toolpaths.languages.inform.read_back import read_back as read_back
+from toolpaths.rotation import motoman_from_matrix
+from toolpaths.toolpath import CUT
+from toolpaths.writing.names import plain
+from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+from toolpaths.writing.splitting import part_findings, parts
+from toolpaths.writing.tool_load import load_words
+
+#: Moves a job; lines a job; steps that all jobs of a DX200 hold together.
+MOVES_PER_JOB = 5000
+LINES = 9999
+STEPS = 200_000
+
+#: m/s: what V takes.
+SLOWEST, FASTEST = 1e-4, 1.5
+
+#: Largest number of a tool.
+TOOLS = 63
+
+_NAME_LIMIT = 32
+_COMMENT = 30
+_POSITION = "%sC%05d=%.3f,%.3f,%.3f,%.4f,%.4f,%.4f\n"
+
+
+def findings(program: Program, path: Path) -> Iterator[Finding]:
+    """What INFORM cannot say, and what the user should know."""
+    if program.joints.shape[1] != 6:
+        yield Finding(
+            ERROR, program.robot or "robot", f"{program.joints.shape[1]} joints: a position of INFORM has 6",
+            "write CSV for this arm",
+        )  # fmt: skip
+        return
+    count = len(parts(program, MOVES_PER_JOB))
+    limit = _NAME_LIMIT - (len(f"_{count:03d}") if count > 1 else 0)
+    if not re.fullmatch(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{limit - 1}}}", path.stem):
+        yield Finding(
+            ERROR, path.name, f"{path.stem!r} is no INFORM name: letters, digits, _ and -, at most {limit} characters",
+            "name the file so: a job is called like its file, in capitals",
+        )  # fmt: skip
+    yield from _speed_findings(program)
+    yield from _tool_findings(program)
+    yield from _branch_findings(program)
+    yield from _corner_findings(program)
+    yield from _size_findings(program, path)
+
+
+def _speed_findings(program: Program) -> Iterator[Finding]:
+    cut = program.kind == CUT
+    feed = np.where(cut, program.feed, program.rapid_speed)
+    what = f"V takes {SLOWEST * 1e3:g} to {FASTEST * 1e3:g} mm/s"
+    with np.errstate(invalid="ignore"):
+        out = cut & ((feed < SLOWEST * (1 - 1e-9)) | (feed > FASTEST * (1 + 1e-9)))
+        coarse = cut & ~out & (np.abs(np.round(feed, 4) / feed - 1.0) > 0.01)
+    if out.any():
+        yield Finding(ERROR, program.place(int(np.argmax(out))), what, "change the feed", int(out.sum()))
+    if not SLOWEST <= program.rapid_speed <= FASTEST:
+        yield Finding(ERROR, "rapid speed", what, "change the rapid speed")
+    if coarse.any():
+        yield Finding(
+            WARNING, program.place(int(np.argmax(coarse))),
+            "the feed changes by more than 1 %: V has steps of 0.1 mm/s", "take feeds in such steps", int(coarse.sum()),
+        )  # fmt: skip
+
+
+def _tool_findings(program: Program) -> Iterator[Finding]:
+    for n in sorted({int(t) for t in np.unique(program.tool)}):
+        if not 0 <= n <= TOOLS:
+            yield Finding(ERROR, f"tool {n}", f"a tool of INFORM has a number from 0 to {TOOLS}", "number it so")
+        elif n in program.tools:
+            x, y, z, rx, ry, rz = _placed(program.tools[n].xyz, program.tools[n].rotation)
+            load = "".join(f", {words}" for words in load_words(program.tools[n]))
+            yield Finding(
+                WARNING, f"tool {n}", "a job holds no tool data",
+                f"tool file {n} of the controller has to be X {x} Y {y} Z {z} mm, Rx {rx} Ry {ry} Rz {rz} deg{load}",
+            )  # fmt: skip
+    if program.start_joints is not None:
+        yield Finding(
+            WARNING, "start", "joint positions stand in encoder pulses of one robot in a job: [start] is not written",
+            "drive there by hand before running: the job begins with a joint move to the first pose",
+        )  # fmt: skip
+
+
+def _branch_findings(program: Program) -> Iterator[Finding]:
+    c = program.configuration
+    if c is None:
+        yield Finding(
+            WARNING, program.robot or "robot", "no spherical wrist: RCONF says front and upper arm",
+            "check the first move",
+        )  # fmt: skip
+    elif ((c & 4) > 0).any():
+        at = (c & 4) > 0
+        yield Finding(
+            WARNING, program.place(int(np.argmax(at))), "the arm reaches behind its axis 1",
+            "check RCONF of the first move before running", int(at.sum()),
+        )  # fmt: skip
+
+
+def _corner_findings(program: Program) -> Iterator[Finding]:
+    """Poses in the middle of a cut where the arm has to stand although nobody asked for it."""
+    cut = program.kind == CUT
+    inside = moves(program).stop[1:-1] & cut[1:-1] & cut[2:] & (np.diff(program.tool) == 0)[1:]
+    if program.exact is not None:
+        inside = inside & ~program.exact[1:-1]
+    if inside.any():
+        yield Finding(
+            WARNING, program.place(int(np.argmax(inside)) + 1),
+            "the arm stands in the cut (PL=0): a job cannot say how far to round a corner",
+            "sample curves more finely, or set PL by hand", int(inside.sum()),
+        )  # fmt: skip
+
+
+def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
+    n = len(program)
+    for block in parts(program, MOVES_PER_JOB):
+        said = "".join(_before(program, block).values())
+        if block.stop - block.start + said.count("\n") + _said(program).count("\n") + 3 > LINES:
+            what = f"more than {LINES} lines of moves and comments in a job"
+            yield Finding(ERROR, program.place(block.start), what, "take comments out")
+    yield from part_findings(program, MOVES_PER_JOB, "give the toolpath a rapid there")
+    if n > STEPS:
+        yield Finding(
+            WARNING, path.name, f"{n} moves: the jobs of a DX200 hold {STEPS} steps together",
+            "load the parts one after the other, or sample the path more coarsely",
+        )  # fmt: skip
+
+
+def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
+    """One job, or a main one that calls numbered ones."""
+    stem, words, blocks = path.stem, moves(program), parts(program, MOVES_PER_JOB)
+    head = _said(program) + "MOVJ C00000 VJ=10.00 PL=0\n"
+    if len(blocks) == 1:
+        body = chain((head,), _moves(program, words, blocks[0], 1))
+        yield path.name, _job(stem, program.name, len(program) + 1, _positions(program, words, blocks[0], 1), body)
+        return
+    names = [f"{stem}_{i:03d}" for i in range(1, len(blocks) + 1)]
+    calls = "".join(f"CALL JOB:{name.upper()}\n" for name in names)
+    yield path.name, _job(stem, program.name, 1, _positions(program, words, slice(0, 0), 1), iter((head + calls,)))
+    for name, block in zip(names, blocks, strict=True):
+        positions, text = _positions(program, words, block, 0), _moves(program, words, block, 0)
+        yield name + path.suffix, _job(name, program.name, block.stop - block.start, positions, text)
+
+
+def _job(name: str, comment: str, count: int, positions: Iterator[str], body: Iterator[str]) -> Iterator[str]:
+    """A job with CR LF; its date is fixed, so that the same program gives the same bytes."""
+    head = f"/JOB\n//NAME {name.upper()}\n//POS\n///NPOS {count},0,0,0,0,0\n"
+    middle = f"//INST\n///DATE 2000/01/01 00:00\n///COMM {plain('Compensated ' + comment, _NAME_LIMIT)}\n"
+    middle += "///ATTR SC,RW,RJ\n////FRAME ROBOT\n///GROUP1 RB1\nNOP\n"
+    for piece in chain((head,), positions, (middle,), body, ("END\n",)):
+        yield piece.replace("\n", "\r\n")
+
+
+def _positions(program: Program, words: Moves, block: slice, first: int) -> Iterator[str]:
+    """Positions of a block, numbered from ``first``; in front of number 1 the first pose stands for the MOVJ."""
+    tool, conf = -1, ""
+    poses = [] if first == 0 else [slice(0, 1)]
+    number = 0
+    for b in chain(poses, program.blocks(4096, block.start, block.stop)):
+        heads: list[str] = []
+        for t, c in zip(program.tool[b].tolist(), rconf(program, b), strict=True):
+            kind = "" if tool >= 0 else "///POSTYPE ROBOT\n///RECTAN\n"
+            heads.append((f"///TOOL {t}\n" if t != tool else "") + kind + (f"///RCONF {c}\n" if c != conf else ""))
+            tool, conf = t, c
+        numbers = range(number, number + len(heads))
+        rows = zip(heads, numbers, *words.numbers(b).T.tolist(), strict=True)
+        yield _POSITION * len(heads) % tuple(chain.from_iterable(rows))
+        number += len(heads)
+
+
+def _moves(program: Program, words: Moves, block: slice, first: int) -> Iterator[str]:
+    before = _before(program, block)
+    for b in program.blocks(4096, block.start, block.stop):
+        numbers = range(b.start - block.start + first, b.stop - block.start + first)
+        said = [before.get(i, "") for i in range(b.start, b.stop)]
+        ends = [" PL=0\n" if stop else "\n" for stop in words.stop[b].tolist()]
+        rows = zip(said, numbers, words.speed[b].tolist(), ends, strict=True)
+        yield "%sMOVL C%05d V=%.1f%s" * len(said) % tuple(chain.from_iterable(rows))
+
+
+def _before(program: Program, block: slice) -> dict[int, str]:
+    """Comments, and a pause where the tool changes: the operator has to mount it before the arm moves on."""
+    before: dict[int, str] = {}
+    for pose, text in program.comments:
+        if block.start <= pose < block.stop:
+            before[pose] = before.get(pose, "") + _comment(text)
+    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
+        if block.start <= pose < block.stop:
+            tool = int(program.tool[pose])
+            text = f"mount tool {tool} ({program.tools[tool].name}), then go on"
+            before[pose] = before.get(pose, "") + _comment(text) + "PAUSE\n"
+    return before
+
+
+def _said(program: Program) -> str:
+    """The head of the job: where from, and the frames as the operator has to check them."""
+    lines = _comment(f"Compensated program {program.name} for {program.robot or 'robot'}")
+    lines += _comment(f"Source: {program.source}") + "'Speeds V in mm/s\n"
+    for n in sorted({int(t) for t in np.unique(program.tool)}):
+        tool = program.tools[n]
+        lines += _comment(f"Tool {n} {tool.name}") + _frame_comment(tool.xyz, tool.rotation)
+        lines += "".join(_comment(words) for words in load_words(tool))
+    lines += "'Work object in the robot frame\n"
+    return lines + _frame_comment(program.workobject[:3, 3], program.workobject[:3, :3])
+
+
+def _frame_comment(position: Floats, rotation: Floats) -> str:
+    x, y, z, rx, ry, rz = _placed(position, rotation)
+    return f"'X {x} Y {y}\n'Z {z} mm\n'Rx {rx} Ry {ry}\n'Rz {rz} deg\n"
+
+
+def _placed(position: Floats, rotation: Floats) -> tuple[str, ...]:
+    return angles_text(position, motoman_from_matrix(rotation))
+
+
+def _comment(text: str) -> str:
+    return "".join(f"'{line}\n" for line in _wrapped(text))
+
+
+def _wrapped(text: str) -> list[str]:
+    """A comment in lines of at most 30 characters; a job takes 32."""
+    return wrap(plain(text), _COMMENT) or [""]

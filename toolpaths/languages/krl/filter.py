@@ -1,0 +1,157 @@
+"""KRL in place: other numbers in the targets of LIN and CIRC, in the .src or its .dat, everything else as it was."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.errors import WriteError
+from toolpaths.interpreting.moves import ARC, RobotMoves
+from toolpaths.languages.krl.expressions import POSE
+from toolpaths.languages.krl.interpreter import Run
+from toolpaths.languages.krl.moves import LITERAL, MOTION
+from toolpaths.languages.krl.reader import run_of
+from toolpaths.languages.krl.writer import status_and_turn
+from toolpaths.rewriting.edits import line_end, newline_of, respelled
+from toolpaths.rewriting.filters import MARKER, Edit, Rewritten, calls_elsewhere, edited
+from toolpaths.rewriting.placing import Declared, Placing
+from toolpaths.rotation import kuka_from_matrix
+from toolpaths.writing.program import Floats, Program, merged
+
+_NAME_LIMIT = 24
+_T = re.compile(r"(?<!\w)T\s+(\d{1,2})(?![\w.])", re.I)
+_ROUNDED = re.compile(r"(?<!\w)C_\w+", re.I)
+
+
+def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
+    """``source`` with the poses of ``program`` (in the toolpath's base) at ``row``; its .dat beside it, if it changed.
+
+    Raises:
+        WriteError: a line would need two poses.
+    """
+    run = run_of(source, str(path), path)
+    moves = run.track.moves()
+    style = KrlStyle(run, moves)
+    placing = Placing(style, moves, program, row)
+    placing.place()
+    found = [*placing.changes, *calls_elsewhere(run.elsewhere)]
+    at = line_end(run.text, run.header_end)
+    edits = [Edit(at, at, f"; {MARKER}{style.newline}"), *placing.edits]
+    text = edited(run.text[: run.border], [e for e in edits if e.start <= run.border])
+    first = run.border + 1
+    later = [Edit(e.start - first, e.end - first, e.new) for e in edits if e.start > run.border]
+    values = edited(run.text[first:], later)
+    beside = ((Path(run.beside).suffix, values.encode("latin-1")),) if run.beside else ()
+    return Rewritten(text.encode("latin-1"), merged(found), beside)
+
+
+class KrlStyle:
+    """How KRL spells poses and moves."""
+
+    literal = LITERAL
+
+    def __init__(self, run: Run, moves: RobotMoves) -> None:
+        self.run, self.moves, self.text = run, moves, run.text
+        self.newline = newline_of(run.text)
+        self._angles = np.degrees(kuka_from_matrix(_matrices(moves.quaternion)))
+
+    def aggregate(self, move: int) -> str:
+        """The target of an expression, with S, T and external axes where it has them."""
+        value = self.run.mover.others.get(move, {})
+        numbers = [*(self.moves.position[move] * 1e3).tolist(), *self._angles[move].tolist()]
+        parts = [f"{k} {v:.5f}" for k, v in zip(POSE, numbers, strict=True)]
+        more = [k for k in ("S", "T", "E1", "E2", "E3", "E4", "E5", "E6") if isinstance(value.get(k), float)]
+        return "{" + ",".join([*parts, *(f"{k} {value[k]:g}" for k in more)]) + "}"
+
+    def turns(self, rotation: Floats) -> Floats:
+        """A, B, C deg."""
+        return np.degrees(kuka_from_matrix(rotation))
+
+    def spelled(self, literal: re.Match[str], position: Sequence[float], turn: Sequence[float] | None) -> str:
+        """Other numbers; of the two ways to spell a turn the one near the old angles."""
+        if turn is None:
+            return respelled(literal, position, (4, 4, 4))
+        near = _near(turn, [float(v) for v in literal.groups()[3:6]])
+        return respelled(literal, (*position, *near), (4, 4, 4, 6, 6, 6))
+
+    def standing(self, literal: str, external: Mapping[str, float]) -> str:
+        """Other values of E1 ... E6."""
+        for name, value in external.items():
+            if match := re.search(rf"(?<!\w){name}\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)", literal, re.I):
+                literal = literal[: match.start()] + respelled(match, (value,), (4,)) + literal[match.end() :]
+        return literal
+
+    def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
+        """Whether an axis has another sign."""
+        return np.asarray(_turn(nominal) != _turn(commanded))
+
+    def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
+        """T, in the bits that are those of ``nominal``."""
+        match = _T.search(literal)
+        if match is None:
+            return literal
+        said, old, new = int(match[1]), int(_turn(nominal[None])[0]), int(_turn(commanded[None])[0])
+        changed = (old ^ new) & ~(said ^ old)
+        return f"{literal[: match.start(1)]}{said ^ changed}{literal[match.end(1) :]}"
+
+    def inserted(self, move: int, target: str) -> str:
+        """LIN (or SLIN) with what stands behind the move; fly-by where the move stops."""
+        mark = self.moves.mark
+        start = int(mark["start"][move])
+        tail = self.text[int(mark["ref_end"][move]) : int(mark["end"][move])].rstrip()
+        spline = self.text[start : start + 5].upper() in ("SLIN ", "SCIRC", "SLIN{")
+        if not _ROUNDED.search(tail):
+            tail = f"{tail} C_SPL" if spline else f" C_DIS{tail}"
+        return f"{'SLIN' if spline else 'LIN'} {target}{tail}"
+
+    def straight(self, move: int) -> Iterator[Edit]:
+        """CIRC and LIN_REL become LIN, the via point goes."""
+        mark = self.moves.mark
+        start, end = int(mark["start"][move]), int(mark["end"][move])
+        word = MOTION.match(self.text, start, end)
+        if word and word[1].upper() not in ("LIN", "SLIN"):
+            yield Edit(start, word.end(), "SLIN" if word[1].upper().startswith("S") else "LIN")
+            frame = re.compile(r"(?<!\s)\s*+#(?:BASE|TOOL)", re.I).search(self.text, start, end)
+            if word[1].upper().endswith("_REL") and frame:
+                yield Edit(frame.start(), frame.end(), "")
+        if mark["word"][move] == ARC:
+            yield Edit(int(mark["via_ref_start"][move]), int(mark["ref_start"][move]), "")
+
+    def declared(self) -> Sequence[Declared]:
+        """All declared poses."""
+        found = [d for d in self.run.declared.values() if d.value[0] >= 0]
+        return sorted((Declared(d.name, d.start, d.end) for d in found), key=lambda d: d.start)
+
+    def free_name(self, name: str, taken: set[str]) -> str:
+        """``XP2`` -> ``XP2_C1``, at most 24 characters."""
+        for n in range(1, 1_000_000):
+            suffix = f"_C{n}"
+            if (new := name[: _NAME_LIMIT - len(suffix)] + suffix).upper() not in taken:
+                return new
+        raise WriteError(f"{self.run.source}: no free name for {name}")
+
+
+def _near(angles: Sequence[float], old: Sequence[float]) -> list[float]:
+    """A, B, C deg of the same turn, as near to ``old`` as whole turns and the other spelling allow."""
+    a, b, c = angles
+    ways = [
+        [v - 360.0 * round((v - was) / 360.0) for v, was in zip(way, old, strict=True)]
+        for way in ((a, b, c), (a + 180.0, 180.0 - b, c + 180.0))
+    ]
+    return min(ways, key=lambda way: max(abs(v - was) for v, was in zip(way, old, strict=True)))
+
+
+def _matrices(quaternion: Floats) -> Floats:
+    from toolpaths.rotation import matrix_from_quaternion
+
+    known = np.where(np.isfinite(quaternion), quaternion, np.array([1.0, 0.0, 0.0, 0.0]))
+    return matrix_from_quaternion(known)
+
+
+def _turn(joints: Floats) -> npt.NDArray[np.int64]:
+    """(K,) T of joint angles (K, 6) rad."""
+    return status_and_turn(joints, np.zeros(len(joints), dtype=np.int32))[1]

@@ -1,0 +1,81 @@
+"""Tool and base of KRL motion lines: by number, by value, or known to the controller alone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from toolpaths.interpreting.expressions import ExpressionError, Runtime
+from toolpaths.interpreting.moves import RobotTrack
+from toolpaths.languages.krl.expressions import POSE, Value, frame
+from toolpaths.languages.krl.scan import Statement
+from toolpaths.toolpath import Floats
+from toolpaths.writing.program import ToolFrame
+
+if TYPE_CHECKING:
+    from toolpaths.languages.krl.interpreter import Run
+
+
+class Mounted:
+    """$TOOL and $BASE of one run.
+
+    Attributes:
+        numbers: of $TOOL and $BASE where they are those of a number.
+    """
+
+    def __init__(self, run: Run, track: RobotTrack) -> None:
+        self.run, self._track = run, track
+        self.numbers: dict[str, int | None] = {"$TOOL": 0, "$BASE": None}
+        self._tools: dict[str, int] = {}
+
+    def _frame(self, s: Statement, name: str, own: Value) -> tuple[int | None, Value]:
+        """Number and value of $TOOL or $BASE, of this line or as set before."""
+        if own is None:
+            variable = self.run.names.get(name)
+            value = Runtime(f"{name}, which is not set") if variable is None else variable.value
+            return self.numbers[name], value
+        if not isinstance(own, float):
+            return None, own
+        return int(own), self.run.look_up(f"{name[1:]}_DATA[{own:g}]") if own else dict.fromkeys(POSE, 0.0)
+
+    def tool(self, s: Statement, own: Value) -> int:
+        """The number of the tool in use; ``own`` is what the line itself says, else None."""
+        number, value = self._frame(s, "$TOOL", own)
+        load = self.run.names.get("$LOAD")
+        key = f"{number} {value!r} {load.value if load else None!r}"
+        if key not in self._tools:
+            taken = set(self._tools.values())
+            if number is None or (number in taken and not isinstance(value, Runtime)):
+                number = next(n for n in range(1, len(taken) + 3) if n not in taken)
+            self._tools[key] = number
+            if isinstance(value, dict):
+                pose = self._matrix(s, value)
+                name = self.run.names.get(f"TOOL_NAME[{number}]")
+                shown = name.value.strip('"') if name and isinstance(name.value, str) else f"tool {number}"
+                mass, com = _load(load.value if load else None)
+                self._track.tools[number] = ToolFrame(shown, pose[:3, 3], pose[:3, :3], mass, com)
+        return self._tools[key]
+
+    def base(self, s: Statement, own: Value) -> int:
+        """The number of the base in use."""
+        number, value = self._frame(s, "$BASE", own)
+        if isinstance(value, dict):
+            return self._track.frame(self._matrix(s, value))
+        return self._track.frame(None, f"{number}" if number is not None else getattr(value, "reason", ""))
+
+    def _matrix(self, s: Statement, value: dict[str, Value]) -> Floats:
+        try:
+            return frame(value)
+        except ExpressionError as e:
+            self.run.refuse(s.start, str(e))
+
+
+def _load(value: Value) -> tuple[float | None, Floats | None]:
+    """kg and m of $LOAD; None where it says nothing."""
+    if not isinstance(value, dict) or not isinstance(value.get("M"), float) or value["M"] <= 0.0:
+        return None, None
+    cm = value.get("CM")
+    if not isinstance(cm, dict) or not all(isinstance(cm.get(k), float) for k in "XYZ"):
+        return None, None
+    return value["M"], np.array([cm[k] for k in "XYZ"]) * 1e-3

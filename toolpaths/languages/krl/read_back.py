@@ -1,0 +1,66 @@
+"""Reads back the KRL that krl.py wrote, to verify the file on the disk; not KRL in general."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from toolpaths.errors import WriteError
+from toolpaths.rotation import matrix_from_kuka
+from toolpaths.writing.program import Floats, ReadBack
+
+_WORD = re.compile(
+    r"^ *(?:LIN \{X ([^,]*),Y ([^,]*),Z ([^,]*),A ([^,]*),B ([^,]*),C ([^,}]*)(?:,S (\d+),T (\d+))?\}"
+    r"|\$VEL\.CP=(\S+))",
+    re.M,
+)
+_START = re.compile(r"^ *PTP \{AXIS: (.*?)\}", re.M)
+_CALL = re.compile(r"^ *(\w+_\d{3,})\(\)", re.M)
+
+
+def read_back(path: Path) -> ReadBack:
+    """Poses, feeds, configuration (from S) and start of the program at ``path``."""
+    main = _text(path)
+    parts = [main] + [_text(path.with_name(name + path.suffix)) for name in _CALL.findall(main)]
+    poses, feeds, status = zip(*(_moves(text) for text in parts), strict=True)
+    rows, s = np.concatenate(poses), np.concatenate(status)
+    start = _START.search(main)
+    if start is None or len(rows) == 0:
+        raise WriteError(f"{path}: no moves found in the written program")
+    return ReadBack(
+        position=rows[:, :3] * 1e-3,
+        rotation=matrix_from_kuka(np.radians(rows[:, 3:])),
+        start_joints=np.radians([float(a.split()[1]) for a in start[1].split(",")]),
+        feed=np.concatenate(feeds),
+        configuration=_configuration(s) if (s >= 0).all() else None,
+    )
+
+
+def _text(path: Path) -> str:
+    with open(path, encoding="ascii", newline="") as stream:
+        return stream.read()
+
+
+def _moves(text: str) -> tuple[Floats, Floats, Floats]:
+    """(M, 6) numbers of the LINs, (M,) m/s, (M,) S or -1."""
+    rows: list[tuple[str, ...]] = []
+    feeds: list[float] = []
+    status: list[float] = []
+    speed = float("nan")
+    for found in _WORD.findall(text):
+        if found[8]:
+            speed = float(found[8])
+        else:
+            rows.append(found[:6])
+            feeds.append(speed)
+            status.append(float(found[6] or -1))
+    numbers = np.array(rows, dtype=np.str_).astype(np.float64).reshape(-1, 6)
+    return numbers, np.array(feeds), np.array(status)
+
+
+def _configuration(status: Floats) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
+    """(N,) bits as in Program of S."""
+    s = status.astype(np.int32)
+    return ((s & 1) << 2) | ((1 - ((s >> 1) & 1)) << 1) | ((s >> 2) & 1)

@@ -1,0 +1,37 @@
+"""KUKA KRL: the moves of a .src, with the .dat beside it. docs/krl.md lists what is read and what not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.languages.krl.interpreter import Run
+from toolpaths.reading.source_text import load_lines
+from toolpaths.toolpath import Toolpath
+
+
+def read(path: Path, source: str, chord: float) -> Toolpath:
+    """Poses of a program; arcs become points within ``chord`` (m).
+
+    Raises:
+        ReadError: what is no KRL, or is known only while the program runs, by line.
+    """
+    load_lines(path, source)
+    return moves_of(path.read_bytes(), source, path).toolpath(chord)
+
+
+def moves_of(data: bytes, source: str, path: Path) -> RobotMoves:
+    """The moves of a program, with the places where they stand in the text."""
+    return run_of(data, source, path).track.moves()
+
+
+def run_of(data: bytes, source: str, path: Path) -> Run:
+    """The program, executed; ``path`` says where its .dat and the files it calls would be."""
+    beside = next((p for p in (path.with_suffix(".dat"), path.with_suffix(".DAT")) if p.is_file()), None)
+    values = ""
+    if beside is not None:
+        load_lines(beside, str(beside))
+        values = beside.read_bytes().decode("latin-1")
+    run = Run(data.decode("latin-1"), source, values, "" if beside is None else str(beside), path)
+    run.main()
+    return run

@@ -1,0 +1,82 @@
+"""Instructions of RAPID that are no moves: which do not matter to the poses, which cannot be followed.
+
+Source: ABB 3HAC050917 "RAPID Instructions, Functions and Data types".
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from toolpaths.interpreting.expressions import Runtime
+from toolpaths.languages.rapid.expressions import Expression, Scope
+from toolpaths.languages.rapid.scan import CALL, CHOICE, COMMENT, Statement
+
+_WORDS = (
+    "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK WaitTime WaitDI WaitDO WaitAI WaitGI WaitUntil "
+    "WaitRob SetDO SetAO SetGO Set Reset PulseDO InvertDO Stop Break ActUnit DeactUnit GripLoad CirPathMode ClkReset "
+    "ClkStart ClkStop ErrWrite Write Open Close MotionSup SoftDeact PathAccLim WorldAccLim WaitWObj Incr Decr "
+    "PDispOff EOffsOff IDelete"
+)
+HARMLESS = frozenset(_WORDS.lower().split())
+#: Of these the ones that set an argument.
+SETTING = frozenset(("incr", "decr", "tpreadfk"))
+STEERING = re.compile(
+    r"move|trigg|search|pdisp|eoffs|corr|softact|worldacc|storepath|restopath|startmove|stopmove|ind[ar]|egm|isignal|"
+    r"sync|mtool|mech|conveyor|dropwobj", re.I,
+)  # fmt: skip
+
+
+_GIVEN = re.compile(r'"[^"]*+"|[,\\]?\s*+(?:\w+\s*:=\s*)?([A-Za-z]\w*+)\s*+(?=[,\\.{]|$)|.', re.S)
+_PLAIN = ("num", "dnum", "bool", "string", "byte")
+_ROUTINE = re.compile(r"\s*PROC\s+([A-Za-z]\w*)\s*\(", re.I)
+_MOVING = re.compile(r"\s*(?:Move|Trigg|Search|Arc|Spot|Paint|Disp)[A-Za-z]*\s", re.I)
+
+
+def idle(body: list[Statement]) -> bool:
+    """Whether statements neither move nor set anything."""
+    return all(
+        s.kind == COMMENT
+        or (s.kind == CALL and s.word.lower() in HARMLESS - SETTING)
+        or (s.kind == CHOICE and all(idle(branch.body) for branch in s.body))
+        for s in body
+    )
+
+
+def without_poses(text: str, scope: Scope) -> bool:
+    """Whether arguments are numbers, texts and truths only: what else they are may be where the arm goes."""
+    e = Expression(text, scope)
+    while e.peek():
+        while e.peek() in (",", "\\"):
+            if e.take() == "\\":
+                e.take()
+                if e.peek() == ":=":
+                    e.take()
+        if name := e.peek():
+            value = e.value()
+            plain = isinstance(value, Runtime) and name[0].isalpha() and scope.look_up(name)[0] in _PLAIN
+            if not plain and not isinstance(value, float | bool | str):
+                return False
+    return True
+
+
+def given_names(text: str) -> list[str]:
+    """Names that stand as arguments by themselves: the routine may set them."""
+    return [m[1] for m in _GIVEN.finditer(text) if m[1]]
+
+
+def routines_beside(source: Path) -> dict[str, tuple[str, bool]]:
+    """Routines (lower case) of the other modules in the folder of ``source``: file, and whether it moves the arm."""
+    out: dict[str, tuple[str, bool]] = {}
+    folder = source.parent
+    for file in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if file.suffix.lower() not in (".mod", ".prg", ".sys") or file.name == source.name or not file.is_file():
+            continue
+        name = ""
+        for line in file.read_bytes().decode("latin-1").splitlines():
+            if routine := _ROUTINE.match(line):
+                name = routine[1].lower()
+                out.setdefault(name, (file.name, False))
+            elif name and _MOVING.match(line) and out[name][0] == file.name:
+                out[name] = (file.name, True)
+    return out

@@ -1,0 +1,57 @@
+"""Reads back the RAPID that rapid.py wrote, to verify the file on the disk; not RAPID in general."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from toolpaths.errors import WriteError
+from toolpaths.rotation import matrix_from_quaternion
+from toolpaths.writing.program import Floats, ReadBack
+
+_MOVE = re.compile(r"^ *MoveL \[\[(.*?)\],\[9E9(?:,9E9){5}\]\],([^,]*),", re.M)
+_START = re.compile(r"^ *MoveAbsJ \[\[(.*?)\],", re.M)
+_SPEED = re.compile(r"speeddata (\w+):=\[([0-9.]+),")
+_CALL = re.compile(r"^ *\w+_run_(\d{3,});", re.M)
+
+
+def read_back(path: Path) -> ReadBack:
+    """Poses, feeds (mm/s as printed, in m/s), configuration (cfx) and start of the program at ``path``."""
+    main = _text(path)
+    parts = [main] + [_text(path.with_name(f"{path.stem}_{i}{path.suffix}")) for i in _CALL.findall(main)]
+    numbers, feeds = zip(*(_moves(text) for text in parts), strict=True)
+    rows = np.concatenate(numbers)
+    start = _START.search(main)
+    if start is None or len(rows) == 0:
+        raise WriteError(f"{path}: no moves found in the written program")
+    return ReadBack(
+        position=rows[:, :3] * 1e-3,
+        rotation=matrix_from_quaternion(rows[:, 3:7]),
+        start_joints=np.radians([float(a) for a in start[1].split(",")]),
+        feed=np.concatenate(feeds),
+        configuration=rows[:, 10].astype(np.int32),
+    )
+
+
+def _text(path: Path) -> str:
+    with open(path, encoding="ascii", newline="") as stream:
+        return stream.read()
+
+
+def _moves(text: str) -> tuple[Floats, Floats]:
+    """(M, 11) numbers of the robtargets and (M,) m/s."""
+    found = _MOVE.findall(text)
+    numbers = np.array(",".join(pose for pose, _ in found).replace("],[", ",").split(","), dtype=np.str_)
+    declared = {name: float(v) * 1e-3 for name, v in _SPEED.findall(text)}
+    feeds = [_feed(speed, declared) for _, speed in found]
+    rows = numbers.astype(np.float64).reshape(-1, 11) if found else np.zeros((0, 11))
+    return rows, np.asarray(feeds, dtype=np.float64)
+
+
+def _feed(speed: str, declared: dict[str, float]) -> float:
+    name, _, own = speed.partition("\\V:=")
+    if name == "vrapid":
+        return float("nan")
+    return float(own) * 1e-3 if own else declared[name]

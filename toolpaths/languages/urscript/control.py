@@ -1,0 +1,75 @@
+"""URScript beside its moves: what is let pass, and whether the arm moves in what a condition or a thread runs.
+
+Source: Universal Robots, The URScript Programming Language (modules interfaces and IO configuration, threads).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from toolpaths.languages.urscript.scan import FUNCTIONS, Node
+
+CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
+HARMLESS = re.compile(
+    r"set_(?:\w+_)?(?:digital|analog)_out|set_(?:standard|configurable|tool|gp|runstate|analog|euromap\w*)_\w+|"
+    r"set_flag|set_gravity|set_input_actions_to_default|set_safety_mode_transition_hardness|set_baselight\w*|"
+    r"popup|textmsg|varmsg|sleep|sync|assert|enter_critical|exit_critical|reset_world_model|"
+    r"modbus_(?!get)\w+|tool_modbus_\w+|rpc_call|socket_(?!read|get)\w+|rtde_\w+|step_count_\w+|"
+    r"write_(?:output_\w+_register|port_\w+)|zero_ftsensor|stopl|stopj|request_\w+"
+)
+MOTION = re.compile(
+    r"\b(?:move[a-z]+|servo[a-z]+|speed[jl]|force_mode|set_tcp|conveyor\w*|track_conveyor\w*|freedrive\w*|teach_mode|"
+    r"path_offset\w*|run|position_deviation\w*)\b"
+)
+ASSIGN = re.compile(r"(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*")
+_ITEM = re.compile(r"([A-Za-z_]\w*)\s*\[[^\[\]]*\]\s*=(?!=)")
+#: Ends a function or the program.
+LEAVES = re.compile(r"halt$|return\b")
+#: A thread is started, is ended.
+RUN = re.compile(r"(?:(?:global\s+|local\s+)?([A-Za-z_]\w*)\s*=\s*)?run\s+([A-Za-z_]\w*)\s*\(\s*\)")
+LABEL = re.compile(r"(?:kill|join)\s+[A-Za-z_]\w*$")
+#: Functions that a skipped block may reach; beyond that it is refused unread.
+_MOST_CALLED = 100
+
+
+def moving(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Node | None:
+    """The first statement inside that moves the arm or sets how it moves, also in functions that are called."""
+    seen = set() if seen is None else seen
+    for inner in node.body:
+        steers = not inner.word and (MOTION.search(inner.text) or inner.text in ("halt", "return"))
+        found = inner if steers else moving_call(inner, functions, seen)
+        if found is None and inner.word:
+            found = moving(inner, functions, seen)
+        if found is not None:
+            return found
+    return None
+
+
+def moving_call(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Node | None:
+    """The node itself, where its own line (a statement, a condition) calls a function that moves the arm."""
+    seen = set() if seen is None else seen
+    for name in () if node.word in FUNCTIONS else CALL.findall(node.text):
+        if name in functions and name not in seen:
+            seen.add(name)
+            if len(seen) > _MOST_CALLED or moving(functions[name], functions, seen):
+                return node
+    return None
+
+
+def assigned(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Iterator[tuple[str, int]]:
+    """Names that a statement or a block sets, also in functions that it calls, with their lines."""
+    seen = set() if seen is None else seen
+    if not node.word and (m := ASSIGN.match(node.text) or _ITEM.match(node.text)):
+        yield m[1], node.line
+    yield from called(node, functions, seen)
+    for inner in node.body:
+        yield from assigned(inner, functions, seen)
+
+
+def called(node: Node, functions: dict[str, Node], seen: set[str]) -> Iterator[tuple[str, int]]:
+    """Names that functions set which the line of ``node`` calls."""
+    for name in () if node.word in FUNCTIONS else CALL.findall(node.text):
+        if name in functions and name not in seen:
+            seen.add(name)
+            yield from assigned(functions[name], functions, seen)

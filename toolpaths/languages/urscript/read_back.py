@@ -1,0 +1,46 @@
+"""Reads back the URScript that urscript.py wrote, to verify the file on the disk; not URScript in general."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from toolpaths.errors import WriteError
+from toolpaths.rotation import matrix_from_ur
+from toolpaths.writing.program import Floats, ReadBack
+
+_MOVE = re.compile(r"^  movel\(pose_trans\(wobj, p\[(.*?)\]\), a=1\.2, v=([^,)]*)", re.M)
+_START = re.compile(r"^  movej\(\[(.*?)\]", re.M)
+_NEXT = re.compile(r"^  # continued in: (.*)$", re.M)
+
+
+def read_back(path: Path) -> ReadBack:
+    """Poses in the work object, feeds (NaN of rapids) and start of the programs that begin at ``path``."""
+    texts = [_text(path)]
+    while following := _NEXT.search(texts[-1]):
+        texts.append(_text(path.with_name(following[1])))
+    rows, feeds = (np.concatenate(v) for v in zip(*(_moves(text) for text in texts), strict=True))
+    start = _START.search(texts[0])
+    if start is None or len(rows) == 0:
+        raise WriteError(f"{path}: no moves found in the written program")
+    return ReadBack(
+        position=rows[:, :3],
+        rotation=matrix_from_ur(rows[:, 3:]),
+        start_joints=np.array([float(a) for a in start[1].split(",")]),
+        feed=feeds,
+    )
+
+
+def _text(path: Path) -> str:
+    with open(path, encoding="ascii", newline="") as stream:
+        return stream.read()
+
+
+def _moves(text: str) -> tuple[Floats, Floats]:
+    """(M, 6) numbers of the movels, (M,) m/s."""
+    found = _MOVE.findall(text)
+    numbers = np.array(",".join(pose for pose, _ in found).split(",") if found else [], dtype=np.str_)
+    feeds = np.array([float("nan") if v == "v_rapid" else float(v) for _, v in found], dtype=np.float64)
+    return numbers.astype(np.float64).reshape(-1, 6), feeds

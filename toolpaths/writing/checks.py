@@ -1,0 +1,103 @@
+"""Checks that hold for a program in every controller language."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.toolpath import CUT, RAPID
+from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+
+#: Rotations further from orthonormal than this are not rotations.
+ORTHONORMAL = 1e-6
+
+_ARRAYS = ("position", "rotation", "joints", "nominal_position", "nominal_rotation", "wrench", "deflection")
+
+
+def common_findings(program: Program) -> Iterator[Finding]:
+    """Everything that no controller language can write."""
+    if len(program) == 0:
+        yield Finding(ERROR, program.source or program.name, "no pose", "give a toolpath with moves")
+        return
+    yield from _numbers(program)
+    yield from _rotations(program)
+    yield from _speeds(program)
+    yield from _kinds_and_tools(program)
+
+
+def _numbers(program: Program) -> Iterator[Finding]:
+    for name in _ARRAYS:
+        value = getattr(program, name)
+        if value is not None:
+            bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
+            yield from _at(program, bad, f"{name} is not a finite number", "report this as a defect")
+    for name in ("workobject", "start_joints"):
+        value = getattr(program, name)
+        if value is not None and not np.isfinite(value).all():
+            yield Finding(ERROR, name, "not a finite number")
+    for number, tool in program.tools.items():
+        parts = [tool.xyz, tool.rotation, tool.com, tool.mass]
+        if not all(np.isfinite(np.asarray(p, dtype=float)).all() for p in parts if p is not None):
+            yield Finding(ERROR, f"tool {number}", "not a finite number")
+
+
+def _rotations(program: Program) -> Iterator[Finding]:
+    bad = np.zeros(len(program), dtype=bool)
+    for block in program.blocks(65536):
+        bad[block] = ~_is_rotation(program.rotation[block])
+    yield from _at(program, bad, "the orientation is no rotation", "report this as a defect")
+    frames = {"workobject": program.workobject[:3, :3]}
+    frames.update({f"tool {n}": tool.rotation for n, tool in program.tools.items()})
+    for name, rotation in frames.items():
+        if not _is_rotation(rotation[None])[0]:
+            yield Finding(ERROR, name, "the orientation is no rotation")
+
+
+def _is_rotation(r: Floats) -> npt.NDArray[np.bool_]:
+    """(N,) of (N, 3, 3)."""
+    with np.errstate(invalid="ignore"):
+        off = np.abs(np.einsum("nij,nkj->nik", r, r) - np.eye(3)).max(axis=(1, 2))
+        return np.asarray((off <= ORTHONORMAL) & (np.linalg.det(r) > 0.0))
+
+
+def _speeds(program: Program) -> Iterator[Finding]:
+    cut = program.kind == CUT
+    missing = cut & np.isnan(program.feed)
+    yield from _at(program, missing, "a cutting move without a feed", "give feeds in the toolpath")
+    with np.errstate(invalid="ignore"):
+        stopped = cut & ~np.isnan(program.feed) & ~((program.feed > 0.0) & np.isfinite(program.feed))
+    yield from _at(program, stopped, "a feed that is not above 0", "correct the feed in the toolpath")
+    if not (np.isfinite(program.rapid_speed) and program.rapid_speed > 0.0):
+        yield Finding(ERROR, "rapid speed", f"{program.rapid_speed} m/s is not above 0")
+
+
+def _kinds_and_tools(program: Program) -> Iterator[Finding]:
+    strange = (program.kind != CUT) & (program.kind != RAPID)
+    yield from _at(program, strange, "neither a rapid nor a cut")
+    for number in np.unique(program.tool):
+        if int(number) not in program.tools:
+            bad = program.tool == number
+            remedy = f"declare [tools.{number}] in the cell"
+            yield from _at(program, bad, f"tool {number} has no frame", remedy)
+    for number, tool in program.tools.items():
+        if tool.mass is not None and tool.mass < 0.0:
+            yield Finding(ERROR, f"tool {number}", f"mass {tool.mass:g} kg is negative")
+
+
+def load_findings(program: Program) -> Iterator[Finding]:
+    """Warnings for tools whose load is not known, in languages that write it."""
+    for number in sorted({int(t) for t in np.unique(program.tool)}):
+        tool = program.tools.get(number)
+        if tool is not None and (tool.mass is None or tool.com is None):
+            what = "mass" if tool.mass is None else "centre of mass"
+            yield Finding(
+                WARNING, f"tool {number}", f"the {what} is not known: the program declares no real load",
+                "give mass and com in the cell, or set the load on the controller before running",
+            )  # fmt: skip
+
+
+def _at(program: Program, bad: npt.NDArray[np.bool_], what: str, remedy: str = "") -> Iterator[Finding]:
+    if bad.any():
+        yield Finding(ERROR, program.place(int(np.argmax(bad))), what, remedy, int(bad.sum()))
