@@ -66,4 +66,5 @@ EFFECT = Effect(
     joint=_law,
     memory=Memory("rad", _rule, lambda p: p["gap_rad"] / 2, lambda p: p["side"]),
     needs_torque_sign=True,
+    fitted_where="approach",
 )

@@ -206,6 +206,10 @@ class Effect:
             says nothing outside.
         nearest: allowed values near those that ``check`` has something against.
         check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
+        is_base: the springs of the joints, which every model has and all other effects are added to.
+        fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
+            arm), ``position`` (absolute positions), ``approach`` (known approaches and two levels of load, and only
+            if the data ask for it); "" never.
     """
 
     name: str
@@ -228,6 +232,8 @@ class Effect:
     unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None
     check: Callable[[Numbers], str] = _nothing_wrong
+    is_base: bool = False
+    fitted_where: Literal["", "load", "position", "approach"] = ""
 
     def __repr__(self) -> str:
         return f"Effect({self.name})"

@@ -50,4 +50,5 @@ EFFECT = Effect(
     twist=_twist,
     places=lambda n: tuple(range(1, n + 1)),
     unloaded=True,
+    fitted_where="position",
 )

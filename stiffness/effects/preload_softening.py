@@ -58,4 +58,5 @@ EFFECT = Effect(
     joint=_law,
     memory=Memory("1", _rule, lambda p: 1 + 0 * p["ratio"], lambda p: 0 * p["ratio"]),
     needs_torque_sign=True,
+    fitted_where="approach",
 )
