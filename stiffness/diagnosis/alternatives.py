@@ -9,11 +9,10 @@ import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition
 from stiffness.diagnosis.result import Candidate
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.search import Linearised, Search
 from stiffness.diagnosis.selection import Choice, Selector, steady
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
-from stiffness.identification.session_fit import Evidence
 
 ODDS = 10.0  # twice the logarithm of the odds from which one explanation is preferred to another
 LINEAR = 0.08  # of a gain: how far the linear picture may be off
@@ -31,13 +30,12 @@ class Rival:
     fits: Mapping[str, Fit]
 
 
-def candidates(search: Search, base: Fit) -> tuple[list[Candidate], float]:
+def candidates(effects: Sequence[Effect], base: Linearised) -> tuple[list[Candidate], float]:
     """Every effect added by itself to the model at hand, best on set-ups left out first; and m, RMS of none added."""
-    screened = search.screened(base, [])
-    selector = screened.selector
-    floor, count = _floor(base.evidence), max(selector.ledger.count, 1)
+    selector = base.selector
+    floor, count = _floor(base.fit), max(selector.ledger.count, 1)
     found = []
-    for effect in search.effects:
+    for effect in effects:
         choice = within(selector, effect)
         heldout = selector.heldout(choice.units)
         where = tuple(dict.fromkeys(w for u in choice.units for w in u.site.where))
@@ -65,9 +63,9 @@ def within(selector: Selector, effect: Effect) -> Choice:
     return chosen
 
 
-def _floor(evidence: Sequence[Evidence]) -> float:
+def _floor(fit: Fit) -> float:
     """m, RMS per axis of the tracker's noise."""
-    return float(np.sqrt(np.mean(np.concatenate([e.samples.sd[e.used] for e in evidence]) ** 2)))
+    return float(np.sqrt(np.mean(np.concatenate([s.samples.sd[s.used] for s in fit.sessions]) ** 2)))
 
 
 def rivals(search: Search, fit: Fit, additions: list[Addition], base: Fit) -> tuple[Fit, list[Addition], list[Rival]]:
@@ -77,7 +75,7 @@ def rivals(search: Search, fit: Fit, additions: list[Addition], base: Fit) -> tu
         rest = [b for b in additions if b is not a]
         if len(rest) == len(additions):  # another has taken its place
             continue
-        bare = search.bench.fit(rest, fit) if rest else base
+        bare = search.fits.fit(rest, fit) if rest else base
         trials = _trials(search, bare, rest, a, fit)
         better = [t for t in trials if t.price < _price(fit, fit.solution.misfit) - BETTER]
         if better:
@@ -105,14 +103,14 @@ class _Trial:
 
 def _trials(search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: Fit) -> list[_Trial]:
     """Effects that the linear picture does not put clearly behind an addition, each fitted in its place."""
-    screened = search.screened(bare, rest)
-    selector = screened.selector
+    linear = search.linearised(bare, rest)
+    selector = linear.selector
     own = within(selector, a.effect)
     found = [within(selector, e) for e in search.effects if e is not a.effect]
     found = [c for c in found if c.units and c.worth > own.worth - ODDS - LINEAR * own.fit.gain]
     out = []
     for choice in sorted(found, key=lambda c: -c.worth)[:CLOSEST]:
-        more, trial = search.adopted(screened, choice, rest)
+        more, trial = search.adopted(linear, choice, rest)
         name = choice.units[0].effect.name
         out.append(_Trial(name, trial, more, _price(trial, fit.solution.misfit)))
     return out

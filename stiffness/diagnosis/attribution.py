@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.diagnosis.linear_fit import Held, Ledger
-from stiffness.diagnosis.search import fold_of
+from stiffness.diagnosis.search import ledger_of
 from stiffness.diagnosis.selection import steady
-from stiffness.diagnosis.sensitivities import Screen
+from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name
 from stiffness.identification.fit import Fit
-from stiffness.identification.fit import columns_of as station_columns
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.identification.session_fit import SessionFit
+from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -55,9 +55,9 @@ class Features:
     joint: tuple[int, ...]
 
 
-def features(evidence: Evidence, seen: Predicted) -> Features:
+def features(fit: SessionFit) -> Features:
     """All regressors of a session, each scaled to a root mean square of one."""
-    s, n = evidence.samples, evidence.session.robot.n
+    s, n, seen = fit.samples, fit.session.robot.n, fit.predicted
     out: list[tuple[Floats, str, str, int]] = [(np.ones(len(s)), "always the same", "", -1)]
     most = np.maximum(np.abs(seen.torque).max(axis=0), 1e-9)
     tau = seen.torque / most
@@ -80,8 +80,8 @@ def features(evidence: Evidence, seen: Predicted) -> Features:
         approach = s.approach[:, j].astype(float)
         out.append((approach, f"approach of joint {j + 1}", f"approach{j + 1}", j))
         out.append((approach * np.abs(tau[:, j]), f"approach of joint {j + 1} times its load", f"approach{j + 1}", j))
-        out.append((_change(evidence, tau[:, j]), f"last change of load of joint {j + 1}", "state", j))
-    for name, column in columns(evidence).items():
+        out.append((_change(fit.session, tau[:, j]), f"last change of load of joint {j + 1}", "state", j))
+    for name, column in columns(fit.session).items():
         out.append((column, name, name, -1))
         out += [(column * tau[:, j], f"{name} times torque of joint {j + 1}", name, j) for j in range(n)]
         if len(np.unique(column)) > 3:
@@ -95,9 +95,9 @@ def features(evidence: Evidence, seen: Predicted) -> Features:
     )
 
 
-def columns(evidence: Evidence) -> dict[str, Floats]:
+def columns(session: Session) -> dict[str, Floats]:
     """Columns of the session that vary, centred and scaled: time, temperature, payload, and whatever else it has."""
-    s = evidence.samples
+    s = session.samples
     every = {"time": s.time, "temperature": s.temperature, "payload": s.payload, **s.extra}
     out = {}
     for name, raw in every.items():
@@ -108,23 +108,23 @@ def columns(evidence: Evidence) -> dict[str, Floats]:
     return out
 
 
-def _change(evidence: Evidence, tau: Floats) -> Floats:
+def _change(session: Session, tau: Floats) -> Floats:
     """(N,) sign of the last change of a torque, from the state before in the same set-up; 0 in the first."""
-    states = evidence.session.states
+    states = session.states
     now = tau[states.first]
     before = np.where(states.before >= 0, now[states.before], now)
     change = now - before
     return np.asarray(np.where(np.abs(change) > SILENT, np.sign(change), 0.0)[states.of])
 
 
-def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) -> list[Share]:
+def attribution(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[Share]:
     """Shares of places and of columns, largest first."""
-    layouts = [features(e, p) for e, p in zip(fit.evidence, seen, strict=True)]
+    layouts = [features(s) for s in fit.sessions]
     common = [f for f in range(len(layouts[0].family)) if all(layouts[0].family == o.family for o in layouts)]
     if not common:  # sessions with different columns: what they share is what can be looked at
         layouts = [_without_columns(f) for f in layouts]
     first, n = layouts[0], fit.unknowns.joints
-    index, ledger = _ledger(fit, screens, seen, layouts)
+    index, ledger = _ledger(fit, sensitivities, layouts)
     base = np.array([h.chi2 for h in ledger.held])
     noise = np.array([h.count for h in ledger.held], dtype=float)
     structure = max(float((base - noise).sum()), 1e-9)
@@ -150,10 +150,10 @@ def _without_columns(f: Features) -> Features:
 
 
 def _ledger(
-    fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted], layouts: Sequence[Features]
+    fit: Fit, sensitivities: Sequence[Sensitivities], layouts: Sequence[Features]
 ) -> tuple[list[Index], Ledger]:
     """Columns of every place times every feature, and per place the column of each feature (-1: none)."""
-    n, width = fit.unknowns.joints, len(fit.solution.vector)
+    n = fit.unknowns.joints
     joint = layouts[0].joint
     index: list[Index] = []
     wanted: list[tuple[int, int]] = []  # coordinate, feature
@@ -173,16 +173,12 @@ def _ledger(
                 wanted.append((n + 6 * k + c, f))
         index.append(at)
     coordinate, feature = np.array(wanted).T
-    blocks, folds = [], []
-    for k, (e, screen, shown, layout) in enumerate(zip(fit.evidence, screens, seen, layouts, strict=True)):
-        geometry = screen.geometry(e, shown, fit.station(k))
-        more = geometry[:, :, coordinate] * layout.values[:, None, feature]
-        span = station_columns(fit.evidence, len(fit.unknowns))[k]
-        mine = e.blocks(fit.parameters, fit.station(k), 0.0, span, width, more)
-        blocks += mine
-        folds += [fold_of(e.session, int(b.rows[0])) for b in mine]
+    more = (
+        own.geometry(s)[:, :, coordinate] * layout.values[:, None, feature]
+        for s, own, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
+    )
     weak = 1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300)
-    return index, Ledger(blocks, folds, width, np.asarray(weak))
+    return index, ledger_of(fit, more, np.asarray(weak))[0]
 
 
 def _of_column(index: Index, first: Features, name: str) -> Index:

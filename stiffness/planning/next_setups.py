@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.fit import Fit
-from stiffness.identification.readings import Pull
+from stiffness.identification.readings import ArmLoads, LoadKind
 from stiffness.planning.postures import reachable
 from stiffness.session.session import Session
 
@@ -38,7 +37,7 @@ class NextSetup:
 
 def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
     """Set-ups where two fits of the same sessions predict readings that are farthest apart."""
-    session = first.evidence[0].session
+    session = first.sessions[0].session
     tool = session.tool.tool()
     pool = reachable(session.robot, tool.rotation, tool.position, POOL, SEED)
     force = largest_force(session)
@@ -87,16 +86,24 @@ def largest_force(session: Session) -> float:
 
 def _readings(fit: Fit, q: Floats, wrench: Floats) -> Floats:
     """(K, R, 3) m: every reflector of the first session in the base, flanks in the middle of their gaps."""
-    evidence = fit.evidence[0]
-    reader, session, n = evidence.reader, evidence.session, evidence.session.robot.n
-    places = evidence.station.reflectors(fit.station(0))
+    first = fit.sessions[0]
+    model, session, n = first.observations.predictor.model, first.session, first.session.robot.n
     count = len(q)
-    none = np.zeros((count, 1))
-    point = np.tile(session.tool.tool().position, (count, 1))
-    x, state = np.zeros((count, reader.n_x)), np.zeros((count, reader.statics.n_state))
+    loads = ArmLoads(
+        q=q,
+        wrench=wrench,
+        point=np.tile(session.tool.tool().position, (count, 1)),
+        state=np.zeros((count, model.statics.n_state)),
+        payload=np.zeros((count, 1)),
+        warm=np.zeros((count, 1)),
+    )
+    x = np.zeros((count, model.n_x))
     for _ in range(ROUNDS):
-        rest = reader.rest(Pull(n, n, False), fit.parameters, q, wrench, point, state, none, none, x)
-        x = rest.x
-    links: Sequence[int] = [r.link for r in session.reflectors]
-    seen = [reader.seen(rest, k, np.tile(at, (count, 1))).position for k, at in zip(links, places, strict=True)]
+        arms = model.equilibria(LoadKind(n, n, False), fit.parameters, loads, x)
+        x = arms.x
+    links = [r.link for r in session.reflectors]
+    seen = [
+        model.positions(arms, k, np.tile(at, (count, 1))).position
+        for k, at in zip(links, first.reflectors, strict=True)
+    ]
     return np.stack(seen, axis=1)

@@ -12,7 +12,7 @@ import pytest
 from stiffness.effects import BY_NAME
 from stiffness.errors import StiffnessError
 from stiffness.identification.identify import identify
-from stiffness.identification.readings import Reader
+from stiffness.identification.readings import ReadingModel
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
 from stiffness.planning.postures import FLOOR, MARGIN, Postures, links, reachable
@@ -44,8 +44,8 @@ def design(
         values["backlash"] = {"gap_rad": gap, "breakaway_nm": np.zeros(6), "side": np.ones(6)}
     effects = [BY_NAME[name] for name in values]
     robot = load_robot(ROBOT)
-    reader = Reader(robot, planned_layout(effects, 6), values, TOOL, gravity=GRAVITY, calibrated_out=False)
-    return Design(reader, values, reflectors)
+    reading = ReadingModel(robot, planned_layout(effects, 6), values, TOOL, gravity=GRAVITY, calibrated_out=False)
+    return Design(reading, values, reflectors)
 
 
 def loading(*levels: float) -> Loading:
