@@ -54,7 +54,7 @@ def catalogue() -> tuple[Listed, ...]:
 
 
 def _seat(effect: Effect) -> str:
-    return "; ".join(_SEATS.get(kind, kind) for kind in effect.unit.split("|"))
+    return "; ".join(_SEATS.get(kind, kind) for kind in effect.site_kind.split("|"))
 
 
 def _packages() -> dict[str, str]:

@@ -32,7 +32,7 @@ EFFECT = Effect(
     name="backlash",
     cause="the joint crosses a gap between its tooth flanks when it reverses or its torque changes sign",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter("gap_rad", "rad", "joint", 5e-5, 0.0, 0.05, 1e-4, "total lost motion per joint", neutral=0.0),
         Parameter(

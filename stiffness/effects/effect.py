@@ -104,7 +104,7 @@ class Parameter:
 @dataclass(frozen=True)
 class Site:
     """Where an effect can sit: ``where`` in the words of reports, ``index`` of its numbers in parameters of one
-    number per site; None where all numbers belong to the one site. ``kind``: as in ``Effect.unit``."""
+    number per site; None where all numbers belong to the one site. ``kind``: as in ``Effect.site_kind``."""
 
     where: tuple[str, ...]
     index: int | None = None
@@ -193,7 +193,7 @@ class Effect:
         scope: ``robot`` goes where the robot goes, ``tool`` with the tool it was measured with,
             ``instruments`` concerns readings only and never a path.
         parameters: in the order of the model file.
-        unit: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
+        site_kind: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
             ``place`` (0 ... n), two of them with ``|`` between, or the name of its one place.
         joint, angle, torque, mass, twist, wrench_reading, position_reading: the slots, None where not filled.
         places: joints -> the places that ``twist`` acts at (0 base ... n flange).
@@ -212,7 +212,7 @@ class Effect:
     cause: str
     scope: Scope
     parameters: tuple[Parameter, ...]
-    unit: str
+    site_kind: str
     joint: Callable[[JointInput, Values], ca.SX] | None = None
     angle: Callable[[ca.SX, Values], ca.SX] | None = None
     torque: Callable[[ca.SX, Values], ca.SX] | None = None
@@ -234,7 +234,7 @@ class Effect:
 
     def sites(self, joints: int) -> tuple[Site, ...]:
         """Where it can sit on a robot with so many joints."""
-        kinds = self.unit.split("|")
+        kinds = self.site_kind.split("|")
         return tuple(site for kind in kinds for site in _sites(kind, joints, kind if len(kinds) > 1 else ""))
 
     def neutral(self, joints: int) -> dict[str, Floats]:

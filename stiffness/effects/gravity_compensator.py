@@ -29,7 +29,7 @@ EFFECT = Effect(
     name="gravity-compensator",
     cause="a spring or cylinder between link 1 and link 2 loads joint 2, with and without process",
     scope="robot",
-    unit="joint-2",
+    site_kind="joint-2",
     parameters=(
         Parameter("moment_nm", "N*m", 1, 1000.0, 0.0, 1e6, 1000.0, "spring rate times both lever arms", neutral=0.0),
         Parameter(

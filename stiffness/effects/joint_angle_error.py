@@ -51,7 +51,7 @@ EFFECT = Effect(
     name="joint-angle-error",
     cause="the joint turns by an error that depends on its own angle alone, as of a gear or an encoder",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter(
             "error_rad",

@@ -54,7 +54,7 @@ EFFECT = Effect(
     name="joint-coupling",
     cause="the torque of one joint deflects another, through a parallel linkage or the gears of the wrist",
     scope="robot",
-    unit="pair",
+    site_kind="pair",
     parameters=(
         Parameter(
             "coupling",

@@ -44,7 +44,7 @@ EFFECT = Effect(
     name="joint-friction",
     cause="dry friction in the drive train holds part of the load: wind-up stays, loading and unloading differ",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter(
             "friction_nm",

@@ -23,7 +23,7 @@ EFFECT = Effect(
     name="joint-hardening",
     cause="the reducer is softer at small torque and stiffens as more teeth or rollers carry",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter("windup_rad", "rad", "joint", 5e-5, 0.0, 0.05, 1e-4, "wind-up used up above the knee", neutral=0.0),
         Parameter(

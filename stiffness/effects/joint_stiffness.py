@@ -11,7 +11,7 @@ EFFECT = Effect(
     name="joint-stiffness",
     cause="gears, bearings and servo loop of each joint yield in proportion to its torque",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter(
             "k_nm_per_rad", "N*m/rad", "joint", 1e6, 1e2, 1e12, 1e6, "torsional stiffness per joint", fit="inverse"

@@ -41,7 +41,7 @@ EFFECT = Effect(
     name="kinematic-offset",
     cause="joint zeros, link lengths and axis directions differ from the nominal ones",
     scope="robot",
-    unit="joint|link",
+    site_kind="joint|link",
     parameters=(
         _parameter("zero_rad", "rad", "joint zero"),
         *(_parameter(a, a.rsplit("_")[-1], f"{a.split('_')[0]} of each link's end, in its own axes") for a in _AXES),

@@ -29,7 +29,7 @@ EFFECT = Effect(
     name="link-compliance",
     cause="a link bends or twists: motion across the joint axes that no joint can make",
     scope="robot",
-    unit="inner-link",
+    site_kind="inner-link",
     parameters=(
         *(
             Parameter(

@@ -18,7 +18,7 @@ EFFECT = Effect(
     name="payload",
     cause="a mass on the flange that was not declared: the arm sags with gravity, not with the process",
     scope="tool",
-    unit="tool",
+    site_kind="tool",
     parameters=(
         Parameter("mass_kg", "kg", 1, 1.0, 0.0, 2000.0, 5.0, "mass", neutral=0.0),
         Parameter(

@@ -25,7 +25,7 @@ EFFECT = Effect(
     name="posture-stiffness",
     cause="the stiffness of a joint varies over the workspace with the joint's own angle",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter(
             "softer",

@@ -40,7 +40,7 @@ EFFECT = Effect(
     name="preload-softening",
     cause="the flank that carries the load is softer when the joint was not pre-loaded against it",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter(
             "ratio",

@@ -26,7 +26,7 @@ EFFECT = Effect(
     name="thermal-drift",
     cause="the arm grows with temperature: what moves follows the temperature and not the load",
     scope="robot",
-    unit="place|joint",
+    site_kind="place|joint",
     parameters=(
         Parameter(
             "expansion_per_k",

@@ -29,7 +29,7 @@ EFFECT = Effect(
     name="tracker-drift",
     cause="the measuring frame moves while the session goes on: fixed targets move as well",
     scope="instruments",
-    unit="tracker",
+    site_kind="tracker",
     parameters=(
         Parameter(
             "linear_m_per_s", "m/s", 3, 0.0, -1e-4, 1e-4, 1e-8, "velocity of what is shown, at the start", neutral=0.0

@@ -155,7 +155,7 @@ def test_parameters_can_begin_an_identification(effect: Effect) -> None:
 @pytest.mark.parametrize("n", [4, 6, 7])
 def test_numbers_belong_to_sites(effect: Effect, n: int) -> None:
     """Sites are distinct, the numbers of each exist, and every number that some slot reads has a site."""
-    sites, kinds = effect.sites(n), effect.unit.split("|")
+    sites, kinds = effect.sites(n), effect.site_kind.split("|")
     assert len({(s.kind, s.where) for s in sites}) == len(sites) >= 1
     assert {s.kind for s in sites} == (set(kinds) if len(kinds) > 1 else {""})
     assert {p.site for p in effect.parameters} == {s.kind for s in sites}

@@ -100,7 +100,7 @@ def _joints(effect: Effect, added: Added, parts: list[_Part]) -> list[int]:
     order = sorted(shares, key=lambda j: (-round(shares[j], 9), j))
     if shares[order[0]] < OWN / len(shares):
         return []
-    return [order[0], *(j for j in order[1:] if named and effect.unit == "joint" and shares[j] > SLIGHT)]
+    return [order[0], *(j for j in order[1:] if named and effect.site_kind == "joint" and shares[j] > SLIGHT)]
 
 
 def _joint(effect: Effect, j: int, parts: list[_Part]) -> Pattern:
@@ -141,7 +141,7 @@ def _by_torque(says: Floats, torque: Floats) -> bool:
 
 def _follows(effect: Effect, j: int, parts: list[_Part]) -> tuple[str, list[Floats]]:
     """What the rotation of a joint is drawn over: a torque or an angle, per state."""
-    if effect.unit == "pair":
+    if effect.site_kind == "pair":
         other = _partner(effect, j, parts[0].seen)
         return f"torque of joint {other + 1}, N·m", [_state_torque(p, other) for p in parts]
     if effect.memory is not None or effect.needs_torque_sign:
