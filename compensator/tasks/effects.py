@@ -32,7 +32,7 @@ _SLOTS = {
     "angle": "turns joints by an error of their angle",
     "torque": "loads joints",
     "mass": "adds weight",
-    "twist": "moves the places that it sits in",
+    "place": "moves the places that it sits in",
     "wrench_reading": "changes what the wrench sensor shows",
     "position_reading": "changes what the tracker shows",
 }

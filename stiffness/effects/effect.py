@@ -1,6 +1,10 @@
 """Effect: the contract for one physical cause of deflection.
 
-    X_link_k = X_base twist_0 (A_1 R(q_1 + dq_1) twist_1) ... (A_k R(q_k + dq_k) twist_k)
+    X_link_k = X_base D_0 (A_1 R(q_1 + dq_1) D_1) ... (A_k R(q_k + dq_k) D_k)
+
+A_k are the constant placements of the arm, dq_k is the deflection of joint k, D_k = D(d, phi) the small displacement of
+place k (0 base, k the end of link k, n flange): it moves what lies outward by d, then turns it by the rotation
+vector phi.
 
 An effect fills slots of this equation and nothing else. Every slot is a CasADi expression of its
 arguments and of the effect's parameters, so that prediction, compensation and identification read
@@ -11,13 +15,12 @@ the same text and take derivatives from it.
     angle    commanded angle (n,) rad                           dq (n,) rad, whatever the load
     torque   angle (n,) rad of the links                        tau (n,) N*m of an internal spring
     mass     number of joints                                  point masses on links
-    twist    TwistInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
+    place    PlaceInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
     wrench_reading    Shown: what the sensor shows              the wrench (6,) that acts, same axes
     position_reading  a position (3,) in the tracker's frame, time s   the position (3,) that it shows
 
-The two readings belong to instruments: they judge data and never act on a planned path. A twist moves what lies
-outward of the place by d, then turns it by the rotation vector phi. Its wrench is the generalised force of these six
-coordinates, so that a symmetric compliance has a potential.
+The two readings belong to instruments: they judge data and never act on a planned path. The wrench of a place is the
+generalised force of its six coordinates, so that a symmetric compliance has a potential.
 
 A joint law with memory declares it as a clamp,
 
@@ -124,7 +127,7 @@ class JointInput:
 
 
 @dataclass(frozen=True)
-class TwistInput:
+class PlaceInput:
     """What a place that yields is given."""
 
     place: int  # 0 base ... n flange
@@ -195,8 +198,8 @@ class Effect:
         parameters: in the order of the model file.
         site_kind: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
             ``place`` (0 ... n), two of them with ``|`` between, or the name of its one place.
-        joint, angle, torque, mass, twist, wrench_reading, position_reading: the slots, None where not filled.
-        places: joints -> the places that ``twist`` acts at (0 base ... n flange).
+        joint, angle, torque, mass, place, wrench_reading, position_reading: the slots, None where not filled.
+        places: joints -> the places that ``place`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         unloaded: there is an effect without load, so that absolute positions tell of it.
         thermal: it follows the temperature: one temperature tells nothing of it.
@@ -217,7 +220,7 @@ class Effect:
     angle: Callable[[ca.SX, Values], ca.SX] | None = None
     torque: Callable[[ca.SX, Values], ca.SX] | None = None
     mass: Callable[[int, Values], tuple[PointMass, ...]] | None = None
-    twist: Callable[[TwistInput, Values], ca.SX] | None = None
+    place: Callable[[PlaceInput, Values], ca.SX] | None = None
     places: Callable[[int], tuple[int, ...]] = lambda n: ()
     wrench_reading: Callable[[Shown, Values], ca.SX] | None = None
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, Parameter, TwistInput, Values
+from stiffness.effects.effect import Effect, Parameter, PlaceInput, Values
 
 _AXES = ("rx_rad_per_nm", "ry_rad_per_nm", "rz_rad_per_nm")
 
 
-def _twist(given: TwistInput, p: Values) -> ca.SX:
+def _displacement(given: PlaceInput, p: Values) -> ca.SX:
     k = given.place - 1
     inner, outer = ca.DM(given.inner), ca.DM(given.outer)
     hinge = inner + p["at"][k] * (outer - inner)
@@ -58,6 +58,6 @@ EFFECT = Effect(
             trials=(0.0, 1.0),
         ),
     ),
-    twist=_twist,
+    place=_displacement,
     places=lambda n: tuple(range(1, n)),
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import Floats, Numbers, Parameter, TwistInput, Values
+from stiffness.effects.effect import Floats, Numbers, Parameter, PlaceInput, Values
 
 _ROUNDING = 1e-9  # of the scaled matrix: a fit that stops at the bound is singular, not negative
 
@@ -47,8 +47,8 @@ def compliance(diagonal: ca.SX, lower: ca.SX) -> ca.SX:
     return c
 
 
-def yielded(given: TwistInput, p: Values) -> ca.SX:
-    """The twist of the place."""
+def yielded(given: PlaceInput, p: Values) -> ca.SX:
+    """The displacement [d; phi] of the place."""
     linear, angular = p["linear_m_per_n"], p["angular_rad_per_nm"]
     return ca.mtimes(compliance(ca.vertcat(linear, angular), p["coupling"]), given.wrench)
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, JointInput, Parameter, TwistInput, Values
+from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, Values
 
 
-def _twist(given: TwistInput, p: Values) -> ca.SX:
+def _displacement(given: PlaceInput, p: Values) -> ca.SX:
     along = ca.SX(ca.DM(given.outer - given.inner))
     return ca.vertcat(p["expansion_per_k"][given.place] * given.temperature * along, ca.SX.zeros(3))
 
@@ -55,7 +55,7 @@ EFFECT = Effect(
         ),
     ),
     joint=_law,
-    twist=_twist,
+    place=_displacement,
     places=lambda n: tuple(range(n + 1)),
     unloaded=True,
     thermal=True,

@@ -171,7 +171,7 @@ def test_payload_is_not_calibrated_out() -> None:
 
 
 def offset(place: int) -> Effect:
-    """A constant joint term and a constant twist: there without load."""
+    """A constant joint term and a constant displacement of a place: there without load."""
     return Effect(
         name="offset",
         cause="test",
@@ -179,7 +179,7 @@ def offset(place: int) -> Effect:
         parameters=(Parameter("o", "SI", 12, 0, -1, 1, 1, "test"),),
         site_kind="arm",
         joint=lambda given, p: p["o"][:6],
-        twist=lambda given, p: p["o"][6:],
+        place=lambda given, p: p["o"][6:],
         places=lambda n: (place,),
     )
 
@@ -215,7 +215,7 @@ def test_a_warm_arm() -> None:
         scope="robot",
         parameters=(Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
         site_kind="tool",
-        twist=lambda given, p: ca.vertcat(0, 0, p["a"] * given.temperature, ca.SX.zeros(3)),
+        place=lambda given, p: ca.vertcat(0, 0, p["a"] * given.temperature, ca.SX.zeros(3)),
         places=lambda n: (n,),
     )
     values = {**arms.VALUES, "growth": {"a": np.array([1e-5])}}

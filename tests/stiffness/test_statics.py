@@ -43,7 +43,7 @@ def six_dof(places: tuple[int, ...], spring: Effect | None = None) -> Effect:
         scope="robot",
         parameters=(Parameter("c", "SI", 36, 0, -1, 1, 1, "test"),),
         site_kind="place",
-        twist=lambda given, p: ca.mtimes(ca.reshape(p["c"], 6, 6), given.wrench),
+        place=lambda given, p: ca.mtimes(ca.reshape(p["c"], 6, 6), given.wrench),
         places=lambda n: places,
     )
 
@@ -393,7 +393,7 @@ def test_temperature_reaches_every_law() -> None:
         parameters=(Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
         site_kind="arm",
         joint=lambda given, p: 2 * p["a"] * given.temperature * ca.SX.ones(6),
-        twist=lambda given, p: ca.vertcat(p["a"] * given.temperature * given.place, ca.SX.zeros(5)),
+        place=lambda given, p: ca.vertcat(p["a"] * given.temperature * given.place, ca.SX.zeros(5)),
         places=lambda n: (1, n),
     )
     values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}, "growth": {"a": dm([1e-5])}}

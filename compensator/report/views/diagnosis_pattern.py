@@ -61,7 +61,7 @@ def patterns(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> list[Pat
     turned = _joints(effect, added, parts) if effect.joint or effect.torque or effect.angle else []
     if turned:
         return [_joint(effect, j, parts) for j in turned]
-    if effect.twist and not effect.joint:  # what fills both is geometry: no load makes it
+    if effect.place and not effect.joint:  # what fills both is geometry: no load makes it
         return [_place(added, parts)]
     return [_own_way(effect, added, parts)]
 
