@@ -51,7 +51,7 @@ Scope = Literal["robot", "tool", "instruments"]
 Size = Literal["joint", "pair", "place"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Parameter:
     """One parameter of an effect, as it stands in the model file.
 
@@ -186,7 +186,7 @@ def _nothing_wrong(values: Numbers) -> str:
     return ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Effect:
     """A physical cause of deflection: parameters, and the slots of the equation that it fills.
 

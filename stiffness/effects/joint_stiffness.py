@@ -14,7 +14,15 @@ EFFECT = Effect(
     site_kind="joint",
     parameters=(
         Parameter(
-            "k_nm_per_rad", "N*m/rad", "joint", 1e6, 1e2, 1e12, 1e6, "torsional stiffness per joint", fit="inverse"
+            name="k_nm_per_rad",
+            unit="N*m/rad",
+            size="joint",
+            start=1e6,
+            low=1e2,
+            high=1e12,
+            scale=1e6,
+            meaning="torsional stiffness per joint",
+            fit="inverse",
         ),
     ),
     joint=lambda given, p: given.torque / p["k_nm_per_rad"],

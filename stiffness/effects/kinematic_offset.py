@@ -23,15 +23,15 @@ def _displacement(given: PlaceInput, p: Values) -> ca.SX:
 def _parameter(name: str, unit: str, meaning: str) -> Parameter:
     most = 0.1 if unit == "m" else 0.2
     return Parameter(
-        name,
-        unit,
-        "joint",
-        0.0,
-        -most,
-        most,
-        1e-3,
-        meaning,
-        0.0,
+        name=name,
+        unit=unit,
+        size="joint",
+        start=0.0,
+        low=-most,
+        high=most,
+        scale=1e-3,
+        meaning=meaning,
+        default=0.0,
         neutral=0.0,
         site="joint" if name == "zero_rad" else "link",
     )
