@@ -76,4 +76,10 @@ EFFECT = Effect(
     joint=_law,
     memory=Memory("rad", _rule, lambda p: p["gap_rad"] / 2, lambda p: p["side"]),
     needs_torque_sign=True,
+    by_approach=True,
 )
+
+
+def values_of(gap: Floats) -> dict[str, Floats]:
+    """Values of the effect from gaps (n,) rad alone: every load chooses the flank."""
+    return {"gap_rad": gap, "breakaway_nm": np.zeros(len(gap)), "side": np.ones(len(gap))}

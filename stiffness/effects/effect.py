@@ -201,8 +201,11 @@ class Effect:
         joint, angle, torque, mass, place, wrench_reading, position_reading: the slots, None where not filled.
         places: joints -> the places that ``place`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
+        is_base: the linear spring of every joint, which the laws of the others build on; there is one.
+        is_geometry: constant errors of the geometry: absolute positions tell of them, displacements do not.
         unloaded: there is an effect without load, so that absolute positions tell of it.
         thermal: it follows the temperature: one temperature tells nothing of it.
+        by_approach: approaching from both sides tells of it: identification tries it unasked.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
             controller takes the sag off.
         unsure: angles (N, n), values, standard deviations -> (N, n) rad, where it was learned over part of a range and
@@ -225,8 +228,11 @@ class Effect:
     wrench_reading: Callable[[Shown, Values], ca.SX] | None = None
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
     memory: Memory | None = None
+    is_base: bool = False
+    is_geometry: bool = False
     unloaded: bool = False
     thermal: bool = False
+    by_approach: bool = False
     needs_torque_sign: bool = False
     unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None

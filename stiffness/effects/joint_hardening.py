@@ -10,8 +10,9 @@ slope at zero torque is 1/K + a/T + b/4T and falls to 1/K: the smooth form of th
 from __future__ import annotations
 
 import casadi as ca
+import numpy as np
 
-from stiffness.effects.effect import Effect, JointInput, Parameter, Values
+from stiffness.effects.effect import Effect, Floats, JointInput, Parameter, Values
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:
@@ -65,3 +66,8 @@ EFFECT = Effect(
     joint=_law,
     needs_torque_sign=True,
 )
+
+
+def values_of(windup: Floats, knee: Floats) -> dict[str, Floats]:
+    """Values of the effect from wind-up (n,) rad and knee (n,) N*m of one soft part, with no second one above it."""
+    return {"windup_rad": windup, "knee_nm": knee, "further_rad": np.zeros(len(knee))}

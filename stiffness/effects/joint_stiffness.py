@@ -5,7 +5,7 @@ dq = tau / K        (base model; Dumas et al., RCIM 27 (2011) 881)
 
 from __future__ import annotations
 
-from stiffness.effects.effect import Effect, Parameter
+from stiffness.effects.effect import Effect, Floats, Parameter
 
 EFFECT = Effect(
     name="joint-stiffness",
@@ -26,4 +26,10 @@ EFFECT = Effect(
         ),
     ),
     joint=lambda given, p: given.torque / p["k_nm_per_rad"],
+    is_base=True,
 )
+
+
+def values_of(stiffness: Floats) -> dict[str, Floats]:
+    """Values of the effect from stiffnesses (n,) N*m/rad."""
+    return {"k_nm_per_rad": stiffness}

@@ -58,4 +58,10 @@ EFFECT = Effect(
     joint=_law,
     memory=Memory("1", _rule, lambda p: 1 + 0 * p["ratio"], lambda p: 0 * p["ratio"]),
     needs_torque_sign=True,
+    by_approach=True,
 )
+
+
+def values_of(ratio: Floats) -> dict[str, Floats]:
+    """Values of the effect from ratios (n,) of non-loaded to pre-loaded stiffness."""
+    return {"ratio": ratio}

@@ -273,10 +273,12 @@ class Statics:
         """dq (n,) that all joint laws together make of a torque; without ``state`` those without memory."""
         n, warm = self.robot.n, ca.SX(temperature)
         none = ca.SX.zeros(n)
-        base = [e.joint for e in self.effects if e.name == "joint-stiffness" and e.joint]
+        base = next((e for e in self.effects if e.is_base), None)
 
         def springs(torque: ca.SX) -> ca.SX:
-            return base[0](JointInput(torque, none, none, q, none, warm), values["joint-stiffness"]) if base else none
+            if base is None or base.joint is None:
+                return none
+            return base.joint(JointInput(torque, none, none, q, none, warm), values[base.name])
 
         elastic, compliance = springs(tau), springs(ca.SX.ones(n))
         dq = self.angle_error(q, values) if angle_error is None else angle_error

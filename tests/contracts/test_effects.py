@@ -17,7 +17,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import stiffness.effects
-from stiffness.effects import BUILT_IN, BY_NAME, CATALOGUE
+from stiffness.effects import BASE, BUILT_IN, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Shown
 from tests.contracts.effect_laws import (
     JointLaw,
@@ -242,6 +242,30 @@ def test_thermal_effects_are_those_that_temperature_moves(effect: Effect) -> Non
     law, given = JointLaw(effect, values), joints(effect, values, 1)
     cold, warm = (law(replace(given, temperature=t), values) for t in (0.0, 7.0))
     assert effect.thermal == bool(np.abs(cold).max() == 0.0 < np.abs(warm).max())
+
+
+def test_one_effect_is_the_base_model() -> None:
+    assert [e for e in CATALOGUE if e.is_base] == [BASE] == [CATALOGUE[0]]
+
+
+@every_effect
+def test_effects_of_the_geometry_are_constant(effect: Effect) -> None:
+    """``is_geometry`` is set where joint and place laws are there, and are the same whatever acts on the arm."""
+    values = sample(effect, 1)
+    found = []
+    if effect.joint:
+        law = JointLaw(effect, values)
+        found.append([law(joints(effect, values, seed), values) for seed in (1, 2)])
+    for k in effect.places(N):
+        law_k, at = PlaceLaw(effect, place(k, 1), values), (wrench(1), wrench(2))
+        found.append([law_k(w, t, values) for w, t in zip(at, (1.0, 9.0), strict=True)])
+    constant = [bool(np.array_equal(once, again) and np.any(once)) for once, again in found]
+    assert effect.is_geometry == (bool(constant) and all(constant))
+
+
+@every_effect
+def test_the_approach_tells_of_effects_that_remember(effect: Effect) -> None:
+    assert not effect.by_approach or effect.memory is not None
 
 
 # ------------------------------------------------------------------------------------ against oracles
