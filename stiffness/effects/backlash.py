@@ -76,7 +76,7 @@ EFFECT = Effect(
     joint=_law,
     memory=Memory("rad", _rule, lambda p: p["gap_rad"] / 2, lambda p: p["side"]),
     needs_torque_sign=True,
-    by_approach=True,
+    fitted_where="approach",
 )
 
 

@@ -201,17 +201,18 @@ class Effect:
         joint, angle, torque, mass, place, wrench_reading, position_reading: the slots, None where not filled.
         places: joints -> the places that ``place`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
-        is_base: the linear spring of every joint, which the laws of the others build on; there is one.
-        is_geometry: constant errors of the geometry: absolute positions tell of them, displacements do not.
         unloaded: there is an effect without load, so that absolute positions tell of it.
         thermal: it follows the temperature: one temperature tells nothing of it.
-        by_approach: approaching from both sides tells of it: identification tries it unasked.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
             controller takes the sag off.
         unsure: angles (N, n), values, standard deviations -> (N, n) rad, where it was learned over part of a range and
             says nothing outside.
         nearest: allowed values near those that ``check`` has something against.
         check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
+        is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
+        fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
+            arm), ``position`` (absolute positions), ``approach`` (known approaches and two levels of load, and only
+            if the data ask for it); "" never.
     """
 
     name: str
@@ -228,15 +229,14 @@ class Effect:
     wrench_reading: Callable[[Shown, Values], ca.SX] | None = None
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
     memory: Memory | None = None
-    is_base: bool = False
-    is_geometry: bool = False
     unloaded: bool = False
     thermal: bool = False
-    by_approach: bool = False
     needs_torque_sign: bool = False
     unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None
     check: Callable[[Numbers], str] = _nothing_wrong
+    is_base: bool = False
+    fitted_where: Literal["", "load", "position", "approach"] = ""
 
     def __repr__(self) -> str:
         return f"Effect({self.name})"

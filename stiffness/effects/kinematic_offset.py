@@ -49,6 +49,6 @@ EFFECT = Effect(
     joint=lambda given, p: p["zero_rad"],
     place=_displacement,
     places=lambda n: tuple(range(1, n + 1)),
-    is_geometry=True,
     unloaded=True,
+    fitted_where="position",
 )

@@ -58,7 +58,7 @@ EFFECT = Effect(
     joint=_law,
     memory=Memory("1", _rule, lambda p: 1 + 0 * p["ratio"], lambda p: 0 * p["ratio"]),
     needs_torque_sign=True,
-    by_approach=True,
+    fitted_where="approach",
 )
 
 

@@ -249,23 +249,11 @@ def test_one_effect_is_the_base_model() -> None:
 
 
 @every_effect
-def test_effects_of_the_geometry_are_constant(effect: Effect) -> None:
-    """``is_geometry`` is set where joint and place laws are there, and are the same whatever acts on the arm."""
-    values = sample(effect, 1)
-    found = []
-    if effect.joint:
-        law = JointLaw(effect, values)
-        found.append([law(joints(effect, values, seed), values) for seed in (1, 2)])
-    for k in effect.places(N):
-        law_k, at = PlaceLaw(effect, place(k, 1), values), (wrench(1), wrench(2))
-        found.append([law_k(w, t, values) for w, t in zip(at, (1.0, 9.0), strict=True)])
-    constant = [bool(np.array_equal(once, again) and np.any(once)) for once, again in found]
-    assert effect.is_geometry == (bool(constant) and all(constant))
-
-
-@every_effect
-def test_the_approach_tells_of_effects_that_remember(effect: Effect) -> None:
-    assert not effect.by_approach or effect.memory is not None
+def test_what_readings_make_identification_fit_can_show(effect: Effect) -> None:
+    """Positions without load show what is there unloaded, approaches what remembers them."""
+    assert effect.fitted_where != "position" or effect.unloaded
+    assert effect.fitted_where != "approach" or effect.memory is not None
+    assert effect.fitted_where == "load" or not effect.is_base
 
 
 # ------------------------------------------------------------------------------------ against oracles

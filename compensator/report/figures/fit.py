@@ -158,8 +158,8 @@ def correlation_figure(fit: Fit, correlation: Floats) -> Figure:
 def short(u: Unknown) -> str:
     """A name for an axis; the effects' own words, none from a file."""
     name = LETTER.get(u.parameter.name, u.parameter.name.replace("_rad", "").replace("_m", ""))
-    plain = BY_NAME[u.effect].is_base or BY_NAME[u.effect].is_geometry
-    return f"{'' if plain else u.effect} {name} {u.index + 1}".strip()
+    of_every_fit = BY_NAME[u.effect].fitted_where in ("load", "position")
+    return f"{'' if of_every_fit else u.effect} {name} {u.index + 1}".strip()
 
 
 def _layout(height: int) -> Figure:

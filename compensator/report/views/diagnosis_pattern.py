@@ -83,10 +83,6 @@ def _part(d: Diagnosis, seen: Looked, effect: Effect) -> _Part:
     return _Part(seen, rows, says, seen.after[rows], turns)
 
 
-def _of_temperature(effect: Effect) -> bool:
-    return any(p.unit.endswith("/K") for p in effect.parameters)
-
-
 # ---- rotation of a joint
 
 
@@ -94,7 +90,7 @@ def _joints(effect: Effect, added: Added, parts: list[_Part]) -> list[int]:
     """The joints that an addition turns, most motion first; none where what it says is no rotation of joints."""
     named = [int(w.removeprefix("joint-")) - 1 for w in added.where if w.startswith("joint-")]
     every = named or range(parts[0].seen.session.robot.n)
-    if _of_temperature(effect):
+    if effect.thermal:
         return []
     shares = {j: _share(parts, j) for j in every}
     order = sorted(shares, key=lambda j: (-round(shares[j], 9), j))
@@ -208,7 +204,7 @@ def _own_way(effect: Effect, added: Added, parts: list[_Part]) -> Pattern:
         samples = p.seen.session.samples
         if effect.position_reading and np.isfinite(samples.time).all():
             x_name, x = "time, s", samples.time[p.rows][told]
-        elif _of_temperature(effect) and np.isfinite(samples.temperature).all():
+        elif effect.thermal and np.isfinite(samples.temperature).all():
             x_name, x = "temperature, deg C", samples.temperature[p.rows][told]
             reference = p.seen.session.reference_temperature
             sign = np.where(x < (20.0 if reference is None else reference), -1.0, 1.0)

@@ -1,0 +1,58 @@
+"""Frame: where a coordinate system stands in another one; one, or one per pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Frame:
+    """Rotation (..., 3, 3) and origin (..., 3) of an inner frame in an outer one: p_outer = rotation p_inner + origin.
+
+    Leading axes broadcast against each other, so that one work object meets N poses.
+    """
+
+    rotation: Floats
+    origin: Floats
+
+    def __repr__(self) -> str:
+        count = self.origin.shape[:-1]
+        return f"Frame({'x'.join(map(str, count)) + ' poses' if count else np.round(self.origin, 6).tolist()})"
+
+    @classmethod
+    def of(cls, matrix: Floats) -> Frame:
+        """From homogeneous matrices (..., 4, 4)."""
+        return cls(matrix[..., :3, :3], matrix[..., :3, 3])
+
+    @property
+    def matrix(self) -> Floats:
+        """(..., 4, 4) homogeneous."""
+        out = np.zeros((*self.origin.shape[:-1], 4, 4))
+        out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = self.rotation, self.origin, 1.0
+        return out
+
+    def at(self, point: Floats) -> Floats:
+        """Points (..., 3) of the inner frame, in the outer one."""
+        return self.along(point) + self.origin
+
+    def along(self, direction: Floats) -> Floats:
+        """Directions (..., 3) of the inner frame, in the outer one."""
+        return np.asarray((self.rotation @ np.asarray(direction)[..., None])[..., 0])
+
+    def then(self, inner: Frame) -> Frame:
+        """A frame that is given in this one, in the outer one."""
+        return Frame(self.rotation @ inner.rotation, self.at(inner.origin))
+
+    def inverse(self) -> Frame:
+        """The outer frame in the inner one."""
+        back = np.swapaxes(self.rotation, -1, -2)
+        return Frame(back, -(back @ self.origin[..., None])[..., 0])
+
+    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice) -> Frame:
+        """Some of N frames."""
+        return Frame(self.rotation[rows], self.origin[rows])
