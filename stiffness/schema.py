@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 class Table(BaseModel):
     """A table of a file: a key that it does not know is refused, and what was read does not change."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,14 @@ class Finding:
         key: with the tables it stands in, items of lists counted from 1: ``joints.3.limits.1``.
         given: the value that stands there.
         why: what was expected, in the words of pydantic or of a validator.
+        code: pydantic's name of the error, or that of a custom one.
     """
 
     kind: Literal["unknown", "missing", "wrong"]
     key: str
     given: object
     why: str
+    code: str
 
     def __str__(self) -> str:
         if self.kind == "unknown":
@@ -49,6 +51,7 @@ def findings(error: ValidationError) -> list[Finding]:
             key=".".join(str(part + 1) if isinstance(part, int) else str(part) for part in e["loc"]),
             given=e["input"],
             why=e["msg"].removeprefix("Value error, "),
+            code=e["type"],
         )
         for e in error.errors()
     ]

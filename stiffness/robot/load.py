@@ -38,9 +38,7 @@ def load_robot(
     path = (folder or Path()) / name_or_path
     if path.suffix not in (".toml", ".urdf"):
         names = ", ".join(builtin_robots())
-        raise RobotError(
-            f"{name_or_path!r} is no robot: expected a path to a .toml or .urdf file, or one of {names}"
-        )
+        raise RobotError(f"{name_or_path!r} is no robot: expected a path to a .toml or .urdf file, or one of {names}")
     if path.suffix == ".urdf":
         return _checked(urdf.read(path, base=base, tip=tip), None, None)
     return _checked(toml_file.read(path, label=str(path)), base, tip)
