@@ -23,7 +23,8 @@ from stiffness.identification.identify import identify
 from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import unknowns
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 from stiffness.session.session import Session, load_session
 
 Floats = npt.NDArray[np.float64]

@@ -14,7 +14,7 @@ from stiffness.identification.prediction import PredictedReadings, SessionPredic
 from stiffness.identification.problem import Problem, States, loose_sd
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns
-from stiffness.model.correlation import Correlations
+from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import Solution
 
