@@ -30,8 +30,6 @@ from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 
-__all__ = ["JointRecord", "LocalFit", "Pull", "Value", "identify_local"]
-
 NOISE = 3.0  # standard deviations that a stiffness must stand out of its noise
 ROUNDS = 3
 WORTH_A_WORD = 1e-3  # share of a reading below which a joint that was taken off is not listed

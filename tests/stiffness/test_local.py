@@ -15,10 +15,13 @@ import pytest
 import tomli_w
 
 from stiffness.errors import ModelError
-from stiffness.local_method.identify import LocalFit, identify_local
+from stiffness.local_method.fit import LocalFit
+from stiffness.local_method.identify import identify_local
 from stiffness.local_method.text import local_text
 from stiffness.model.model import load_model, save_model
-from stiffness.session.session import Instruments, Session, SessionError, load_session
+from stiffness.session.file import Instruments
+from stiffness.session.session import Session, load_session
+from stiffness.session.table import SessionError
 from tests.plant import Arm, Plant
 from tests.plant import paper_experiment as paper
 from tests.plant.lab import Form
