@@ -25,7 +25,7 @@ from stiffness.identification.readings import ReadingModel
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
-from stiffness.planning.postures import reachable
+from stiffness.planning.postures import reachable_postures
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
@@ -87,7 +87,7 @@ def plan_file(
     design = _design(loaded, robot, tool, _reflectors(measured, tool, robot.n), not measured)
     loading, more = _loading(design, measured, force)
     say("looking for postures")
-    postures = reachable(robot, tool.rotation, tool.position, max(POSTURES, 2 * count), seed)
+    postures = reachable_postures(robot, tool.rotation, tool.position, max(POSTURES, 2 * count), seed)
     before = sum((design.measured(s) for s in measured), design.known)
     matters = None
     if job is not None and toolpath is not None:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.candidates import Column, Unit, started
+from stiffness.diagnosis.candidates import Column, Term, started
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect, Numbers, Site
 from stiffness.identification.fit import Fit, fitted
@@ -58,21 +58,21 @@ def with_sites(addition: Addition, joints: int) -> Addition:
 
 
 def merged(
-    old: Sequence[Addition], unit: Unit, columns: Sequence[Column], weight: Floats, joints: int
+    old: Sequence[Addition], term: Term, columns: Sequence[Column], weight: Floats, joints: int
 ) -> list[Addition]:
-    """Additions with one unit more, its numbers begun where the linear fit found them."""
-    begun = started(unit, columns, weight, joints)
-    extras = frozenset({unit.site}) if unit.extras else frozenset()
-    before = next((a for a in old if a.effect is unit.effect), None)
+    """Additions with one term more, its numbers begun where the linear fit found them."""
+    begun = started(term, columns, weight, joints)
+    extras = frozenset({term.site}) if term.extras else frozenset()
+    before = next((a for a in old if a.effect is term.effect), None)
     if before is None:
-        return [*old, with_sites(Addition(unit.effect, (unit.site,), extras, begun), joints)]
+        return [*old, with_sites(Addition(term.effect, (term.site,), extras, begun), joints)]
     values = {k: np.array(v) for k, v in before.values.items()}
-    for p in (p for p in unit.effect.parameters if p.site == unit.site.kind):
-        if unit.site not in before.sites or p.extra:  # of a site that is there only the extras are new
-            values[p.name][p.of_site(unit.site.index)] = begun[p.name][p.of_site(unit.site.index)]
-    sites = before.sites if unit.site in before.sites else (*before.sites, unit.site)
-    order = {s: k for k, s in enumerate(unit.effect.sites(joints))}
-    now = Addition(unit.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
+    for p in (p for p in term.effect.parameters if p.site == term.site.kind):
+        if term.site not in before.sites or p.extra:  # of a site that is there only the extras are new
+            values[p.name][p.of_site(term.site.index)] = begun[p.name][p.of_site(term.site.index)]
+    sites = before.sites if term.site in before.sites else (*before.sites, term.site)
+    order = {s: k for k, s in enumerate(term.effect.sites(joints))}
+    now = Addition(term.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
     return [now if a is before else a for a in old]
 
 

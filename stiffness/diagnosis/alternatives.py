@@ -37,9 +37,9 @@ def candidates(effects: Sequence[Effect], base: Linearised) -> tuple[list[Candid
     found = []
     for effect in effects:
         choice = within(selector, effect)
-        heldout = selector.heldout(choice.units)
-        where = tuple(dict.fromkeys(w for u in choice.units for w in u.site.where))
-        found.append((float(heldout.sum()), effect.name, where, heldout, bool(choice.units)))
+        heldout = selector.heldout(choice.terms)
+        where = tuple(dict.fromkeys(w for u in choice.terms for w in u.site.where))
+        found.append((float(heldout.sum()), effect.name, where, heldout, bool(choice.terms)))
     out = []
     for chi2, name, where, heldout, there in sorted(found, key=lambda f: (f[0], f[1])):
         alike = [
@@ -53,9 +53,9 @@ def candidates(effects: Sequence[Effect], base: Linearised) -> tuple[list[Candid
 
 def within(selector: Selector, effect: Effect) -> Choice:
     """The sites of one effect that pay, one after the other."""
-    own = Selector(selector.ledger, [u for u in selector.units if u.effect is effect], selector.freedom)
+    own = Selector(selector.ledger, [u for u in selector.terms if u.effect is effect], selector.freedom)
     chosen = own.together([])
-    while len(chosen.units) < MOST_SITES:
+    while len(chosen.terms) < MOST_SITES:
         ranked = own.ranked(chosen)
         if not ranked or ranked[0].worth <= chosen.worth:
             break
@@ -107,11 +107,11 @@ def _trials(search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: F
     selector = linear.selector
     own = within(selector, a.effect)
     found = [within(selector, e) for e in search.effects if e is not a.effect]
-    found = [c for c in found if c.units and c.worth > own.worth - ODDS - LINEAR * own.fit.gain]
+    found = [c for c in found if c.terms and c.worth > own.worth - ODDS - LINEAR * own.fit.gain]
     out = []
     for choice in sorted(found, key=lambda c: -c.worth)[:CLOSEST]:
         more, trial = search.adopted(linear, choice, rest)
-        name = choice.units[0].effect.name
+        name = choice.terms[0].effect.name
         out.append(_Trial(name, trial, more, _price(trial, fit.solution.misfit)))
     return out
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged
-from stiffness.diagnosis.candidates import Column, Unit, columns_of
+from stiffness.diagnosis.candidates import Column, Term, columns_of
 from stiffness.diagnosis.linear_fit import Ledger
 from stiffness.diagnosis.selection import CHANCE, Choice, Selector
 from stiffness.diagnosis.sensitivities import Sensitivities
@@ -67,7 +67,7 @@ class Search:
                 linear = self.linearised(fit, additions)
                 fit = linear.fit
             chosen = linear.selector.forward()
-            if not chosen.units:
+            if not chosen.terms:
                 break
             more, trial = self.adopted(linear, chosen, additions)
             kept, trial = self.pruned(more, trial)
@@ -83,16 +83,16 @@ class Search:
         return fit, additions
 
     def adopted(self, linear: Linearised, chosen: Choice, additions: Sequence[Addition]) -> tuple[list[Addition], Fit]:
-        """Chosen units as additions, fitted; where much is left, from every shape on trial."""
-        weights = {u.key: chosen.weights(u) for u in chosen.units}
-        begun = self._merged(linear, chosen.units, weights, additions)
+        """Chosen terms as additions, fitted; where much is left, from every shape on trial."""
+        weights = {u.key: chosen.weights(u) for u in chosen.terms}
+        begun = self._merged(linear, chosen.terms, weights, additions)
         fit = self.fits.fit(begun, linear.fit)
         if fit.solution.misfit > SETTLED:  # the numbers of a model without the effect may be far off with it
             other = self.fits.fit(begun)
             fit = min(fit, other, key=lambda f: f.solution.chi2)
-        for unit in chosen.units if fit.solution.misfit > SETTLED else ():
-            for alone in _one_trial_each(unit, linear.columns, weights[unit.key]):
-                trial = self._merged(linear, chosen.units, {**weights, unit.key: alone}, additions)
+        for term in chosen.terms if fit.solution.misfit > SETTLED else ():
+            for alone in _one_trial_each(term, linear.columns, weights[term.key]):
+                trial = self._merged(linear, chosen.terms, {**weights, term.key: alone}, additions)
                 other = self.fits.fit(trial, linear.fit)
                 if other.solution.chi2 < fit.solution.chi2:
                     fit, begun = other, trial
@@ -108,13 +108,13 @@ class Search:
     def _merged(
         self,
         linear: Linearised,
-        units: Sequence[Unit],
+        terms: Sequence[Term],
         weights: Mapping[tuple[str, tuple[str, ...]], Floats],
         additions: Sequence[Addition],
     ) -> list[Addition]:
         more = list(additions)
-        for unit in units:
-            more = merged(more, unit, linear.columns, weights[unit.key], self.fits.joints)
+        for term in terms:
+            more = merged(more, term, linear.columns, weights[term.key], self.fits.joints)
         return more
 
     def pruned(self, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
@@ -150,19 +150,19 @@ class Search:
         return float(stats.chi2.sf(score, len(at)))
 
     def linearised(self, fit: Fit, additions: Sequence[Addition]) -> Linearised:
-        """What every unit would add to a fit."""
+        """What every term would add to a fit."""
         torque = np.zeros(self.fits.joints)
         for s in fit.sessions:
             torque = np.maximum(torque, np.abs(s.predicted.torque).max(axis=0))
-        columns, units = columns_of(self.effects, self.fits.joints, torque)
+        columns, terms = columns_of(self.effects, self.fits.joints, torque)
         more = (
             self._slopes(sensitivities, s, fit, columns, additions)
             for sensitivities, s in zip(self.sensitivities, fit.sessions, strict=True)
         )
         width = len(fit.solution.vector)
         ledger, fit = ledger_of(fit, more, np.full(width, 1e-12) + _weak(fit))
-        units = [u for u in (_remaining(u, columns, additions) for u in units) if u is not None]
-        return Linearised(fit, tuple(columns), Selector(ledger, units, fit.solution.freedom))
+        terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
+        return Linearised(fit, tuple(columns), Selector(ledger, terms, fit.solution.freedom))
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivities, ...]:
@@ -222,10 +222,10 @@ def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats]
     return out
 
 
-def _one_trial_each(unit: Unit, columns: Sequence[Column], weight: Floats) -> list[Floats]:
-    """Weights that put all of a unit on one of its trials; none where it has but one."""
-    trial = [id(columns[k].trial) for k in unit.columns]
-    number = [columns[k].number for k in unit.columns]
+def _one_trial_each(term: Term, columns: Sequence[Column], weight: Floats) -> list[Floats]:
+    """Weights that put all of a term on one of its trials; none where it has but one."""
+    trial = [id(columns[k].trial) for k in term.columns]
+    number = [columns[k].number for k in term.columns]
     total = {u: sum(w for w, v in zip(weight, number, strict=True) if v == u) for u in number}
     if len(set(trial)) < 2:
         return []
@@ -235,15 +235,15 @@ def _one_trial_each(unit: Unit, columns: Sequence[Column], weight: Floats) -> li
     ]
 
 
-def _remaining(unit: Unit, columns: Sequence[Column], additions: Sequence[Addition]) -> Unit | None:
-    """What of a unit an addition does not have yet."""
-    a = next((a for a in additions if a.effect is unit.effect and unit.site in a.sites), None)
+def _remaining(term: Term, columns: Sequence[Column], additions: Sequence[Addition]) -> Term | None:
+    """What of a term an addition does not have yet."""
+    a = next((a for a in additions if a.effect is term.effect and term.site in a.sites), None)
     if a is None:
-        return unit
-    if not unit.extras or unit.site in a.extras or unit.choice != 0:
+        return term
+    if not term.extras or term.site in a.extras or term.choice != 0:
         return None
-    keep = [i for i, c in enumerate(unit.columns) if columns[c].number.parameter.extra]
-    return replace(unit, columns=tuple(unit.columns[i] for i in keep), positive=tuple(unit.positive[i] for i in keep))
+    keep = [i for i, c in enumerate(term.columns) if columns[c].number.parameter.extra]
+    return replace(term, columns=tuple(term.columns[i] for i in keep), positive=tuple(term.positive[i] for i in keep))
 
 
 def _weak(fit: Fit) -> Floats:

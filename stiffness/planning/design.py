@@ -22,7 +22,7 @@ from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.memory.preload import PreloadState, unknown, walk
-from stiffness.planning.postures import Postures
+from stiffness.planning.postures import PosturePool
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session
 
@@ -57,7 +57,7 @@ class Loading:
 
 
 @dataclass(frozen=True, repr=False)
-class Candidates:
+class SetupPool:
     """C set-ups to choose from.
 
     Attributes:
@@ -74,7 +74,7 @@ class Candidates:
     information: Floats
 
     def __repr__(self) -> str:
-        return f"Candidates({len(self.posture)} set-ups)"
+        return f"SetupPool({len(self.posture)} set-ups)"
 
 
 class Design:
@@ -135,7 +135,7 @@ class Design:
             a = a - b @ np.linalg.solve(c, b.T)
         return np.asarray(0.5 * (a + a.T) * np.outer(self.scale, self.scale))
 
-    def candidates(self, postures: Postures, loading: Loading) -> Candidates:
+    def candidates(self, postures: PosturePool, loading: Loading) -> SetupPool:
         """Every posture x line x point of pull x reflector, with its information."""
         many, lines, points = len(postures), len(LINES), len(PULLED_AT)
         arm = np.einsum("mij,kj->mki", postures.rotation, PULLED_AT)
@@ -147,7 +147,7 @@ class Design:
         q, approach = postures.q[posture], postures.approach[posture]
         parts = [self._information(q, approach, wrench, r, loading) for r in self.reflectors]
         count = len(self.reflectors)
-        return Candidates(
+        return SetupPool(
             np.tile(posture, count),
             np.repeat(np.arange(count), len(posture)),
             np.tile(wrench, (count, 1)),
