@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
-from stiffness.diagnosis.alternatives import Rival, candidates, rivals
+from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alternatives
 from stiffness.diagnosis.attribution import Share
 from stiffness.diagnosis.held_out import FEWEST, held_out, held_out_scores
 from stiffness.diagnosis.moved_parameters import changed_numbers
@@ -55,11 +55,11 @@ class _Found:
 
     Attributes:
         ranking: every effect by itself; ``base_rms``: m, of the model at hand, None where it was not scored.
-        rivals: of the additions that stand.
+        alternatives: of the additions that stand.
     """
 
     judged: Judged
-    rivals: tuple[Rival, ...] = ()
+    alternatives: tuple[Alternatives, ...] = ()
     ranking: tuple[Candidate, ...] = ()
     base_rms: float | None = None
 
@@ -90,12 +90,12 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     allowed = whole.within_limits(last, additions)
     return Diagnosis(
         verdict=verdict,
-        added=tuple(_added(a, allowed, last, found.rivals) for a in additions),
+        added=tuple(_added(a, allowed, last, found.alternatives) for a in additions),
         changed=tuple(changed),
         lines=held_out_scores(model, base, refined, [s.used for s in last.sessions]),
         candidates=found.ranking,
         points_at=tuple(structure.shares),
-        next_setups=tuple(_next_setups(verdict, fit, found.rivals, structure.shares)),
+        next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.shares)),
         outliers=tuple(last.outlier_rows()),
         notes=(*notes, *structure.notes, *more),
         model=refined_model(model, allowed, last, additions) if moved else model,
@@ -120,7 +120,7 @@ def _searched(search: Search, base: Fit) -> _Found:
     base = linear.fit
     ranking, base_rms = candidates(search.effects, linear)
     fit, additions = search.run(linear)
-    fit, additions, found = rivals(search, fit, additions, base)
+    fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)
     outcome = judged(search, base, fit, additions)
     kept = [r for r in found if any(a.effect is r.addition.effect for a in outcome.additions)]
@@ -155,10 +155,10 @@ def _mute(sessions: Sequence[Session], base: Fit) -> bool:
     return not any(told)
 
 
-def _next_setups(verdict: Verdict, fit: Fit, found: Sequence[Rival], shares: Sequence[Share]) -> list[NextSetup]:
-    for rival in found:
-        for name, other in rival.fits.items():
-            return splitting(fit, other, f"tells {rival.addition.effect.name} from {name}")
+def _next_setups(verdict: Verdict, fit: Fit, found: Sequence[Alternatives], shares: Sequence[Share]) -> list[NextSetup]:
+    for own in found:
+        for name, other in own.fits.items():
+            return splitting(fit, other, f"tells {own.addition.effect.name} from {name}")
     session = fit.sessions[0].session
     if verdict == "unexplained":
         top = next((s.what for s in shares if s.what.startswith("joint-")), None)
@@ -169,7 +169,7 @@ def _next_setups(verdict: Verdict, fit: Fit, found: Sequence[Rival], shares: Seq
     return []
 
 
-def _added(a: Addition, allowed: Fit, last: Fit, found: Sequence[Rival]) -> Added:
+def _added(a: Addition, allowed: Fit, last: Fit, found: Sequence[Alternatives]) -> Added:
     values, sd = allowed.values()[a.effect.name], last.deviations()[a.effect.name]
     parameters = {}
     for p in a.effect.parameters:
@@ -180,12 +180,12 @@ def _added(a: Addition, allowed: Fit, last: Fit, found: Sequence[Rival]) -> Adde
         every = range(p.count(last.unknowns.joints))
         at = list(dict.fromkeys(k for s in a.sites if s.kind == p.site for k in every[p.of_site(s.index)]))
         parameters[p.name] = (values[p.name][at], sd[p.name][at], p.unit)
-    rival = next((r for r in found if r.addition.effect is a.effect), None)
+    own = next((r for r in found if r.addition.effect is a.effect), None)
     return Added(
         effect=a.effect.name,
         where=a.where,
         parameters=parameters,
-        explains=rival.explains if rival else 0.0,
-        confused_with=tuple(rival.fits) if rival else (),
+        explains=own.explains if own else 0.0,
+        confused_with=tuple(own.fits) if own else (),
         sites=tuple(s.where for s in a.sites),
     )

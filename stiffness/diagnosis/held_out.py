@@ -1,4 +1,4 @@
-"""Held-out set-ups: those that take no part in a diagnosis, and the scores on them before and after."""
+"""Held-out set-ups: they take no part in a diagnosis, and score the model before and after it."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged
 from stiffness.diagnosis.candidates import Column, Term, columns_of
-from stiffness.diagnosis.linear_fit import Ledger
-from stiffness.diagnosis.selection import CHANCE, Choice, Selector
+from stiffness.diagnosis.linear_fit import NormalEquations
+from stiffness.diagnosis.selection import CHANCE, Selection, Selector
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.diagnosis.switching_torques import with_better_torques
 from stiffness.effects import CATALOGUE
@@ -82,8 +82,10 @@ class Search:
                 break
         return fit, additions
 
-    def adopted(self, linear: Linearised, chosen: Choice, additions: Sequence[Addition]) -> tuple[list[Addition], Fit]:
-        """Chosen terms as additions, fitted; where much is left, from every shape on trial."""
+    def adopted(
+        self, linear: Linearised, chosen: Selection, additions: Sequence[Addition]
+    ) -> tuple[list[Addition], Fit]:
+        """Chosen terms as additions, fitted; where much is left, started from every shape on trial."""
         weights = {u.key: chosen.weights(u) for u in chosen.terms}
         begun = self._merged(linear, chosen.terms, weights, additions)
         fit = self.fits.fit(begun, linear.fit)
@@ -160,9 +162,9 @@ class Search:
             for sensitivities, s in zip(self.sensitivities, fit.sessions, strict=True)
         )
         width = len(fit.solution.vector)
-        ledger, fit = ledger_of(fit, more, np.full(width, 1e-12) + _weak(fit))
+        equations, fit = normal_equations(fit, more, np.full(width, 1e-12) + _weak(fit))
         terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
-        return Linearised(fit, tuple(columns), Selector(ledger, terms, fit.solution.freedom))
+        return Linearised(fit, tuple(columns), Selector(equations, terms, fit.solution.freedom))
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivities, ...]:
@@ -197,7 +199,7 @@ class Search:
         return out
 
 
-def ledger_of(fit: Fit, more: Iterable[Floats], precision: Floats) -> tuple[Ledger, Fit]:
+def normal_equations(fit: Fit, more: Iterable[Floats], precision: Floats) -> tuple[NormalEquations, Fit]:
     """Products of further columns with the residuals of a fit, fold by fold; the fit's own numbers are nuisance. And
     the fit, evaluated once more.
 
@@ -210,7 +212,7 @@ def ledger_of(fit: Fit, more: Iterable[Floats], precision: Floats) -> tuple[Ledg
         blocks += mine
         folds += [fold_of(s.session, int(b.rows[0])) for b in mine]
         states.append(state)
-    return Ledger(blocks, folds, len(fit.solution.vector), precision), replace(fit, states=tuple(states))
+    return NormalEquations(blocks, folds, len(fit.solution.vector), precision), replace(fit, states=tuple(states))
 
 
 def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats], joints: int) -> dict[str, Floats]:

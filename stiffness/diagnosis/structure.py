@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of
-from stiffness.diagnosis.alternatives import Rival
+from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import Share, attribution
 from stiffness.diagnosis.coherence import coherent
 from stiffness.diagnosis.search import Search
@@ -43,7 +43,7 @@ class Judged:
 
 
 def without_crumbs(
-    search: Search, fit: Fit, additions: list[Addition], found: Sequence[Rival]
+    search: Search, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
 ) -> tuple[Fit, list[Addition]]:
     """Without additions that only polish what another explains: laws that are not exact to the last digit."""
     crumbs = {r.addition.effect.name for r in found if r.explains < CRUMB}

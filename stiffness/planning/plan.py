@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import StiffnessError
-from stiffness.planning.design import SetupPool, Design, Loading
+from stiffness.planning.design import Design, Loading, SetupPool
 from stiffness.planning.postures import PosturePool
 
 Floats = npt.NDArray[np.float64]
