@@ -39,7 +39,13 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
     """Set-ups where two fits of the same sessions predict readings that are farthest apart."""
     session = first.sessions[0].session
     tool = session.tool.tool()
-    pool = reachable_postures(session.robot, tool.rotation, tool.position, POOL, SEED)
+    pool = reachable_postures(
+        robot=session.robot,
+        rotation=tool.rotation,
+        position=tool.position,
+        count=POOL,
+        seed=SEED,
+    )
     force = largest_force(session)
     loads = np.concatenate([np.zeros((1, 3)), _WAYS * force]) if force > 0 else np.zeros((1, 3))
     q = np.repeat(pool.q, len(loads), axis=0)
@@ -53,7 +59,8 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
         load = int(np.argmax(apart[k].max(axis=1)))
         order = np.argsort(-apart[k, load])
         names = tuple(session.reflectors[int(r)].name for r in order[: max(1, min(2, len(order)))])
-        out.append(NextSetup(pool.q[k], wrench[k * len(loads) + load], names, why, float(score[k])))
+        pulled = wrench[k * len(loads) + load]
+        out.append(NextSetup(q=pool.q[k], wrench=pulled, reflectors=names, why=why, apart=float(score[k])))
         near = np.linalg.norm(pool.q - pool.q[k], axis=1) < 1.0  # the next one elsewhere
         score = np.where(near, -1.0, score)
         if score.max() <= 0:
@@ -64,7 +71,7 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
 def spread(session: Session, joint: int | None, why: str) -> list[NextSetup]:
     """Set-ups over the whole range of one joint, or of all, with the largest load of the session across the arm."""
     robot, tool = session.robot, session.tool.tool()
-    pool = reachable_postures(robot, tool.rotation, tool.position, POOL, SEED)
+    pool = reachable_postures(robot=robot, rotation=tool.rotation, position=tool.position, count=POOL, seed=SEED)
     low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     force = largest_force(session)
     out = []
@@ -75,7 +82,8 @@ def spread(session: Session, joint: int | None, why: str) -> list[NextSetup]:
             wanted = low[joint] + (high[joint] - low[joint]) * (k + 0.5) / WANTED
             q = pool.q[int(np.argmin(np.abs(pool.q[:, joint] - wanted)))]
         wrench = np.concatenate([_WAYS[k] * force, np.zeros(3)])
-        out.append(NextSetup(q, wrench, tuple(r.name for r in session.reflectors), why, 0.0))
+        names = tuple(r.name for r in session.reflectors)
+        out.append(NextSetup(q=q, wrench=wrench, reflectors=names, why=why, apart=0.0))
     return out
 
 
