@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.rig import Floats, Rig, Task, flange, rig, task
 from benchmarks.table import Row
 from benchmarks.timing import cores, hashing, interleaved, on_cores, ratio
-from stiffness.statics.predictor import Command
+from stiffness.statics.prediction import Command
 
 ABB = "abb-irb6600-175-255"
 MANY, FEW = 100_000, 200  # poses of the product and of the loop in one round

@@ -11,10 +11,12 @@ import numpy.typing as npt
 
 from benchmarks.naive import NaiveArm
 from stiffness.effects import BY_NAME
-from stiffness.kinematics.solvers import Inverse, inverse_kinematics
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.solver import inverse_kinematics
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 

@@ -44,7 +44,8 @@ import numpy as np
 from compensator.tasks.effects import catalogue, effect_lines
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.model.model import load_model, model_text
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from stiffness.robot.load import load_robot
 from stiffness.identification.unknowns import numbers_of, start_values, unknowns
 

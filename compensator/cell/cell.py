@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, mode
 
 from compensator.errors import CellError
 from stiffness.robot.robot import STANDARD_GRAVITY
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
 
 Floats = npt.NDArray[np.float64]

@@ -13,12 +13,15 @@ from compensator.cell.cell import Cell, load_cell
 from compensator.errors import CellError, SolveError
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import EquilibriumError, RobotError
-from stiffness.kinematics.solvers import Inverse, inverse_kinematics
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.solver import inverse_kinematics
 from stiffness.memory.preload import PreloadState, unknown
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import COLUMNS, Command, Near, Prediction, Predictor, Tool
+from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -71,12 +74,12 @@ class Job:
         wrench: Floats,
         state: Floats,
         start: Floats,
-        near: Near | None = None,
+        near: StartValues | None = None,
     ) -> Command:
         """Predictor.command with the tool of every pose."""
         done = []
         for p, r in self._by_tool(toolpath):
-            begin = near and Near(near.q[r], near.actual[r], near.extra[r])
+            begin = near and StartValues(near.q[r], near.actual[r], near.extra[r])
             done.append((r, p.command(rotation[r], position[r], wrench[r], state[r], start[r], begin)))
         if len(done) == 1:
             return done[0][1]

@@ -8,7 +8,8 @@ import numpy.typing as npt
 from compensator.cell.cell import Solve
 from compensator.errors import PathError
 from compensator.path.pose_names import place
-from stiffness.kinematics.solvers import Inverse, SphericalInverse
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
 from toolpaths.toolpath import Toolpath
 

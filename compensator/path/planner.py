@@ -17,9 +17,10 @@ from compensator.errors import PathError
 from compensator.path.free_turn import reference_rotation, varying_turn
 from compensator.path.motion_bounds import Bounds
 from compensator.path.pose_names import mm, place
-from stiffness.kinematics.solvers import Inverse, SphericalInverse
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]

@@ -9,7 +9,7 @@ from compensator.cell.external_axes import carried
 from compensator.cell.job import ONE_TOOL, Job
 from compensator.path.pose_names import place
 from compensator.solve.compensation import Compensation
-from stiffness.kinematics.solvers import SphericalInverse
+from stiffness.kinematics.spherical import SphericalInverse
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.program import WARNING, Finding, Program, ToolFrame
 

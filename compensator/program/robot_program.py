@@ -13,7 +13,7 @@ from compensator.cell.job import Job, job_of
 from compensator.errors import CellError
 from compensator.path.free_turn import quaternion_matrix
 from compensator.path.planner import Planner
-from stiffness.kinematics.solvers import SphericalInverse
+from stiffness.kinematics.spherical import SphericalInverse
 from toolpaths.interpreting.arcs import with_arcs
 from toolpaths.rotation import quaternion_from_matrix, rpy_from_matrix, turn_between
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis

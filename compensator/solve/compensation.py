@@ -10,7 +10,7 @@ import numpy.typing as npt
 from compensator.cell.job import Job
 from compensator.path.planner import Path
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import Command, Prediction
+from stiffness.statics.prediction import Command, Prediction
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]

@@ -22,9 +22,9 @@ from compensator.solve.compensation import Compensation
 from compensator.solve.flank_poses import with_changes
 from compensator.solve.joint_state import SAME_STATE, STATE_ROUNDS, commanded_moves, follow, settled_state
 from compensator.solve.rapid_fade import faded_targets, held_targets
-from stiffness.kinematics.solvers import SphericalInverse
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.memory.preload import PreloadState, walk
-from stiffness.statics.predictor import TOLERANCE, Command, Near, Prediction
+from stiffness.statics.prediction import TOLERANCE, Command, Prediction, StartValues
 from toolpaths.resample import resample
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -76,7 +76,7 @@ def uncompensated(job: Job, path: Path) -> Compensation:
     return Compensation(job, path, wrench, path.rotation, path.position, still, state, before, 0, 0)
 
 
-def _near(old: Compensation, path: Path) -> Near:
+def _near(old: Compensation, path: Path) -> StartValues:
     """The solution of ``old`` carried over to a path with poses put in between."""
     at, to = old.path.toolpath.row, path.toolpath.row
 
@@ -84,7 +84,7 @@ def _near(old: Compensation, path: Path) -> Near:
         return np.array([np.interp(to, at, column) for column in values.T]).reshape(-1, len(to)).T.copy()
 
     q, actual = carried(old.command.q - old.path.q), carried(old.command.actual - old.path.q)
-    return Near(path.q + q, path.q + actual, carried(old.command.extra))
+    return StartValues(path.q + q, path.q + actual, carried(old.command.extra))
 
 
 def _solved(job: Job, path: Path, rapids_stay: bool, old: Compensation | None = None) -> Compensation:
@@ -112,7 +112,7 @@ def _agree(
     rotation: Floats,
     position: Floats,
     wrench: Floats,
-    near: Near | Command | None,
+    near: StartValues | Command | None,
     held: npt.NDArray[np.intp],
 ) -> tuple[Command, PreloadState, int]:
     """Iterate command and state until the state stops changing; poses ``held`` are commanded as they are."""
@@ -123,7 +123,7 @@ def _agree(
     for rounds in range(1, STATE_ROUNDS + 1):
         if len(held):
             rotation, position = held_targets(job, path, wrench, state, held)
-        begin = None if near is None else Near(near.q[rows], near.actual[rows], near.extra[rows])
+        begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
         some = path.toolpath if command is None else path.toolpath.take(rows)
         part = job.command(
             some, rotation[rows], position[rows], wrench[rows], state.middle[rows], path.q[rows], begin

@@ -15,14 +15,14 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers, Shown, Values
+from stiffness.effects.effect import Numbers, ShownWrench, Values
 from stiffness.identification.angle_tables import Tables
 from stiffness.identification.unknowns import Unknowns
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
-from stiffness.statics.point_motion import Sight
-from stiffness.statics.predictor import Tool
-from stiffness.statics.statics import Load, Posture, Statics
+from stiffness.statics.point_motion import PointMotion
+from stiffness.statics.statics import DeflectedArm, Load, Statics
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -124,9 +124,9 @@ class Reader:
         return self.statics.n_x * (3 if self.calibrated_out else 1)
 
     @cached_property
-    def sight(self) -> Sight:
+    def sight(self) -> PointMotion:
         """Its kinematics."""
-        return Sight(self.statics)
+        return PointMotion(self.statics)
 
     def rest(
         self,
@@ -230,14 +230,14 @@ class Reader:
         return self.statics.loads_of_weight(self._gravity, extra, values)
 
     def load(
-        self, pull: Pull, posture: Posture, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
+        self, pull: Pull, posture: DeflectedArm, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
     ) -> list[Load]:
         """The load that acts where the sensor shows ``w``."""
         turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
         for e in self.statics.effects:
             if e.wrench_reading:
                 to_tool = ca.SX.eye(3) if pull.tool_axes else turn.T
-                w = e.wrench_reading(Shown(w, to_tool), values[e.name])
+                w = e.wrench_reading(ShownWrench(w, to_tool), values[e.name])
         if pull.tool_axes:
             w = ca.vertcat(ca.mtimes(turn, w[:3]), ca.mtimes(turn, w[3:]))
         return [Load(pull.link, point, w, pull.point_link)]

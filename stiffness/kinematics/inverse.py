@@ -21,7 +21,7 @@ EXACT = 1e-9  # m and rad: how far a returned posture may stand from its pose
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Batch:
+class InverseSolution:
     """Joint angles of N poses.
 
     Attributes:
@@ -42,7 +42,7 @@ class Batch:
     reasons: dict[str, Bools]
 
     def __repr__(self) -> str:
-        return f"Batch({len(self.ok)} poses, {int(self.ok.sum())} solved)"
+        return f"InverseSolution({len(self.ok)} poses, {int(self.ok.sum())} solved)"
 
     def why(self, pose: int) -> str:
         """What is wrong with a pose, in words; empty when nothing is."""
@@ -75,7 +75,7 @@ class Inverse(ABC):
     @abstractmethod
     def along(
         self, rotation: Floats, origin: Floats, branch: int | Ints, seed: Floats | None = None
-    ) -> Batch:
+    ) -> InverseSolution:
         """Postures along a path of flange poses in the base.
 
         Args:

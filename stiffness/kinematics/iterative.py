@@ -1,6 +1,6 @@
 """Inverse kinematics by Newton steps, for arms whose wrist axes do not meet in a point.
 
-Every branch of one pose: ``postures``. Along a path: knots one after the other, each started from the one
+Every branch of one pose: ``posture_search``. Along a path: knots one after the other, each started from the one
 before, then all poses between them at once, each started from the knots around it.
 """
 
@@ -12,11 +12,19 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import RobotError
-from stiffness.kinematics.all_postures import SAME, Postures
 from stiffness.kinematics.full_turns import continuous, limit_margin, nearest_turn, turns
-from stiffness.kinematics.inverse import EXACT, SINGULAR, Batch, Inverse, checked_branch, checked_path, pose_error
+from stiffness.kinematics.inverse import (
+    EXACT,
+    SINGULAR,
+    Inverse,
+    InverseSolution,
+    checked_branch,
+    checked_path,
+    pose_error,
+)
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.kinematics.newton import Newton
+from stiffness.kinematics.posture_search import SAME, PostureSearch
 from stiffness.kinematics.waypoints import densified, knots_of
 from stiffness.robot.robot import Robot
 
@@ -40,7 +48,7 @@ class IterativeInverse(Inverse):
         self.robot = robot
         self._newton = Newton(robot)
         self._conditioning = Conditioning(robot)
-        self._postures = Postures(robot, self._newton, self._conditioning)
+        self._postures = PostureSearch(robot, self._newton, self._conditioning)
 
     def all(self, pose: Floats, *, limits: bool = True) -> list[tuple[int, Floats]]:
         found = self._postures.every(np.asarray(pose, dtype=float))
@@ -48,7 +56,7 @@ class IterativeInverse(Inverse):
 
     def along(
         self, rotation: Floats, origin: Floats, branch: int | Ints, seed: Floats | None = None
-    ) -> Batch:
+    ) -> InverseSolution:
         rotation, origin = checked_path(self.robot, rotation, origin)
         labels = checked_branch(self, branch, len(origin))
         if seed is not None and np.ndim(seed) == 2:
@@ -92,12 +100,12 @@ class IterativeInverse(Inverse):
     def singularity(self, q: Floats, *, jacobian: bool = True) -> dict[str, Floats]:
         return {"jacobian": self._conditioning(np.atleast_2d(q))} if jacobian else {}
 
-    def _batch(self, q: Floats, error: Floats, reason: str) -> Batch:
+    def _batch(self, q: Floats, error: Floats, reason: str) -> InverseSolution:
         solved = error.max(axis=1, initial=0.0) < EXACT
         singular = self._conditioning(q) <= SINGULAR
         reasons = {reason: ~solved, "singular": solved & singular}
         reach = np.where(solved, 0.0, -error[:, 0])
-        return Batch(q, solved & ~singular, limit_margin(self.robot, q), reach, self._wrist(q), reasons)
+        return InverseSolution(q, solved & ~singular, limit_margin(self.robot, q), reach, self._wrist(q), reasons)
 
     def _wrist(self, q: Floats) -> Floats:
         """|sin| of the angle between axes 4 and 6."""

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from stiffness.rotation import rpy_rotation
 from stiffness.session.table import SessionError, decoded, meant
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]

@@ -19,10 +19,9 @@ from stiffness.effects.effect import Effect, Numbers, Values
 from stiffness.errors import EquilibriumError
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot, constant
-from stiffness.statics.solution import COLUMNS, TOLERANCE, Command, Near, Prediction, Tool
-from stiffness.statics.statics import SWEEPS, Equilibrium, Load, Posture, Statics, largest
-
-__all__ = ["COLUMNS", "TOLERANCE", "Command", "Near", "Prediction", "Predictor", "Tool"]
+from stiffness.statics.prediction import TOLERANCE, Command, Prediction, StartValues
+from stiffness.statics.statics import SWEEPS, DeflectedArm, Equilibrium, Load, Statics, largest
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 
@@ -118,7 +117,13 @@ class Predictor:
         return _matrices(rotation), position
 
     def command(
-        self, rotation: Floats, position: Floats, wrench: Floats, state: Floats, start: Floats, near: Near | None = None
+        self,
+        rotation: Floats,
+        position: Floats,
+        wrench: Floats,
+        state: Floats,
+        start: Floats,
+        near: StartValues | None = None,
     ) -> Command:
         """Commands whose deflected TCP stands at the wanted pose.
 
@@ -196,7 +201,7 @@ class Predictor:
         q, wrench = ca.SX.sym("q", self.robot.n), ca.SX.sym("wrench", 6)
         return q, wrench, ca.SX.sym("state", self.statics.n_state), Load(self.robot.n, self._tcp, wrench)
 
-    def _tcp_of(self, posture: Posture) -> tuple[ca.SX, ca.SX]:
+    def _tcp_of(self, posture: DeflectedArm) -> tuple[ca.SX, ca.SX]:
         flange = posture.links[-1]
         return ca.mtimes(flange.rotation, self._turn), flange.at(self._tcp)
 
@@ -240,7 +245,7 @@ class Predictor:
     def _nominal(self, q: ca.SX) -> tuple[ca.SX, ca.SX]:
         return self._tcp_of(self.statics.posture(q, ca.SX.zeros(self.statics.n_x)))
 
-    def _straight(self, q: ca.SX) -> Posture:
+    def _straight(self, q: ca.SX) -> DeflectedArm:
         """The arm without any load, with the kinematic offsets that it has."""
         return self.statics.posture(q, self.statics.unloaded(q, self._p, self.temperature))
 

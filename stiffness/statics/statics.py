@@ -43,7 +43,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Frame:
+class LinkFrame:
     """Rotation (3, 3) and origin (3,) of a frame in the base."""
 
     rotation: ca.SX
@@ -53,13 +53,13 @@ class Frame:
         """A point of the frame, in the base."""
         return self.origin + ca.mtimes(self.rotation, point)
 
-    def then(self, rotation: ca.SX, origin: ca.SX) -> Frame:
+    def then(self, rotation: ca.SX, origin: ca.SX) -> LinkFrame:
         """The frame that stands at (rotation, origin) in this one."""
-        return Frame(ca.mtimes(self.rotation, rotation), self.at(origin))
+        return LinkFrame(ca.mtimes(self.rotation, rotation), self.at(origin))
 
 
 @dataclass(frozen=True)
-class Posture:
+class DeflectedArm:
     """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` as if they did not yield.
 
     ``angles`` (n,) rad are those of the links, ``displacements`` [d; phi] those of the places that yield.
@@ -67,10 +67,10 @@ class Posture:
 
     angles: ca.SX
     displacements: Mapping[int, ca.SX]
-    links: tuple[Frame, ...]
-    joints: tuple[Frame, ...]
+    links: tuple[LinkFrame, ...]
+    joints: tuple[LinkFrame, ...]
     axes: tuple[ca.SX, ...]
-    places: tuple[Frame, ...]
+    places: tuple[LinkFrame, ...]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Equilibrium:
 
     x: ca.SX
     torque: ca.SX
-    posture: Posture
+    posture: DeflectedArm
     residual: ca.SX
 
 
@@ -133,10 +133,10 @@ class Statics:
     def __repr__(self) -> str:
         return f"Statics({self.robot.name}, {[e.name for e in self.effects]}, {self.n_x} coordinates)"
 
-    def posture(self, q: ca.SX, x: ca.SX) -> Posture:
+    def posture(self, q: ca.SX, x: ca.SX) -> DeflectedArm:
         """Frames of the arm at joint angles q + x[:n] with places displaced by x[n:]."""
         n = self.robot.n
-        frame = Frame(ca.SX.eye(3), ca.SX.zeros(3))
+        frame = LinkFrame(ca.SX.eye(3), ca.SX.zeros(3))
         links, joints, axes, places = [], [], [], [frame]
         frame = self._displaced(frame, 0, x)
         links.append(frame)
@@ -151,9 +151,9 @@ class Statics:
             frame = self._displaced(frame, k + 1, x)
             links.append(frame)
         displacements = {k: self._displacement(k, x) for k in self.places}
-        return Posture(q + x[:n], displacements, tuple(links), tuple(joints), tuple(axes), tuple(places))
+        return DeflectedArm(q + x[:n], displacements, tuple(links), tuple(joints), tuple(axes), tuple(places))
 
-    def _displaced(self, frame: Frame, place: int, x: ca.SX) -> Frame:
+    def _displaced(self, frame: LinkFrame, place: int, x: ca.SX) -> LinkFrame:
         if place not in self.places:
             return frame
         displacement = self._displacement(place, x)
@@ -183,7 +183,7 @@ class Statics:
 
     def law(
         self,
-        posture: Posture,
+        posture: DeflectedArm,
         q: ca.SX,
         weights: Sequence[tuple[int, ca.SX, ca.SX]],
         loads: Sequence[Load],

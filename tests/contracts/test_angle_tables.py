@@ -19,7 +19,8 @@ from stiffness.identification.session_fit import Evidence
 from stiffness.identification.unknowns import Unknowns, start_values, unknowns
 from stiffness.model.model import load_model, model_text
 from stiffness.session.session import load_session
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from tests.compensator.small_jobs import ABB, files
 from tests.contracts.effect_laws import N, sample
 from tests.contracts.test_effects_files import model_of

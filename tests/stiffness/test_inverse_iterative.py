@@ -10,7 +10,8 @@ import pytest
 
 from stiffness.errors import RobotError
 from stiffness.kinematics.inverse import pose_error
-from stiffness.kinematics.solvers import IterativeInverse, inverse_kinematics
+from stiffness.kinematics.iterative import IterativeInverse
+from stiffness.kinematics.solver import inverse_kinematics
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 

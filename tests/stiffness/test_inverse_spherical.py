@@ -9,7 +9,8 @@ import pytest
 
 from stiffness.errors import RobotError
 from stiffness.kinematics.inverse import pose_error
-from stiffness.kinematics.solvers import SphericalInverse, inverse_kinematics
+from stiffness.kinematics.solver import inverse_kinematics
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.load import builtin_robots, load_robot
 from stiffness.robot.robot import Robot
 

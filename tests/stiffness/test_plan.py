@@ -20,7 +20,8 @@ from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from tests.plant.lab import Form, Setup, Step, Target, measure
 from tests.plant.lab_design import random_setups
 from tests.stiffness.bench_lab import FORCE, Lab

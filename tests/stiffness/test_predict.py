@@ -13,7 +13,9 @@ from scipy.spatial.transform import Rotation
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Parameter, PointMass
 from stiffness.errors import EquilibriumError
-from stiffness.statics.predictor import MAX_STEPS, TOLERANCE, Near, Predictor, Tool
+from stiffness.statics.prediction import TOLERANCE, StartValues
+from stiffness.statics.predictor import MAX_STEPS, Predictor
+from stiffness.statics.tool import Tool
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness import arms
 
@@ -384,7 +386,7 @@ def test_the_solve_can_begin_near() -> None:
     r, p = predictor.nominal(q)
     s = states(predictor, 50)
     far = predictor.command(r, p, w, s, q)
-    again = predictor.command(r, p, w, s, q, Near(far.q, far.actual, far.extra))
+    again = predictor.command(r, p, w, s, q, StartValues(far.q, far.actual, far.extra))
     assert again.steps < far.steps
     np.testing.assert_allclose(again.q, far.q, atol=1e-9)
 

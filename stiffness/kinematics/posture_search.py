@@ -26,7 +26,7 @@ _ROUNDS = 8
 _REGULAR = 1e-6  # smallest singular value; below it a whole family takes up the pose
 
 
-class Postures:
+class PostureSearch:
     """All regular postures of poses of one robot."""
 
     def __init__(self, robot: Robot, newton: Newton, conditioning: Conditioning) -> None:

@@ -1,4 +1,4 @@
-"""Workspace: how stiff an arm is posture by posture, and what the complementary stiffness K_c is worth there.
+"""Stiffness map: how stiff an arm is posture by posture, and what the complementary stiffness K_c is worth there.
 
 The equilibrium under a wrench is a fixed point x = F(x, W) of the statics (statics.py). Its derivative
 
@@ -26,8 +26,9 @@ from stiffness.kinematics.jacobian import Conditioning
 from stiffness.memory.preload import unknown
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
 from stiffness.statics.statics import Load, Statics, largest
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -39,7 +40,7 @@ _FARTHEST = 0.2  # rad and m: an arm that gives way so far has no equilibrium wo
 
 
 @dataclass(frozen=True, repr=False)
-class Workspace:
+class StiffnessMap:
     """What N postures are like; NaN wherever ``status`` is not ``ok``.
 
     Attributes:
@@ -59,7 +60,7 @@ class Workspace:
     displacement_rigid: Floats
 
     def __repr__(self) -> str:
-        return f"Workspace({len(self.q)} postures, {int(np.sum(self.status == OK))} ok)"
+        return f"StiffnessMap({len(self.q)} postures, {int(np.sum(self.status == OK))} ok)"
 
     @property
     def softest(self) -> tuple[Floats, Floats, Floats]:
@@ -177,7 +178,7 @@ def _columns(flat: Floats, rows: int, columns: int) -> Floats:
     return np.swapaxes(flat.reshape(-1, columns, rows), 1, 2)
 
 
-def workspace(
+def stiffness_map(
     robot: Robot,
     effects: Sequence[Effect],
     values: Mapping[str, Numbers],
@@ -188,7 +189,7 @@ def workspace(
     gravity: Floats,
     tool_axes: bool = False,
     min_singular_value: float = 0.02,
-) -> Workspace:
+) -> StiffnessMap:
     """Stiffness and deflection at postures.
 
     Args:
@@ -224,7 +225,7 @@ def workspace(
         moved[fine], moved_rigid[fine] = _displacement(exact, *rows, state), _displacement(rigid, *rows, state)
     for array in (q, status, position, soft, stiff, moved, moved_rigid):
         array.setflags(write=False)
-    return Workspace(q, status, position, soft, stiff, moved, moved_rigid)
+    return StiffnessMap(q, status, position, soft, stiff, moved, moved_rigid)
 
 
 def _displacement(predictor: Predictor, q: Floats, wrench: Floats, state: Floats) -> Floats:
