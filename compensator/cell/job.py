@@ -22,6 +22,7 @@ from stiffness.robot.robot import Robot
 from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
 from stiffness.statics.predictor import Predictor
 from stiffness.statics.tool import Tool
+from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -80,7 +81,7 @@ class Job:
         done = []
         for p, r in self._by_tool(toolpath):
             begin = near and StartValues(near.q[r], near.actual[r], near.extra[r])
-            done.append((r, p.command(rotation[r], position[r], wrench[r], state[r], start[r], begin)))
+            done.append((r, p.command(Frame(rotation[r], position[r]), wrench[r], state[r], start[r], begin)))
         if len(done) == 1:
             return done[0][1]
         q, actual, torque, turned, at, error, extra = (

@@ -21,6 +21,7 @@ from stiffness.kinematics.inverse import Inverse
 from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
 from stiffness.statics.tool import Tool
+from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -110,7 +111,7 @@ class Planner:
         some, rotation, position = toolpath.take(rows), rotation[rows], position[rows]
         seed = np.array([np.interp(some.row, path.toolpath.row, column) for column in path.q.T]).T
         r, p = self.flange(some, rotation, position)
-        batch = self.inverse.along(r, p, path.branch, seed)
+        batch = self.inverse.along(Frame(r, p), path.branch, seed)
         return Path(some, rotation, position, batch.q, np.zeros(len(rows)), path.branch)
 
     def _in_base(self, toolpath: Toolpath) -> tuple[Floats, Floats]:
@@ -171,7 +172,7 @@ class Planner:
         found = []
         for turn, branch, q in self._first_postures(some, base[probe], position[probe], start):
             r, p = self.flange(some, base[probe] @ about_z(turn), position[probe])
-            batch = self.inverse.along(r, p, branch, q)
+            batch = self.inverse.along(Frame(r, p), branch, q)
             if batch.ok.all():
                 joints = self._turns_in_limits(batch.q, batch.ok)
                 score = self.bounds.margin(joints).min() if self._labelled or start is None else -_apart(q, start)
@@ -229,7 +230,7 @@ class Planner:
     ) -> Path:
         rotation = base if not turn.any() else base @ about_z(turn)
         r, p = self.flange(toolpath, rotation, position)
-        batch = self.inverse.along(r, p, branch, seed)
+        batch = self.inverse.along(Frame(r, p), branch, seed)
         q = self._turns_in_limits(batch.q, batch.ok)
         if not batch.ok.all():
             k = int(np.argmin(batch.ok))
@@ -269,7 +270,7 @@ class Planner:
         some = toolpath.take(rows)
         for k, turn in enumerate(turns):
             r, p = self.flange(some, base[rows] @ about_z(turn), position[rows])
-            batch = self.inverse.along(r, p, branch, None)
+            batch = self.inverse.along(Frame(r, p), branch, None)
             q = np.where(batch.ok[:, None], batch.q, 0.0)
             room = np.minimum(q - self.robot.lower, self.robot.upper - q).min(axis=1)
             out[:, k] = np.where(batch.ok & (room >= 0), self.bounds.margin(q), -np.inf)

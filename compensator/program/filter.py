@@ -20,6 +20,7 @@ from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
 from compensator.solve.upright import tilt, untilted
 from compensator.solve.verify import PRINTED, Verified
+from toolpaths.frame import Frame
 from toolpaths.languages.read import ON_A_MACHINE, reader_of
 from toolpaths.rewriting.filters import Filter, check, filter_of, says_turns
 from toolpaths.rotation import quaternion_from_matrix
@@ -183,7 +184,7 @@ def verify_filtered(c: Compensation, done: Filtered, names: Path) -> Verified:
     rows = np.flatnonzero(cut)
     planner = Planner(c.job.cell, c.job.robot, c.job.inverse, c.job.tools)
     some = toolpath.take(rows)
-    batch = c.job.inverse.along(*planner.flange(some, rotation, position), c.path.branch, c.command.q[rows])
+    batch = c.job.inverse.along(Frame(*planner.flange(some, rotation, position)), c.path.branch, c.command.q[rows])
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(some, k)}: the written pose has no joint angles: {batch.why(k)}")

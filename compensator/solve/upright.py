@@ -13,6 +13,7 @@ from compensator.path.pose_names import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
 from compensator.solve.solve import refuse_unsafe
+from toolpaths.frame import Frame
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,8 +36,8 @@ def untilted(c: Compensation) -> Compensation:
     last = np.zeros_like(position)
     best: tuple[float, Floats, Floats] | None = None
     for _ in range(ROUNDS):
-        flange = planner.flange(some, c.path.rotation[rows], position)
-        batch = job.inverse.along(*flange, c.path.branch, c.command.q[rows])
+        flange = Frame(*planner.flange(some, c.path.rotation[rows], position))
+        batch = job.inverse.along(flange, c.path.branch, c.command.q[rows])
         if not batch.ok.all():
             bad = int(np.argmin(batch.ok))
             raise SolveError(f"{place(some, bad)}: the pose without its tilt has no joint angles: {batch.why(bad)}")

@@ -13,6 +13,7 @@ from compensator.errors import SolveError
 from compensator.path.pose_names import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
+from toolpaths.frame import Frame
 from toolpaths.languages.gcode.writer import aligned
 from toolpaths.languages.write import read_back
 
@@ -61,7 +62,7 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
         k = int(np.argmax(np.where(np.isfinite(off), np.maximum(off, turned), np.inf)))
         size = f"{off[k] * 1e6:.1f} um and {turned[k] * 1e6:.1f} urad"
         raise SolveError(f"{place(toolpath, k)}: {path} prints a pose that is {size} from the solved one")
-    batch = c.job.inverse.along(*_flange(c, rotation, position), c.path.branch, c.command.q)
+    batch = c.job.inverse.along(Frame(*_flange(c, rotation, position)), c.path.branch, c.command.q)
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(toolpath, k)}: the printed pose has no joint angles: {batch.why(k)}")

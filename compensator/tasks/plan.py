@@ -87,7 +87,7 @@ def plan_file(
     design = _design(loaded, robot, tool, _reflectors(measured, tool, robot.n), not measured)
     loading, more = _loading(design, measured, force)
     say("looking for postures")
-    postures = reachable(robot, tool.rotation, tool.position, max(POSTURES, 2 * count), seed)
+    postures = reachable(robot, tool, max(POSTURES, 2 * count), seed)
     before = sum((design.measured(s) for s in measured), design.known)
     matters = None
     if job is not None and toolpath is not None:

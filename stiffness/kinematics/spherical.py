@@ -18,6 +18,7 @@ from stiffness.kinematics.inverse import (
 )
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.numerics.kernel import Kernel
+from stiffness.poses import PoseArray, Poses
 from stiffness.robot.robot import Robot
 
 Floats = npt.NDArray[np.float64]
@@ -42,19 +43,17 @@ class SphericalInverse(Inverse):
     def all(self, pose: Floats, *, limits: bool = True) -> list[tuple[int, Floats]]:
         every = np.arange(self.branches)
         pose = np.broadcast_to(np.asarray(pose, dtype=float), (self.branches, 4, 4))
-        q, margins, _ = self._solve(pose[:, :3, :3], pose[:, :3, 3], every)
+        q, margins, _ = self._solve(PoseArray(pose[:, :3, :3], pose[:, :3, 3]), every)
         found = []
         for branch in every[margins.min(axis=1) > -EXACT]:
             if pose_error(self.robot, q[branch], pose[branch]) < EXACT:
                 found += [(int(branch), turned) for turned in turns(self.robot, q[branch], limits=limits)]
         return found
 
-    def along(
-        self, rotation: Floats, origin: Floats, branch: int | Ints, seed: Floats | None = None
-    ) -> InverseSolution:
-        rotation, origin = checked_path(self.robot, rotation, origin)
-        labels = checked_branch(self, branch, len(origin))
-        q, margins, wrist = self._solve(rotation, origin, labels)
+    def along(self, poses: Poses, branch: int | Ints, seed: Floats | None = None) -> InverseSolution:
+        path = checked_path(self.robot, poses)
+        labels = checked_branch(self, branch, len(path))
+        q, margins, wrist = self._solve(path, labels)
         q = continuous(self.robot, q, seed)
         reasons = {
             "out of reach: the wrist centre is too close to axis 1": margins[:, 0] < 0,
@@ -77,7 +76,7 @@ class SphericalInverse(Inverse):
         measures = {"wrist": abs(at.wrist), "elbow": abs(at.elbow), "shoulder": abs(at.ahead)}
         return {"jacobian": self._jacobian(q), **measures} if jacobian else measures
 
-    def _solve(self, rotation: Floats, origin: Floats, branch: Ints) -> tuple[Floats, Floats, Floats]:
+    def _solve(self, poses: Poses, branch: Ints) -> tuple[Floats, Floats, Floats]:
         signs = 1.0 - 2.0 * ((branch[:, None] >> np.array([2, 1, 0])) & 1)
-        q, margins, wrist = self._kernel.run(rotation.reshape(-1, 9), origin, signs)
+        q, margins, wrist = self._kernel.run(poses.rotation.reshape(-1, 9), poses.origin, signs)
         return nearest_turn(q, np.zeros(self.robot.n)), margins, wrist[:, 0]

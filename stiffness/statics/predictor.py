@@ -18,6 +18,7 @@ import numpy.typing as npt
 from stiffness.effects.effect import Effect, Numbers, Values
 from stiffness.errors import EquilibriumError
 from stiffness.numerics.kernel import Kernel
+from stiffness.poses import PoseArray, Poses
 from stiffness.robot.robot import Robot, constant
 from stiffness.statics.prediction import TOLERANCE, Command, Prediction, StartValues
 from stiffness.statics.statics import SWEEPS, DeflectedArm, Equilibrium, Load, Statics, largest
@@ -111,15 +112,14 @@ class Predictor:
                 "check the units of the compliances in the model (m/N, rad/(N*m))",
             )
 
-    def nominal(self, q: Floats) -> tuple[Floats, Floats]:
-        """TCP rotation (N, 3, 3) and position (N, 3) of the rigid, nominal arm: what a controller prints."""
+    def nominal(self, q: Floats) -> PoseArray:
+        """TCP poses of the rigid, nominal arm in the base: what a controller prints."""
         rotation, position = self._nominal_kernel.run(q)
-        return _matrices(rotation), position
+        return PoseArray(_matrices(rotation), position)
 
     def command(
         self,
-        rotation: Floats,
-        position: Floats,
+        target: Poses,
         wrench: Floats,
         state: Floats,
         start: Floats,
@@ -128,13 +128,13 @@ class Predictor:
         """Commands whose deflected TCP stands at the wanted pose.
 
         Args:
-            rotation, position: (N, 3, 3) and (N, 3) of the wanted TCP, base.
+            target: N wanted poses of the TCP in the base.
             wrench: (N, 6), base axes, about the TCP.
             state: (N, m).
             start: (N, n) rad, nominal inverse kinematics of the wanted poses: it decides the arm configuration.
             near: where to begin instead, for models that need Newton steps.
         """
-        flat = _flat(rotation)
+        flat, position = _flat(target.rotation), target.origin
         exact = not self._newton_needed
         if near is not None and not exact:
             q, actual, extra = near.q.copy(), near.actual.copy(), near.extra.copy()
@@ -155,8 +155,17 @@ class Predictor:
             rows, steps = rows[open_rows], steps + 1
             q[rows] += new[open_rows] - actual[rows]  # the command goes along with the Newton step
             actual[rows], extra[rows] = new[open_rows], new_extra[open_rows]
-        nominal_r, nominal_p = self.nominal(q)
-        return Command(q, actual, torque, nominal_r, nominal_p, error, extra, steps - 1)
+        printed = self.nominal(q)
+        return Command(
+            q=q,
+            actual=actual,
+            torque=torque,
+            rotation=printed.rotation,
+            position=printed.origin,
+            error=error,
+            extra=extra,
+            steps=steps - 1,
+        )
 
     def joint_deflection(self, q: Floats, torque: Floats, state: Floats) -> Floats:
         """dq (N, n) of the joint laws alone at known torques: what a change of state is worth."""

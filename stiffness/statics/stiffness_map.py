@@ -205,10 +205,10 @@ def stiffness_map(
     status[Conditioning(robot)(q) < min_singular_value] = SINGULAR
     status[np.any((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), axis=1)] = LIMIT
     exact = Predictor(robot, effects, values, tool, gravity=gravity)
-    rotation, position = exact.nominal(q)
+    tcp = exact.nominal(q)
     acting = np.tile(wrench, (len(q), 1))
     if tool_axes:
-        acting = np.einsum("nij,nkj->nki", rotation, acting.reshape(-1, 2, 3)).reshape(-1, 6)
+        acting = np.einsum("nij,nkj->nki", tcp.rotation, acting.reshape(-1, 2, 3)).reshape(-1, 6)
     state = unknown(effects, values).middle
     tangent = Tangent(robot, effects, values, tool, gravity)
     x, settled = tangent.equilibrium(q, acting, state)
@@ -223,9 +223,17 @@ def stiffness_map(
         soft[fine], stiff[fine] = tangent.compliance(*rows, state, x[fine])
         rigid = Predictor(robot, effects, values, tool, gravity=gravity, complementary=False)
         moved[fine], moved_rigid[fine] = _displacement(exact, *rows, state), _displacement(rigid, *rows, state)
-    for array in (q, status, position, soft, stiff, moved, moved_rigid):
+    for array in (q, status, tcp.origin, soft, stiff, moved, moved_rigid):
         array.setflags(write=False)
-    return StiffnessMap(q, status, position, soft, stiff, moved, moved_rigid)
+    return StiffnessMap(
+        q=q,
+        status=status,
+        position=tcp.origin,
+        compliance=soft,
+        compliance_rigid=stiff,
+        displacement=moved,
+        displacement_rigid=moved_rigid,
+    )
 
 
 def _displacement(predictor: Predictor, q: Floats, wrench: Floats, state: Floats) -> Floats:

@@ -55,7 +55,7 @@ def loading(*levels: float) -> Loading:
 
 
 def postures(count: int, seed: int) -> Postures:
-    return reachable(load_robot(ROBOT), TOOL.rotation, TOOL.position, count, seed)
+    return reachable(load_robot(ROBOT), TOOL, count, seed)
 
 
 def carried_out(plan: Plan, lab: Lab, folder: Path, seed: int) -> Session:
@@ -201,7 +201,7 @@ def test_a_link_that_no_reflector_sees_stays_unknown_and_is_named() -> None:
 @pytest.mark.parametrize("name", [ROBOT, "ur10"])
 def test_postures(name: str) -> None:
     robot = load_robot(name)
-    p, same, other = (reachable(robot, TOOL.rotation, TOOL.position, 100, seed) for seed in (8, 8, 9))
+    p, same, other = (reachable(robot, TOOL, 100, seed) for seed in (8, 8, 9))
     assert np.array_equal(p.q, same.q)
     assert not np.array_equal(p.q, other.q)
     frames = links(robot, p.q)
@@ -214,7 +214,7 @@ def test_postures(name: str) -> None:
     sunk = robot.before.copy()
     sunk[0, 2, 3] -= 10.0
     with pytest.raises(StiffnessError, match="above the floor"):
-        reachable(replace(robot, before=sunk), TOOL.rotation, TOOL.position, 100, 0)
+        reachable(replace(robot, before=sunk), TOOL, 100, 0)
 
 
 def test_the_variance_of_a_path_by_finite_differences() -> None:
