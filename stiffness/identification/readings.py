@@ -20,8 +20,10 @@ from stiffness.identification.angle_tables import Tables
 from stiffness.identification.unknowns import Unknowns
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
+from stiffness.statics.deflected_arm import DeflectedArm
+from stiffness.statics.load import Load
 from stiffness.statics.point_motion import PointMotion
-from stiffness.statics.statics import DeflectedArm, Load, Statics
+from stiffness.statics.statics import Statics
 from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]

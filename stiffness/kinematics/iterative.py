@@ -62,11 +62,11 @@ class IterativeInverse(Inverse):
             if np.shape(seed) != (len(path), self.robot.n):
                 raise RobotError(f"seed has the shape {np.shape(seed)}, expected ({len(path)}, {self.robot.n})")
             q, error = self._newton.solve(path, np.array(seed, dtype=float))
-            return self._batch(
+            return self._solution(
                 nearest_turn(q, np.asarray(seed)), error, "no posture found from the given one"
             )
         if not len(path):
-            return self._batch(np.zeros((0, self.robot.n)), np.zeros((0, 2)), "")
+            return self._solution(np.zeros((0, self.robot.n)), np.zeros((0, 2)), "")
         if seed is None and np.any(labels != labels[0]):
             raise RobotError(
                 f"robot {self.robot.name}: one branch for the whole path, a branch is not labelled by pose"
@@ -74,11 +74,11 @@ class IterativeInverse(Inverse):
         start = self._start(placement(path.rotation[0], path.origin[0]), int(labels[0]), seed)
         if start is None:
             nothing = np.tile(np.zeros(self.robot.n) if seed is None else seed, (len(path), 1))
-            return self._batch(
+            return self._solution(
                 nothing, np.full((len(path), 2), np.inf), "the first pose has no such posture"
             )
         q, error = self._follow(path, start)
-        return self._batch(
+        return self._solution(
             continuous(self.robot, q, seed), error, "out of reach, or beyond such a pose of the path"
         )
 
@@ -97,12 +97,19 @@ class IterativeInverse(Inverse):
     def singularity(self, q: Floats, *, jacobian: bool = True) -> dict[str, Floats]:
         return {"jacobian": self._conditioning(np.atleast_2d(q))} if jacobian else {}
 
-    def _batch(self, q: Floats, error: Floats, reason: str) -> InverseSolution:
+    def _solution(self, q: Floats, error: Floats, reason: str) -> InverseSolution:
         solved = error.max(axis=1, initial=0.0) < EXACT
         singular = self._conditioning(q) <= SINGULAR
         reasons = {reason: ~solved, "singular": solved & singular}
         reach = np.where(solved, 0.0, -error[:, 0])
-        return InverseSolution(q, solved & ~singular, limit_margin(self.robot, q), reach, self._wrist(q), reasons)
+        return InverseSolution(
+            q=q,
+            ok=solved & ~singular,
+            limit_margin=limit_margin(self.robot, q),
+            reach=reach,
+            wrist=self._wrist(q),
+            reasons=reasons,
+        )
 
     def _wrist(self, q: Floats) -> Floats:
         """|sin| of the angle between axes 4 and 6."""

@@ -65,7 +65,14 @@ class SphericalInverse(Inverse):
             "singular: axes 4 and 6 in line": wrist <= SINGULAR,
         }
         ok = ~np.any(list(reasons.values()), axis=0)
-        return InverseSolution(q, ok, limit_margin(self.robot, q), margins.min(axis=1), wrist, reasons)
+        return InverseSolution(
+            q=q,
+            ok=ok,
+            limit_margin=limit_margin(self.robot, q),
+            reach=margins.min(axis=1),
+            wrist=wrist,
+            reasons=reasons,
+        )
 
     def configuration(self, q: Floats) -> Ints:
         return branch_measures(self.arm, np.atleast_2d(q)).branch()

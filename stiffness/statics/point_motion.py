@@ -59,10 +59,13 @@ class PointMotion:
         count, n, k = len(q), self.statics.robot.n, len(self.statics.places)
         rotation, origin, axis, joint, place = self._kernel.run(q, x)
         return ArmFrames(
-            rotation.reshape(count, n + 1, 3, 3), origin.reshape(count, n + 1, 3),
-            axis.reshape(count, n, 3), joint.reshape(count, n, 3), place.reshape(count, k, 3, 3),
-            x[:, n:].reshape(count, k, 6)[:, :, 3:],
-        )  # fmt: skip
+            rotation=rotation.reshape(count, n + 1, 3, 3),
+            origin=origin.reshape(count, n + 1, 3),
+            axis=axis.reshape(count, n, 3),
+            joint=joint.reshape(count, n, 3),
+            place=place.reshape(count, k, 3, 3),
+            turn=x[:, n:].reshape(count, k, 6)[:, :, 3:],
+        )
 
     def slopes(self, frames: ArmFrames, link: int, point: Floats) -> Floats:
         """(N, 3, n_x): how points (N, 3) m of a link, given in the base, move with the coordinates."""

@@ -26,8 +26,9 @@ from stiffness.kinematics.jacobian import Conditioning
 from stiffness.memory.preload import unknown
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
+from stiffness.statics.load import Load
 from stiffness.statics.predictor import Predictor
-from stiffness.statics.statics import Load, Statics, largest
+from stiffness.statics.statics import Statics, largest
 from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
@@ -117,7 +118,7 @@ class Tangent:
     """Equilibrium and its derivative by the wrench, over many postures."""
 
     def __init__(
-        self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], tool: Tool, gravity: Floats
+        self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], tool: Tool, *, gravity: Floats
     ) -> None:
         self._statics = Statics(robot, effects)
         self._p = {e.name: {k: ca.SX(ca.DM(v)) for k, v in values[e.name].items()} for e in effects}
@@ -154,7 +155,9 @@ class Tangent:
         state, x = ca.SX.sym("state", statics.n_state), ca.SX.sym("x", statics.n_x)
         posture = statics.posture(q, x)
         tcp = ca.SX(ca.DM(self._tool.position))
-        new, _ = statics.law(posture, q, self._weights, [Load(n, tcp, wrench)], state, self._p)
+        new, _ = statics.law(
+            posture, q, weights=self._weights, loads=[Load(n, tcp, wrench)], state=state, values=self._p
+        )
         flange = posture.links[n]
         given = [q, wrench, state, x]
         columns = [_moved(flange.rotation, flange.at(tcp), x[k]) for k in range(statics.n_x)]
@@ -210,7 +213,7 @@ def stiffness_map(
     if tool_axes:
         acting = np.einsum("nij,nkj->nki", tcp.rotation, acting.reshape(-1, 2, 3)).reshape(-1, 6)
     state = unknown(effects, values).middle
-    tangent = Tangent(robot, effects, values, tool, gravity)
+    tangent = Tangent(robot, effects, values, tool, gravity=gravity)
     x, settled = tangent.equilibrium(q, acting, state)
     _, unloaded = tangent.equilibrium(q, np.zeros(6), state)
     status[(status == OK) & ~(settled & unloaded)] = NO_EQUILIBRIUM

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from stiffness.effects import BUILT_IN, BY_NAME
 from stiffness.effects.effect import PlaceInput
+from stiffness.statics.load import Load
 from stiffness.statics.predictor import Predictor
-from stiffness.statics.statics import Equilibrium, Load, Statics
+from stiffness.statics.statics import Equilibrium, Statics
 from tests.oracles.effects import compliance
 from tests.oracles.effects_joints import two_pins
 from tests.oracles.effects_places import hinge
