@@ -193,11 +193,7 @@ def _same_robot(cell: Cell, robot: Robot, model: ComplianceModel, path: Path) ->
             f"{cell.source}: robot {cell.robot!r} and model {cell.model} (for {model.robot!r}) do not belong together; "
             "a stiffness model holds for the robot it was identified on"
         )
-    same = all(
-        a.shape == b.shape and np.allclose(a, b, atol=1e-9)
-        for a, b in ((robot.before, other.before), (robot.axis, other.axis), (robot.after, other.after))
-    )
-    if not same:
+    if not robot.same_kinematics(other):
         raise CellError(
             f"{cell.source}: base {robot.base!r} and tip {robot.tip!r} of the cell are not the frames of the model "
             f"{cell.model} (base {other.base!r}, tip {other.tip!r}), or the robot file has changed since"

@@ -122,8 +122,7 @@ def _check_masses(model: ComplianceModel, robot: Robot) -> None:
 
 
 def _check_same(model: ComplianceModel, robot: Robot, other: Robot, gravity: str, source: str) -> None:
-    pairs = ((robot.before, other.before), (robot.axis, other.axis), (robot.after, other.after))
-    if not all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs):
+    if not robot.same_kinematics(other):
         raise StiffnessError(f"{source}: robot {other.name} is not that of the model {model.source} ({robot.name})")
     if gravity != model.gravity:
         raise StiffnessError(

@@ -83,6 +83,11 @@ class Robot:
         """Number of joints."""
         return len(self.joint_names)
 
+    def same_kinematics(self, other: Robot) -> bool:
+        """Whether the two are one arm between the same frames: placements and axes equal to 1e-9 m and 1e-9."""
+        pairs = ((self.before, other.before), (self.axis, other.axis), (self.after, other.after))
+        return all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs)
+
     def pose(self, q: npt.ArrayLike) -> Floats:
         """(4, 4) pose of the flange in the base at joint angles ``q`` (n,) rad."""
         model, data, frame = self._pinocchio
