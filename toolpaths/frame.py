@@ -42,7 +42,9 @@ class Frame:
 
     def along(self, direction: Floats) -> Floats:
         """Directions (..., 3) of the inner frame, in the outer one."""
-        return np.asarray((self.rotation @ np.asarray(direction)[..., None])[..., 0])
+        if self.rotation.ndim == 2:
+            return np.asarray(direction @ self.rotation.T)
+        return np.asarray(np.einsum("...ij,...j->...i", self.rotation, direction))
 
     def then(self, inner: Frame) -> Frame:
         """A frame that is given in this one, in the outer one."""
@@ -51,8 +53,8 @@ class Frame:
     def inverse(self) -> Frame:
         """The outer frame in the inner one."""
         back = np.swapaxes(self.rotation, -1, -2)
-        return Frame(back, -(back @ self.origin[..., None])[..., 0])
+        return Frame(back, -Frame(back, self.origin).along(self.origin))
 
-    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice) -> Frame:
-        """Some of N frames."""
+    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice | int) -> Frame:
+        """Some of N frames, or one."""
         return Frame(self.rotation[rows], self.origin[rows])

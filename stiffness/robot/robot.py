@@ -84,7 +84,7 @@ class Robot:
         return len(self.joint_names)
 
     def same_kinematics(self, other: Robot) -> bool:
-        """Whether the two are one arm between the same frames: placements and axes agree (1e-9, and 1e-5 of each number)."""
+        """Whether both are one arm between the same frames: placements and axes agree to 1e-9 plus 1e-5 of each."""
         pairs = ((self.before, other.before), (self.axis, other.axis), (self.after, other.after))
         return all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs)
 
