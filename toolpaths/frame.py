@@ -55,6 +55,11 @@ class Frame:
         back = np.swapaxes(self.rotation, -1, -2)
         return Frame(back, -Frame(back, self.origin).along(self.origin))
 
+    def relative_to(self, other: Frame) -> Frame:
+        """This frame in another one; both are given in the same outer one."""
+        back = Frame(np.swapaxes(other.rotation, -1, -2), other.origin)
+        return Frame(back.rotation @ self.rotation, back.along(self.origin - other.origin))
+
     def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice | int) -> Frame:
         """Some of N frames, or one."""
         return Frame(self.rotation[rows], self.origin[rows])

@@ -45,7 +45,7 @@ def as_programmed(placement: Placement, toolpath: Toolpath) -> Toolpath:
         return toolpath
     rows = np.isin(toolpath.row, [float(r) for r in setting.joints])[:, None]
     known = np.where(np.isfinite(toolpath.quaternion[:, :1]), toolpath.quaternion, np.array([1.0, 0.0, 0.0, 0.0]))
-    back = found.inverse().then(Frame(quaternion_matrix(known), toolpath.position))
+    back = Frame(quaternion_matrix(known), toolpath.position).relative_to(found)
     position = np.where(rows, back.origin, toolpath.position)
     quaternion = np.where(rows, quaternion_from_matrix(back.rotation), toolpath.quaternion)
     return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))

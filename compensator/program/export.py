@@ -28,11 +28,10 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
     commanded = Frame(c.command.rotation, c.command.position) if corrected else path.tcp
     joints = c.command.q if corrected else path.q
     deflection = c.target.origin - commanded.origin if corrected else c.error_before
-    to_work = placement.workobject.inverse()
+    to_work = Frame.of(np.asarray(np.linalg.inv(placement.workobject.matrix), dtype=np.float64))
     poses, nominal = to_work.then(commanded), to_work.then(path.tcp)
     if on_axes := carried(placement, toolpath):
-        off_axes = on_axes.inverse()
-        poses, nominal = off_axes.then(poses), off_axes.then(nominal)
+        poses, nominal = poses.relative_to(on_axes), nominal.relative_to(on_axes)
     feed, findings = _feed(placement, toolpath)
     return Program(
         name=placement.program.name,

@@ -144,11 +144,10 @@ def _with_positions(placement: Placement, robot: Robot, toolpath: Toolpath, sett
 
 def _tcp(placement: Placement, robot: Robot, q: Floats, number: int) -> tuple[Floats, Floats]:
     """TCP in the work object: (3,) m and quaternion (4,)."""
-    tool, work = placement.tools.tool(number), placement.workobject
-    flange = robot.pose(q)
-    position = flange[:3, 3] + flange[:3, :3] @ tool.position - work.origin
-    rotation = work.rotation.T @ flange[:3, :3] @ tool.rotation
-    return work.rotation.T @ position, quaternion_from_matrix(rotation)
+    tool = placement.tools.tool(number)
+    in_base = Frame.of(robot.pose(q)).then(Frame(tool.rotation, tool.position))
+    tcp = in_base.relative_to(placement.workobject)
+    return tcp.origin, quaternion_from_matrix(tcp.rotation)
 
 
 def _needed(path: Toolpath) -> Toolpath:
