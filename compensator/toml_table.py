@@ -5,17 +5,19 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Strict
+from pydantic import ConfigDict, Strict
+
+from stiffness.schema import Table
 
 Number = Annotated[float, Strict()]  # TOML has numbers: "250" and "250 mm" are mistakes
 Three = tuple[Number, Number, Number]
 Six = tuple[Number, Number, Number, Number, Number, Number]
 
 
-class TomlTable(BaseModel):
+class TomlTable(Table):
     """A table of a file: unknown keys and numbers that are not finite are refused; it does not change once read."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
+    model_config = ConfigDict(allow_inf_nan=False)
 
 
 def refuse_metres(name: str, xyz: tuple[float, float, float]) -> None:

@@ -15,7 +15,8 @@ from stiffness.effects.effect import Effect
 from stiffness.errors import RobotError
 from stiffness.kinematics.solvers import Inverse, inverse_kinematics
 from stiffness.model.model import ComplianceModel, load_model
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 from stiffness.statics.predictor import Predictor, Tool
 
 

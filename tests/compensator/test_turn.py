@@ -13,7 +13,7 @@ from compensator.cell.job import load_job
 from compensator.errors import PathError
 from compensator.path.free_turn import reference_rotation, varying_turn
 from compensator.path.planned_path import PlannedPath
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.compensator.paths import angle, toolpath, wandering_axes
 from tests.compensator.postures import frame, job_at, poses_at
 from tests.compensator.small_jobs import ABB, CELL, ROWS, Files, files
