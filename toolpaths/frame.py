@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Vector = tuple[float, float, float]  # plain numbers, where there is one place a line and arrays take too long
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, mode
 from compensator.errors import CellError
 from stiffness.robot.robot import STANDARD_GRAVITY
 from stiffness.statics.predictor import Tool
-from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
+from toolpaths.machine import Machine, RotaryAxis
 
 Floats = npt.NDArray[np.float64]
 Number = Annotated[float, Strict()]  # TOML has numbers: "250" and "250 mm" are mistakes

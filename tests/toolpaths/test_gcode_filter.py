@@ -18,8 +18,8 @@ from tests.toolpaths.test_rs274_reader import PRINTED_INCH, check, reference
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.languages.gcode.filter import rewrite
 from toolpaths.languages.gcode.reader import parse
-from toolpaths.languages.gcode.rotary import Machine
 from toolpaths.languages.gcode.writer import rotation_of
+from toolpaths.machine import Machine
 from toolpaths.rewriting.filters import MARKER, Rewritten
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.program import Program

@@ -15,7 +15,7 @@ from toolpaths.errors import ReadError
 from toolpaths.toolpath import Toolpath
 
 if TYPE_CHECKING:
-    from toolpaths.languages.gcode.rotary import Machine
+    from toolpaths.machine import Machine
 
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g"),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpaths.reading.move_buffer import Vector
+from toolpaths.frame import Vector
 from toolpaths.toolpath import Floats
 
 TOLERANCE = 1e-3  # how far given axes may be from unit length and from right angles

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from toolpaths.frame import Vector
 from toolpaths.languages.apt.words import UNIT_TOLERANCE, Statement, number, numbers, refusal
 from toolpaths.languages.gcode.arc import FULL_CIRCLE
 from toolpaths.reading.cam_frames import Frame
-from toolpaths.reading.move_buffer import Vector
 
 ENDS = 2e-3, 1e-3  # file units, share of the radius: by how much an end may miss the circle
 MOST_TURNS = 100.0

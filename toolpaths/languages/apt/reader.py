@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from toolpaths.errors import ReadError
+from toolpaths.frame import Vector
 from toolpaths.languages.apt.circle import Circle, circle, sweep
 from toolpaths.languages.apt.cycle import SAME, Cycle, cycle, hole
 from toolpaths.languages.apt.feed import Feeds
@@ -24,7 +25,7 @@ from toolpaths.languages.apt.words import (
     refusal,
     statements,
 )
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track, Vector
+from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import Toolpath
 

@@ -11,10 +11,10 @@ import math
 import re
 from typing import NamedTuple
 
+from toolpaths.frame import Vector
 from toolpaths.languages.apt.circle import ENDS, Circle, sweep
 from toolpaths.languages.apt.words import Statement, numbers, refusal
 from toolpaths.reading.cam_frames import Frame
-from toolpaths.reading.move_buffer import Vector
 
 TANGENT = 0.1  # sine, by how much INDIRV may miss the tangent: at small radii the rounding of files is seen
 MOST_SLACK = 0.1  # rad

@@ -15,8 +15,8 @@ from toolpaths.languages.gcode.machine import ARCS, FIRST_CYCLE, Step
 from toolpaths.languages.gcode.place import TILT, UP, Place
 from toolpaths.languages.gcode.reader import INCH, MM, Blocks, parse
 from toolpaths.languages.gcode.refusals import LINE, check, refuse_moved, says_turns
-from toolpaths.languages.gcode.rotary import Machine
 from toolpaths.languages.gcode.style import Style, Word, style_of, with_words, words_of
+from toolpaths.machine import Machine
 from toolpaths.rewriting.filters import MARKER, SAME_PLACE, Rewritten, refuse_compensated
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import WARNING, Finding, Floats, Program, merged
