@@ -171,6 +171,28 @@ def turn_between(matrix: Floats) -> Floats:
     return np.asarray(np.arctan2(sine, cosine), dtype=np.float64)
 
 
+def rotation_of_axis(axis: Floats) -> Floats:
+    """(N, 3, 3) with z = -axis, of tool axes (N, 3), and x as near to the x axis (where that fails, y) as can be."""
+    z = -np.asarray(axis)
+    side = np.where(np.abs(z[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    x = side - np.einsum("ni,ni->n", side, z)[:, None] * z
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack((x, np.cross(z, x), z), axis=-1)
+
+
+def aligned(rotation: Floats, axis: Floats) -> Floats:
+    """(N, 3, 3) orientations turned by the least angle that gives them the tool axes (N, 3).
+
+    That is what a controller does that keeps the turn about the tool; opposite vectors have no such turn.
+    """
+    z, to = rotation[:, :, 2], -np.asarray(axis)
+    v, cosine = np.cross(z, to), np.einsum("ni,ni->n", z, to)
+    skew = np.zeros_like(rotation)
+    skew[:, [2, 0, 1], [1, 2, 0]], skew[:, [1, 2, 0], [2, 0, 1]] = v, -v
+    turn = np.eye(3) + skew + skew @ skew / (1.0 + cosine)[:, None, None]
+    return np.asarray(turn @ rotation)
+
+
 def _cosines_and_sines(angles: Floats) -> tuple[Floats, Floats]:
     a = np.moveaxis(np.asarray(angles, dtype=np.float64), -1, 0)
     return np.cos(a), np.sin(a)

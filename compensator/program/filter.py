@@ -20,8 +20,8 @@ from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
 from compensator.solve.upright import tilt, untilted
 from compensator.solve.verify import PRINTED, Verified
-from toolpaths.languages.read import ON_A_MACHINE, reader_of
-from toolpaths.rewriting.filters import Filter, check, filter_of, says_turns
+from toolpaths.files import read_toolpath
+from toolpaths.languages.table import Language
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.program import WARNING, Finding, Program
@@ -55,19 +55,19 @@ class Filtered:
         return f"Filtered({self.files[0].name}, {len(self.changes)} changes)"
 
 
-def filter_for(source: Toolpath, language: str, toolpath: Path) -> Filter | None:
-    """The filter in place for ``source``, read from ``toolpath``; None where another language is to be written.
+def filtered_in_place(source: Toolpath, language: Language, toolpath: Path) -> bool:
+    """Whether ``source``, read from ``toolpath``, is changed in place; not where another language is to be written.
 
     Raises:
         WriteError: the program holds what no filter can keep; names the line.
     """
-    found = filter_of(language) if source.language == language else None
-    if found is not None:
-        check(found, toolpath.read_bytes(), toolpath)
-    return found
+    if source.language != language.name or not language.filtered:
+        return False
+    language.filter.check(toolpath.read_bytes(), toolpath)
+    return True
 
 
-def filter_program(c: Compensation, rows: Floats, toolpath: Path, staged: Path, language: Filter) -> Filtered:
+def filter_program(c: Compensation, rows: Floats, toolpath: Path, staged: Path, language: Language) -> Filtered:
     """Write ``toolpath`` to ``staged`` with the commands of ``c``.
 
     Args:
@@ -75,11 +75,11 @@ def filter_program(c: Compensation, rows: Floats, toolpath: Path, staged: Path, 
     """
     source = toolpath.read_bytes()
     left: tuple[Finding, ...] = ()
-    if not says_turns(language, source):
+    if not language.filter.says_turns(source):
         c, left = untilted(c), _left_tilted(c, toolpath)
     index = needed_poses(c, rows)
     program, row = _taken(_as_written(c), index), c.path.toolpath.row[index]
-    rewritten = language.rewrite(source, program, row, toolpath, **_machine(c))
+    rewritten = language.rewrite(source, program, row, toolpath, c.job.cell.posted_for())
     staged.write_bytes(rewritten.text)
     files = [staged]
     for suffix, data in rewritten.beside:
@@ -96,11 +96,6 @@ def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:
     what = f"the deflection tilts the tool by up to {np.degrees(off):.2g} deg, which a file without tool vectors "
     remedy = "Positions are corrected; write a program in the robot's language to have the tilt corrected, too"
     return (Finding(WARNING, f"{toolpath}:{int(c.path.toolpath.line[k])}", what + "cannot take back", remedy),)
-
-
-def _machine(c: Compensation) -> dict[str, Any]:
-    """The machine that a file was read with, where its language has one."""
-    return {"machine": c.job.cell.posted_for()} if c.path.toolpath.language in ON_A_MACHINE else {}
 
 
 def needed_poses(c: Compensation, rows: Floats) -> Index:
@@ -170,7 +165,7 @@ def verify_filtered(c: Compensation, done: Filtered, names: Path) -> Verified:
         SolveError: the file does not say what was solved.
     """
     chord = FINER * c.job.cell.sampling.chord * 1e-3
-    read = reader_of(done.files[0]).read(done.files[0], str(names), chord, **_machine(c))
+    read = read_toolpath(done.files[0], chord=chord, machine=c.job.cell.posted_for(), shown=str(names))
     read = completed(c.job, in_frame(read, c.path.toolpath.setting))
     row, pose = _aligned(done, read)
     toolpath, cut = c.path.toolpath, c.cutting

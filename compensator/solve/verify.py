@@ -13,8 +13,8 @@ from compensator.errors import SolveError
 from compensator.path.pose_names import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
-from toolpaths.languages.gcode.writer import aligned
-from toolpaths.languages.write import read_back
+from toolpaths.files import read_back
+from toolpaths.rotation import aligned
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     where, turns = text.position, text.rotation
     if on_axes := carried(c.job.cell, toolpath):
         where, turns = on_axes.forth(where, turns)
-    if language == "gcode":  # knows the tool axis alone: the turn about it is that of the solve
+    if not text.turn_known:  # it is that of the solve
         turns = aligned(base[:3, :3].T @ c.command.rotation, -turns[:, :, 2])
     rotation = base[:3, :3] @ turns
     position = where @ base[:3, :3].T + base[:3, 3]

@@ -30,7 +30,7 @@ from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
 from stiffness.statics.predictor import Tool
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 Floats = npt.NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from toolpaths.errors import ReadError
+from toolpaths.files import read_toolpath
 from toolpaths.languages.gcode import reader as gcode
-from toolpaths.languages.read import read_toolpath
 from toolpaths.machine import Machine
 from toolpaths.toolpath import CUT, RAPID, Toolpath
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from toolpaths.interpreting.arcs import circle_through, slerped
 from toolpaths.interpreting.moves import RobotMoves
-from toolpaths.rewriting.filters import SAME_PLACE
+from toolpaths.rewriting.filter import SAME_PLACE
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.writing.program import Floats, Program
 

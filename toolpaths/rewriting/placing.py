@@ -17,7 +17,8 @@ import numpy.typing as npt
 from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import Arcs
-from toolpaths.rewriting.filters import SAME_PLACE, SAME_TURN, Edit
+from toolpaths.rewriting.edits import Edit
+from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import WARNING, Finding, Floats, Program

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from toolpaths.frame import Vector
 from toolpaths.languages.apt.words import UNIT_TOLERANCE, Statement, number, numbers, refusal
-from toolpaths.languages.gcode.arc import FULL_CIRCLE
+from toolpaths.reading.arc_points import FULL_CIRCLE
 from toolpaths.reading.cam_frames import Frame
 
 ENDS = 2e-3, 1e-3  # file units, share of the radius: by how much an end may miss the circle

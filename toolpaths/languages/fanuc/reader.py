@@ -20,6 +20,7 @@ from toolpaths.languages.fanuc.scan import FREE, Listing, Record, Statement
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.rotation import matrix_from_fanuc, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats, Toolpath
+from toolpaths.writing.marker import is_compensated_in_remarks
 from toolpaths.writing.program import ToolFrame
 
 _P = r"P\[(\d+)(?::[^\]]*)?\]"
@@ -42,10 +43,6 @@ _CHOOSE = re.compile(r"(UFRAME|UTOOL)_NUM(?:\[GP1\])?\s*=\s*(\d+)")
 _CALL = re.compile(r"CALL\s+([A-Za-z_]\w*)\s*(?:\(([^)]*)\))?")
 _IF = re.compile(r"IF\b(?:[^\[,]|\[[^\]]*\])*?(?:,\s?(.*)|\bTHEN)")
 _ENDS = ("END", "ABORT")
-_WRITTEN = re.compile(
-    rb"![ \t]*+(?:Compensated program |compensated by[ \t]*+(?:;[ \t]*+[\r\n]*+[ \t]*+\d*+[ \t]*+:[ \t]*+!)?[ \t]*+"
-    rb"toolpath-compensator)"
-)
 
 
 def read(path: Path, source: str, chord: float) -> Toolpath:
@@ -60,20 +57,9 @@ def moves_of(data: bytes, source: str, path: Path) -> RobotMoves:
     Args:
         path: where the file lies; programs that it calls are looked for beside it.
     """
-    run = _Run(Listing(data.decode("latin-1"), source), path, _WRITTEN.search(data) is not None)
+    run = _Run(Listing(data.decode("latin-1"), source), path, is_compensated_in_remarks(data))
     run.all()
     return run.track.moves()
-
-
-def refuse_written(data: bytes, source: str) -> None:
-    """Refuse a program that this product wrote or corrected: compensated twice is wrong. The marker takes two remarks.
-
-    Raises:
-        ReadError: names the line of the marker.
-    """
-    if found := _WRITTEN.search(data):
-        line = data.count(b"\n", 0, found.start()) + 1
-        raise ReadError(source, line, "this program is compensated already", "Give the program as it was before that.")
 
 
 def _quaternions(numbers: Floats) -> Floats:

@@ -16,10 +16,11 @@ from toolpaths.languages.krl.interpreter import Run
 from toolpaths.languages.krl.moves import LITERAL, MOTION
 from toolpaths.languages.krl.reader import run_of
 from toolpaths.languages.krl.writer import status_and_turn
-from toolpaths.rewriting.edits import line_end, newline_of, respelled
-from toolpaths.rewriting.filters import MARKER, Edit, Rewritten, calls_elsewhere, edited
+from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
+from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.placing import Declared, Placing
 from toolpaths.rotation import kuka_from_matrix
+from toolpaths.writing.marker import MARKER
 from toolpaths.writing.program import Floats, Program, merged
 
 _NAME_LIMIT = 24
@@ -155,3 +156,6 @@ def _matrices(quaternion: Floats) -> Floats:
 def _turn(joints: Floats) -> npt.NDArray[np.int64]:
     """(K,) T of joint angles (K, 6) rad."""
     return status_and_turn(joints, np.zeros(len(joints), dtype=np.int32))[1]
+
+
+FILTER = Filter(rewrite=rewrite)

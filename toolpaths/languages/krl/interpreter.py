@@ -12,8 +12,7 @@ from toolpaths.interpreting.expressions import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import NULL, Expression, Value
 from toolpaths.languages.krl.moves import MOTION, Mover
 from toolpaths.languages.krl.scan import COMMENT, LOOP, PLAIN, Declaration, Scanner, Statement
-from toolpaths.languages.rapid.interpreter import plain_text
-from toolpaths.reading.source_text import comment_word
+from toolpaths.reading.source_text import comment_word, plain_text
 
 _ASSIGN = re.compile(r"([$A-Za-z_][\w$]*)((?:\s*\[[^\]]*\])?)((?:\s*\.\s*\w+)*)\s*=(?!=)\s*(.*)$", re.S)
 _CALL = re.compile(r"([A-Za-z_][\w$]*)\s*\((.*)\)\s*$", re.S)

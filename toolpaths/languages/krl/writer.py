@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.languages.krl.read_back import read_back as read_back
 from toolpaths.rotation import kuka_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within

@@ -15,10 +15,11 @@ from toolpaths.languages.rapid.interpreter import Run
 from toolpaths.languages.rapid.moves import EXTERNAL, LITERAL
 from toolpaths.languages.rapid.reader import run_of
 from toolpaths.languages.rapid.writer import confdata
-from toolpaths.rewriting.edits import line_end, newline_of, respelled
-from toolpaths.rewriting.filters import MARKER, Edit, Rewritten, calls_elsewhere, edited
+from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
+from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.placing import Declared, Placing
 from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.writing.marker import MARKER
 from toolpaths.writing.program import Floats, Program, merged
 
 _NAME_LIMIT = 32
@@ -130,3 +131,6 @@ class RapidStyle:
 def _quarters(joints: Floats) -> npt.NDArray[np.int64]:
     """(K, 3) cf1, cf4, cf6 of joint angles (K, 6) rad."""
     return confdata(joints, None)[:, :3]
+
+
+FILTER = Filter(rewrite=rewrite)

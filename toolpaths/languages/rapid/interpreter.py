@@ -22,7 +22,7 @@ from toolpaths.languages.rapid.expressions import Expression, component, item
 from toolpaths.languages.rapid.moves import Mover
 from toolpaths.languages.rapid.scan import CALL, CHOICE, COMMENT, DATA, LOOP, Declaration, Scanner, Statement
 from toolpaths.languages.rapid.values import PREDEFINED, RECORDS, Value, fits
-from toolpaths.reading.source_text import comment_word
+from toolpaths.reading.source_text import comment_word, plain_text
 
 _SET = re.compile(r"\s*(?::=|[.{][^;]*?:=)")
 _PART = re.compile(r"\s*(?:\.\s*(\w+)|\{([^}]*)\})")
@@ -335,11 +335,3 @@ def _changed(kind: str, old: Value, path: list[str | float], value: Value, name:
     out = list(old)
     out[place] = _changed(inner, old[place], path[1:], value, name)
     return out
-
-
-def plain_text(text: str) -> str:
-    """Text that was read byte by byte, as UTF-8 where it is."""
-    try:
-        return text.encode("latin-1").decode("utf-8")
-    except UnicodeDecodeError:
-        return text

@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.languages.rapid.read_back import read_back as read_back
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
