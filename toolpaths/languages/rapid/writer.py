@@ -2,7 +2,7 @@
 
 Sources: ABB 3HAC050917 "RAPID Instructions, Functions and Data types" (confdata, robtarget, zonedata,
 speeddata, tooldata, loaddata, MoveL, MoveAbsJ, ConfL, SingArea), 3HAC16580 "RAPID overview" (identifiers of
-32 characters, reserved words). docs/programs-out.md says why what is written the way it is.
+32 characters, reserved words). docs/rapid.md says why what is written the way it is.
 """
 
 from __future__ import annotations
