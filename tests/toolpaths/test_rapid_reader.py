@@ -114,6 +114,11 @@ def test_constants_offsets_loops_and_calls(tmp_path: Path) -> None:
     assert (read_turn.inv() * expected).magnitude() < 1e-9
 
 
+def test_a_loop_that_never_runs(tmp_path: Path) -> None:
+    move = f"MoveL {target(1, 2, 3)},v10,z1,tool0;"
+    assert len(read(tmp_path, module(f"FOR i FROM 1 TO 5 STEP -1 DO\n{move}\nENDFOR\n{move}"))) == 1
+
+
 def test_joint_moves_are_left_to_the_robot(tmp_path: Path) -> None:
     joints = "[[10,-20,30,40,50,-60],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     path = read(tmp_path, module(f"MoveAbsJ j,v100,fine,tool0;\nMoveL {target(1, 2, 3)},v10,z1,tool0;",

@@ -17,7 +17,8 @@ from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.languages.fanuc.calls import called
 from toolpaths.languages.fanuc.config import continued_turns, letters, turn_numbers
-from toolpaths.languages.fanuc.reader import BESIDES, moves_of
+from toolpaths.languages.fanuc.interpreter import BESIDES
+from toolpaths.languages.fanuc.reader import moves_of
 from toolpaths.rewriting.arc_fit import Arcs
 from toolpaths.rewriting.corrections import Correction, corrections
 from toolpaths.rewriting.edits import Edit, edited

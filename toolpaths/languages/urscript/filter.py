@@ -17,7 +17,8 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.languages.urscript.reader import PARAMETERS, moves_of
+from toolpaths.languages.urscript.interpreter import PARAMETERS
+from toolpaths.languages.urscript.reader import moves_of
 from toolpaths.rewriting.arc_fit import Arcs
 from toolpaths.rewriting.corrections import Correction, corrections
 from toolpaths.rewriting.edits import Edit, edited
