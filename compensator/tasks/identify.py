@@ -14,6 +14,7 @@ from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.robot_path import robot_beside
 from compensator.version import version
+from stiffness.effects import BASE
 from stiffness.errors import StiffnessError
 from stiffness.identification import scores
 from stiffness.identification.evaluate import Evaluation, evaluate, place, rigid_evidence
@@ -149,10 +150,10 @@ def identify_report(fit: Fit) -> dict[str, Any]:
     n = fit.unknowns.joints
     known = np.ones(n, dtype=bool)
     for u, ok in zip(fit.unknowns.free, fit.determined(), strict=True):
-        if u.effect == "joint-stiffness":
+        if u.effect == BASE.name:
             known[u.index] = ok
-    k = fit.values()["joint-stiffness"]["k_nm_per_rad"]
-    sd = fit.deviations()["joint-stiffness"]["k_nm_per_rad"]
+    k = fit.values()[BASE.name]["k_nm_per_rad"]
+    sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
     return {
         "effects": [e.name for e in fit.unknowns.effects],
         "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(k, known, strict=True)],

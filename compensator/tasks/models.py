@@ -15,11 +15,13 @@ import numpy as np
 from compensator.errors import CompensatorError
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.version import version
+from stiffness.effects import BASE, backlash
 from stiffness.model.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
 from stiffness.model.clamped_readings import read_clamped
 from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
-from stiffness.robot.robot import Robot, builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
+from stiffness.robot.robot import Robot
 
 Say = Callable[[str], None]
 
@@ -67,7 +69,7 @@ def clamped_file(
         "software": f"toolpath-compensator {version()}",
     }
     made = clamped_model(arm, _named(robot, model), fits, provenance)
-    return _write(made, model, _clamped_report(arm, fits), json)
+    return _write(made, model, _clamped_report(arm, made, fits), json)
 
 
 def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = _quiet) -> Made:
@@ -108,29 +110,30 @@ def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Pat
 
 
 def _report(made: ComplianceModel) -> dict[str, Any]:
-    stiffness = made.values["joint-stiffness"]["k_nm_per_rad"]
-    known = made.identified.get("joint-stiffness", np.ones(len(stiffness), dtype=bool))
-    sd = made.sd["joint-stiffness"]["k_nm_per_rad"]
+    stiffness = made.values[BASE.name]["k_nm_per_rad"]
+    known = made.identified.get(BASE.name, np.ones(len(stiffness), dtype=bool))
+    sd = made.sd[BASE.name]["k_nm_per_rad"]
     report: dict[str, Any] = {
         "effects": [e.name for e in made.effects],
         "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(stiffness, known, strict=True)],
         "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(sd, known, strict=True)],
         "identifiable": known.tolist(),
     }
-    if "backlash" in made.values:
-        report["gap_rad"] = made.values["backlash"]["gap_rad"].tolist()
-        report["gap_sd_rad"] = made.sd["backlash"]["gap_rad"].tolist()
+    play = backlash.EFFECT.name
+    if play in made.values:
+        report["gap_rad"] = made.values[play]["gap_rad"].tolist()
+        report["gap_sd_rad"] = made.sd[play]["gap_rad"].tolist()
     return report
 
 
-def _clamped_report(robot: Robot, fits: tuple[JointFit, ...]) -> dict[str, Any]:
+def _clamped_report(robot: Robot, made: ComplianceModel, fits: tuple[JointFit, ...]) -> dict[str, Any]:
     by_joint = {f.joint: f for f in fits}
 
     def each(name: str) -> list[Any]:
         return [getattr(by_joint[k], name) if k in by_joint else None for k in range(robot.n)]
 
     return {
-        "effects": ["joint-stiffness"] + ["backlash"] * any(f.gap is not None for f in fits),
+        "effects": [e.name for e in made.effects],
         "stiffness_nm_per_rad": each("stiffness"),
         "stiffness_sd_nm_per_rad": each("sd"),
         "identifiable": [k in by_joint for k in range(robot.n)],

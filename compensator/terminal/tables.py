@@ -13,7 +13,7 @@ from rich.text import Text
 
 from compensator.tasks.compensate import Done, Say
 from stiffness.model.model import builtin_model
-from stiffness.robot.robot import builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
 
 if TYPE_CHECKING:  # the libraries of a fit take half a second that compensate and preview do not need
     from compensator.tasks.identify import Identified

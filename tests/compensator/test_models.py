@@ -15,7 +15,7 @@ from compensator.tasks.stiffness_map import map_file
 from compensator.terminal import models as shown
 from stiffness.errors import StiffnessError
 from stiffness.model.model import load_model
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.stiffness import arms
 from tests.stiffness.test_clamped import GAP, HEADER, K, cycle, lines, written
 from tests.stiffness.test_datasheet import BARE, RV, STRAIN_WAVE, robot_text

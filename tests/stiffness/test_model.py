@@ -16,7 +16,7 @@ from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
 from stiffness.model import model as module
 from stiffness.model.model import ComplianceModel, builtin_model, load_model, model_text, save_model
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 
 K = [3.0e6, 2.7e6, 2.1e6, 4.2e5, 1.4e5, 5.6e4]
 LEAST: dict[str, Any] = {
@@ -315,7 +315,7 @@ def test_the_name_of_a_tool_is_text(tmp_path: Path) -> None:
 
 
 def test_effects_of_instruments_never_act_on_a_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    bias = Effect("bias", "test", "instruments", (), "sensor")
+    bias = Effect(name="bias", cause="test", scope="instruments", parameters=(), site_kind="sensor")
     monkeypatch.setattr(module, "CATALOGUE", (*CATALOGUE, bias))
     model = replace(load_model(written(tmp_path, LEAST)), tools={"bias": "tool"})
     model = replace(model, values={**model.values, "bias": {}})

@@ -13,6 +13,7 @@ from scipy import stats
 from compensator.report.figures.curves import AFTER, BEFORE, GRID
 from compensator.report.figures.thinning import FONT, Figure, Floats, numbers, thin
 from compensator.report.views.fit import AtJoint, AtReflector
+from stiffness.effects import BY_NAME
 from stiffness.identification.fit import Fit
 from stiffness.identification.unknowns import Unknown
 
@@ -157,7 +158,8 @@ def correlation_figure(fit: Fit, correlation: Floats) -> Figure:
 def short(u: Unknown) -> str:
     """A name for an axis; the effects' own words, none from a file."""
     name = LETTER.get(u.parameter.name, u.parameter.name.replace("_rad", "").replace("_m", ""))
-    return f"{u.effect.replace('joint-stiffness', '').replace('kinematic-offset', '')} {name} {u.index + 1}".strip()
+    of_every_fit = BY_NAME[u.effect].fitted_where in ("load", "position")
+    return f"{'' if of_every_fit else u.effect} {name} {u.index + 1}".strip()
 
 
 def _layout(height: int) -> Figure:
