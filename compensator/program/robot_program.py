@@ -222,18 +222,12 @@ def _with_poses(job: Job, path: Toolpath, made: list[tuple[int, Floats]]) -> Too
     """Poses of joint angles (M, n) put in before poses k."""
     if path.quaternion is None or not sum(len(q) for _, q in made):
         return path
-    index, position, quaternion, row = [np.arange(len(path))], [path.position], [path.quaternion], [path.row]
+    end, row, position, orientation = [], [], [], []
     for k, angles in made:
-        if len(angles):
-            poses = [_forward(job, q, int(path.tool[k])) for q in angles]
-            index.append(np.full(len(angles), k))
-            position.append(np.array([p for p, _ in poses]))
-            quaternion.append(np.array([q for _, q in poses]))
-            row.append(path.row[k] - 1 + np.arange(1, len(angles) + 1) / (len(angles) + 1))
-    rows = np.concatenate(row)
-    order = np.argsort(rows, kind="stable")
-    grown = path.take(np.concatenate(index)[order])
-    turned = np.concatenate(quaternion)[order]
-    return replace(
-        grown, position=np.concatenate(position)[order], quaternion=turned, axis=tool_axis(turned), row=rows[order]
-    )
+        for part, q in enumerate(angles, start=1):
+            where, turned = _forward(job, q, int(path.tool[k]))
+            end.append(k)
+            row.append(path.row[k] - 1 + part / (len(angles) + 1))
+            position.append(where)
+            orientation.append(turned)
+    return path.with_points(np.array(end), np.array(row), np.array(position), np.array(orientation))

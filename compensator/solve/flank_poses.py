@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from compensator.cell.job import Job
 from compensator.path.planner import Path, Planner
-from compensator.path.sampling import between
+from compensator.path.sampling import between, put_in
 from compensator.process.wrench import carried_wrench, process_wrench
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import settled_state
@@ -65,15 +65,15 @@ def with_changes(planner: Planner, c: Compensation) -> Path | None:
     intervals = _Intervals(
         rows, np.zeros(len(rows)), np.ones(len(rows)), PreloadState(state.low[rows], state.high[rows])
     )
-    first, finer = _bends(planner, c, intervals, length, deeper=True)
-    second, _ = _bends(planner, c, finer, length, deeper=False) if len(finer) else (first[:0], finer)
+    first, closer = _bends(planner, c, intervals, length, deeper=True)
+    second, _ = _bends(planner, c, closer, length, deeper=False) if len(closer) else (first[:0], closer)
     keep = np.concatenate([first, second])
     keep = keep[(keep[:, 1] > 0) & (keep[:, 1] < 1)]
     if not len(keep):
         return None
     keep = np.unique(keep, axis=0)
-    toolpath, _ = between(toolpath, keep[:, 0].astype(np.intp), keep[:, 1])
-    return planner.again(c.path, toolpath)
+    finer = between(toolpath, keep[:, 0].astype(np.intp), keep[:, 1])
+    return planner.again(c.path, finer)
 
 
 def _worth(job: Job, q: Floats, tau: Floats, before: Floats, after: Floats) -> Bools:
@@ -115,13 +115,13 @@ def _solved(planner: Planner, c: Compensation, intervals: _Intervals) -> tuple[C
     job, count, fractions = c.job, len(intervals), intervals.grid()
     order = np.lexsort((fractions.T.ravel(), np.repeat(intervals.segment, PARTS + 1)))
     inner = np.clip(fractions, 1e-9, 1 - 1e-9).T.ravel()[order]  # interval by interval
-    fine, added = between(c.path.toolpath, np.repeat(intervals.segment, PARTS + 1)[order], inner)
-    rows = np.flatnonzero(added)
+    segment = np.repeat(intervals.segment, PARTS + 1)[order]
+    fine, rows = between(c.path.toolpath, segment, inner), put_in(segment)
     path = planner.part(c.path, fine, rows)
     wrench = process_wrench(job.cell, fine, *planner.frames(c.path, fine))
     wrench = carried_wrench(job.cell, wrench, fine, c.path.toolpath, c.wrench)[rows]
     begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
-    wrench[begin] = c.wrench[np.repeat(intervals.segment, PARTS + 1)[order][begin]]  # may be a rapid, without load
+    wrench[begin] = c.wrench[segment[begin]]  # may be a rapid, without load
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
     pick = place.reshape(count, PARTS + 1).T.ravel()  # part by part, intervals side by side
