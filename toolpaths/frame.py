@@ -43,7 +43,9 @@ class Frame:
 
     def along(self, direction: Floats) -> Floats:
         """Directions (..., 3) of the inner frame, in the outer one."""
-        return np.asarray((self.rotation @ np.asarray(direction)[..., None])[..., 0])
+        if self.rotation.ndim == 2:
+            return np.asarray(direction @ self.rotation.T)
+        return np.asarray(np.einsum("...ij,...j->...i", self.rotation, direction))
 
     def then(self, inner: Frame) -> Frame:
         """A frame that is given in this one, in the outer one."""
