@@ -85,7 +85,7 @@ def slerp_quaternion(a: Floats, b: Floats, share: Floats) -> Floats:
 
 
 def slerp(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Unit vectors (M, n) at ``share`` (M,) of the great circle from ``a`` to ``b``; where they are equal ``a`` itself."""
+    """Unit vectors (M, n) at ``share`` (M,) of the great circle from ``a`` to ``b``; where both are equal, ``a``."""
     chord = np.linalg.norm(b - a, axis=1)
     angle = 2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
     small = np.sin(angle) < SMALL_SINE

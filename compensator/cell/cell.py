@@ -14,6 +14,7 @@ from compensator.errors import CellError
 from stiffness.robot.robot import STANDARD_GRAVITY
 from stiffness.statics.predictor import Tool
 from toolpaths.machine import Machine, RotaryAxis
+from toolpaths.rotation import matrix_from_rpy
 
 Floats = npt.NDArray[np.float64]
 Number = Annotated[float, Strict()]  # TOML has numbers: "250" and "250 mm" are mistakes
@@ -24,19 +25,6 @@ _DEFAULT_SPACING = 10.0
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
-
-
-def rpy_matrix(degrees: tuple[float, float, float]) -> Floats:
-    """R = Rz(yaw) Ry(pitch) Rx(roll), angles in deg."""
-    roll, pitch, yaw = np.radians(degrees)
-    cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def _in_mm(name: str, xyz: tuple[float, float, float]) -> None:
@@ -84,7 +72,7 @@ class ToolTable(_Table):
     def tool(self) -> Tool:
         """In SI."""
         com = None if self.com is None else np.array(self.com) / 1e3
-        return Tool(rpy_matrix(self.rpy), np.array(self.xyz) / 1e3, self.mass or 0.0, com, self.name)
+        return Tool(matrix_from_rpy(np.radians(self.rpy)), np.array(self.xyz) / 1e3, self.mass or 0.0, com, self.name)
 
 
 class WorkObject(_Table):
@@ -102,7 +90,7 @@ class WorkObject(_Table):
     def matrix(self) -> Floats:
         """(4, 4) in SI."""
         pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = rpy_matrix(self.rpy), np.array(self.xyz) / 1e3
+        pose[:3, :3], pose[:3, 3] = matrix_from_rpy(np.radians(self.rpy)), np.array(self.xyz) / 1e3
         return pose
 
 
@@ -286,7 +274,7 @@ class Cell(_Table):
 
     def gravity_in_base(self) -> Floats:
         """(3,) m/s2."""
-        return np.asarray(rpy_matrix(self.mount.rpy).T @ np.array(STANDARD_GRAVITY))
+        return np.asarray(matrix_from_rpy(np.radians(self.mount.rpy)).T @ np.array(STANDARD_GRAVITY))
 
 
 def load_cell(path: str | Path) -> Cell:

@@ -14,9 +14,8 @@ import numpy.typing as npt
 
 from compensator.cell.cell import Cell, ExternalAxis
 from compensator.errors import CellError
-from compensator.path.free_turn import quaternion_matrix
 from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
-from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import Setting, Toolpath, tool_axis
 from toolpaths.writing.program import ERROR, WARNING, Finding, Program
 
@@ -50,7 +49,7 @@ def seen_from_base(cell: Cell, toolpath: Toolpath) -> Toolpath:
     found = carried(cell, toolpath)
     if found is None or toolpath.quaternion is None:
         return toolpath
-    return _placed(toolpath, *found.forth(toolpath.position, quaternion_matrix(toolpath.quaternion)))
+    return _placed(toolpath, *found.forth(toolpath.position, matrix_from_unit_quaternion(toolpath.quaternion)))
 
 
 def as_programmed(cell: Cell, toolpath: Toolpath) -> Toolpath:
@@ -60,7 +59,7 @@ def as_programmed(cell: Cell, toolpath: Toolpath) -> Toolpath:
         return toolpath
     rows = np.isin(toolpath.row, [float(r) for r in setting.joints])[:, None]
     known = np.where(np.isfinite(toolpath.quaternion[:, :1]), toolpath.quaternion, np.array([1.0, 0.0, 0.0, 0.0]))
-    position, rotation = found.back(toolpath.position, quaternion_matrix(known))
+    position, rotation = found.back(toolpath.position, matrix_from_unit_quaternion(known))
     position = np.where(rows, position, toolpath.position)
     quaternion = np.where(rows, quaternion_from_matrix(rotation), toolpath.quaternion)
     return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
@@ -123,7 +122,7 @@ def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
         return read
     relative = np.linalg.inv(ours) @ theirs
     known = np.isfinite(read.quaternion[:, :1])
-    rotation = relative[:3, :3] @ quaternion_matrix(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
+    rotation = relative[:3, :3] @ matrix_from_unit_quaternion(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
     quaternion = np.where(known, quaternion_from_matrix(rotation), read.quaternion)
     position = read.position @ relative[:3, :3].T + relative[:3, 3]
     arcs = {k: (relative[:3, :3] @ p + relative[:3, 3], off) for k, (p, off) in read.setting.arcs.items()}

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from compensator.cell.external_axes import carried, in_frame
 from compensator.errors import SolveError
-from compensator.path.free_turn import quaternion_matrix, slerp_quaternion
 from compensator.path.planner import Planner
 from compensator.path.pose_names import place
 from compensator.program.export import program_of
@@ -22,7 +21,7 @@ from compensator.solve.upright import tilt, untilted
 from compensator.solve.verify import PRINTED, Verified
 from toolpaths.files import read_toolpath
 from toolpaths.languages.table import Language
-from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, slerp_quaternion
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.program import WARNING, Finding, Program
 
@@ -240,14 +239,14 @@ def _between(c: Compensation, read: Toolpath, row: Floats, pose: Index, done: Fi
     b = np.clip(np.searchsorted(rows, wanted - 1e-12), 1, len(rows) - 1)
     t = np.clip((wanted - rows[b - 1]) / np.maximum(rows[b] - rows[b - 1], 1e-12), 0.0, 1.0)
     mixed = position[b - 1] + t[:, None] * (position[b] - position[b - 1])
-    return mixed, quaternion_matrix(slerp_quaternion(q[b - 1], q[b], t))
+    return mixed, matrix_from_unit_quaternion(slerp_quaternion(q[b - 1], q[b], t))
 
 
 def _rotations(read: Toolpath, row: Floats, pose: Index, done: Filtered) -> Floats:
     """(K, 3, 3) as read; where the language gives the tool axis alone, its turn is that of the solve."""
     if read.quaternion is not None:
         known = np.isfinite(read.quaternion[:, :1])
-        return quaternion_matrix(np.where(known, read.quaternion, np.array([1.0, 0.0, 0.0, 0.0])))
+        return matrix_from_unit_quaternion(np.where(known, read.quaternion, np.array([1.0, 0.0, 0.0, 0.0])))
     at = np.searchsorted(done.row, np.interp(np.arange(len(read)), pose, row), side="left")
     solved = done.program.rotation[np.minimum(at, len(done.row) - 1)]
     z = -read.axis

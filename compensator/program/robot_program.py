@@ -11,11 +11,10 @@ from compensator.cell.cell import Cell, Start, ToolTable, WorkObject
 from compensator.cell.external_axes import as_programmed, external_notes, seen_from_base
 from compensator.cell.job import Job, job_of
 from compensator.errors import CellError
-from compensator.path.free_turn import quaternion_matrix
 from compensator.path.planner import Planner
 from stiffness.kinematics.solvers import SphericalInverse
 from toolpaths.interpreting.arcs import with_arcs
-from toolpaths.rotation import quaternion_from_matrix, rpy_from_matrix, turn_between
+from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, rpy_from_matrix, turn_between
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
 from toolpaths.writing.program import ToolFrame
 
@@ -193,7 +192,7 @@ def _postures(job: Job, path: Toolpath, k: int) -> list[tuple[int, Floats]]:
     if some.quaternion is None:
         return []
     work = job.cell.workobject.matrix()
-    rotation = work[:3, :3] @ quaternion_matrix(some.quaternion)
+    rotation = work[:3, :3] @ matrix_from_unit_quaternion(some.quaternion)
     r, p = planner.flange(some, rotation, some.position @ work[:3, :3].T + work[:3, 3])
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = r[0], p[0]
