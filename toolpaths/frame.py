@@ -26,6 +26,11 @@ class Frame:
         return f"Frame({'x'.join(map(str, count)) + ' poses' if count else np.round(self.origin, 6).tolist()})"
 
     @classmethod
+    def identity(cls) -> Frame:
+        """The outer frame itself."""
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
     def of(cls, matrix: Floats) -> Frame:
         """From homogeneous matrices (..., 4, 4)."""
         return cls(matrix[..., :3, :3], matrix[..., :3, 3])
@@ -46,6 +51,11 @@ class Frame:
         if self.rotation.ndim == 2:
             return np.asarray(direction @ self.rotation.T)
         return np.asarray(np.einsum("...ij,...j->...i", self.rotation, direction))
+
+    def inward(self, point: Floats) -> Floats:
+        """Points (..., 3) of the outer frame, in the inner one."""
+        out = np.asarray(point - self.origin)
+        return out @ self.rotation if self.rotation.ndim == 2 else np.einsum("...ji,...j->...i", self.rotation, out)
 
     def then(self, inner: Frame) -> Frame:
         """A frame that is given in this one, in the outer one."""
