@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from toolpaths.errors import ReadError, ToolpathError
+from toolpaths.rotation import slerp, slerp_quaternion
 from toolpaths.toolpath import Floats, Rows, Toolpath
 
 ANGLE = math.radians(0.1)
@@ -43,7 +44,7 @@ def resample(path: Toolpath, *, spacing: float, angle: float = ANGLE) -> Toolpat
     if parts.sum() > MOST_POSES:
         raise ToolpathError(f"{path.source}: a spacing of {spacing * 1e3:g} mm makes {parts.sum():.3g} poses")
     count = np.maximum(np.ceil(parts - _ROUNDING), 1.0).astype(np.intp)
-    return path if count.max() == 1 else _inserted(path, count, turn)
+    return path if count.max() == 1 else _inserted(path, count)
 
 
 def _turns(path: Toolpath) -> Floats:
@@ -62,7 +63,7 @@ def _turns(path: Toolpath) -> Floats:
     return turn
 
 
-def _inserted(path: Toolpath, count: Rows, turn: Floats) -> Toolpath:
+def _inserted(path: Toolpath, count: Rows) -> Toolpath:
     """The path with move m (from pose m to m + 1) in ``count[m]`` parts."""
     move = np.repeat(np.arange(len(count)), count - 1)
     first = np.concatenate([[0], np.cumsum(count - 1)])[:-1]  # of the poses of each move
@@ -70,22 +71,7 @@ def _inserted(path: Toolpath, count: Rows, turn: Floats) -> Toolpath:
     position = path.position[move] + share[:, None] * (path.position[move + 1] - path.position[move])
     row = path.row[move] + share * (path.row[move + 1] - path.row[move])
     if path.quaternion is None:
-        orientation = _slerp(path.axis, move, share, turn[move])
+        orientation = slerp(path.axis[move], path.axis[move + 1], share)
     else:
-        orientation = _slerp(path.quaternion, move, share, turn[move] / 2.0)
+        orientation = slerp_quaternion(path.quaternion[move], path.quaternion[move + 1], share)
     return path.with_points(move + 1, row, position, orientation)
-
-
-def _slerp(unit: Floats, move: Rows, share: Floats, turn: Floats) -> Floats:
-    """Unit vectors (or quaternions) at ``share`` of the way of each move; ``turn`` rad between its ends."""
-    a, b = unit[move], unit[move + 1]
-    b = np.where(np.einsum("ij,ij->i", a, b)[:, None] < 0, -b, b) if unit.shape[1] == 4 else b
-    small = turn < 1e-6
-    sine = np.where(small, 1.0, np.sin(turn))
-    left = np.where(small, 1.0 - share, np.sin((1.0 - share) * turn) / sine)
-    right = np.where(small, share, np.sin(share * turn) / sine)
-    way = left[:, None] * a + right[:, None] * b
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    still = turn == 0.0
-    way[still] = a[still]
-    return way

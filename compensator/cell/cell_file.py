@@ -15,7 +15,7 @@ from compensator.errors import CellError
 from compensator.process.catalogue import PROCESSES
 from compensator.process.process import ProcessTable
 from compensator.toml_table import Number, TomlTable
-from toolpaths.languages.gcode.rotary import Machine
+from toolpaths.machine import Machine
 
 AxisName = Annotated[str, Field(pattern=r"^eax_[a-f]$|^E[1-6]$|^GP[2-8] J[1-9]$")]
 if TYPE_CHECKING:

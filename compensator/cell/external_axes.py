@@ -15,10 +15,9 @@ import numpy.typing as npt
 from compensator.cell.placement import Placement
 from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.errors import CellError
-from compensator.path.free_turn import quaternion_matrix
 from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
 from toolpaths.frame import Frame
-from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import Setting, Toolpath, tool_axis
 from toolpaths.writing.program import ERROR, WARNING, Finding, Program
 
@@ -35,7 +34,7 @@ def seen_from_base(placement: Placement, toolpath: Toolpath) -> Toolpath:
     found = carried(placement, toolpath)
     if found is None or toolpath.quaternion is None:
         return toolpath
-    return _placed(toolpath, found.then(Frame(quaternion_matrix(toolpath.quaternion), toolpath.position)))
+    return _placed(toolpath, found.then(Frame(matrix_from_unit_quaternion(toolpath.quaternion), toolpath.position)))
 
 
 def as_programmed(placement: Placement, toolpath: Toolpath) -> Toolpath:
@@ -45,7 +44,7 @@ def as_programmed(placement: Placement, toolpath: Toolpath) -> Toolpath:
         return toolpath
     rows = np.isin(toolpath.row, [float(r) for r in setting.joints])[:, None]
     known = np.where(np.isfinite(toolpath.quaternion[:, :1]), toolpath.quaternion, np.array([1.0, 0.0, 0.0, 0.0]))
-    back = Frame(quaternion_matrix(known), toolpath.position).relative_to(found)
+    back = Frame(matrix_from_unit_quaternion(known), toolpath.position).relative_to(found)
     position = np.where(rows, back.origin, toolpath.position)
     quaternion = np.where(rows, quaternion_from_matrix(back.rotation), toolpath.quaternion)
     return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
@@ -110,7 +109,7 @@ def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
         return read
     relative = Frame.of(np.linalg.inv(ours) @ theirs)
     known = np.isfinite(read.quaternion[:, :1])
-    rotation = quaternion_matrix(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
+    rotation = matrix_from_unit_quaternion(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
     poses = relative.then(Frame(rotation, read.position))
     quaternion = np.where(known, quaternion_from_matrix(poses.rotation), read.quaternion)
     arcs = {k: (relative.at(p), off) for k, (p, off) in read.setting.arcs.items()}

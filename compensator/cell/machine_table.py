@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres
-from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
+from toolpaths.machine import Machine, RotaryAxis
 
 SystemName = Annotated[str, Field(pattern=r"^G5[4-9]$|^G59\.[1-3]$")]
 

@@ -16,7 +16,7 @@ from compensator.errors import CellError
 from compensator.path.tool_set import ToolSet
 from compensator.process.process import Process, ProcessContext
 from toolpaths.frame import Frame
-from toolpaths.languages.gcode.rotary import Machine
+from toolpaths.machine import Machine
 
 Floats = npt.NDArray[np.float64]
 

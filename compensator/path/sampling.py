@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from compensator.path.free_turn import slerp_axis, slerp_quaternion
+from toolpaths.rotation import slerp, slerp_quaternion
 from toolpaths.toolpath import CUT, Rows, Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -32,7 +32,7 @@ def between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> Toolpath:
     position = (1 - t) * toolpath.position[segment] + t * toolpath.position[end]
     row = (1 - fraction) * toolpath.row[segment] + fraction * toolpath.row[end]
     if toolpath.quaternion is None:
-        orientation = slerp_axis(toolpath.axis[segment], toolpath.axis[end], fraction)
+        orientation = slerp(toolpath.axis[segment], toolpath.axis[end], fraction)
     else:
         orientation = slerp_quaternion(toolpath.quaternion[segment], toolpath.quaternion[end], fraction)
     grown = toolpath.with_points(end, row, position, orientation)

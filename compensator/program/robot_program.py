@@ -14,13 +14,12 @@ from compensator.cell.job import Job, job_of
 from compensator.cell.placement import Placement, placement_of
 from compensator.cell.placement_tables import ToolTable, WorkObjectTable
 from compensator.errors import CellError
-from compensator.path.free_turn import quaternion_matrix
 from compensator.path.tcp_inverse import TcpInverse
 from stiffness.kinematics.solvers import SphericalInverse
 from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
 from toolpaths.interpreting.arcs import with_arcs
-from toolpaths.rotation import quaternion_from_matrix, rpy_from_matrix, turn_between
+from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, rpy_from_matrix, turn_between
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
 from toolpaths.writing.program import ToolFrame
 
@@ -193,7 +192,7 @@ def _postures(arm: Arm, placement: Placement, pose: Toolpath) -> list[tuple[int,
     """Every posture (branch, q) of a path of one pose."""
     if pose.quaternion is None:
         return []
-    tcp = placement.workobject.then(Frame(quaternion_matrix(pose.quaternion), pose.position))
+    tcp = placement.workobject.then(Frame(matrix_from_unit_quaternion(pose.quaternion), pose.position))
     return TcpInverse(arm.inverse, placement.tools).postures(pose, tcp, limits=True)
 
 

@@ -13,9 +13,9 @@ from compensator.errors import SolveError
 from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
+from toolpaths.files import read_back
 from toolpaths.frame import Frame
-from toolpaths.languages.gcode.writer import aligned
-from toolpaths.languages.write import read_back
+from toolpaths.rotation import aligned
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     work, printed = c.job.placement.workobject, Frame(text.rotation, text.position)
     if on_axes := carried(c.job.placement, toolpath):
         printed = on_axes.then(printed)
-    if language == "gcode":  # knows the tool axis alone: the turn about it is that of the solve
+    if not text.turn_known:  # it is that of the solve
         turns = aligned(work.rotation.T @ c.command.rotation, -printed.rotation[:, :, 2])
         printed = Frame(turns, printed.origin)
     tcp = work.then(printed)

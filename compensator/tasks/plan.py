@@ -31,7 +31,7 @@ from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
 from stiffness.statics.predictor import Tool
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 Floats = npt.NDArray[np.float64]
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compensator.cell.placement_tables import WorkObjectTable
 from compensator.tasks.compensate import Done, compensate_file, preview_file
 from stiffness.robot.load import load_robot
 from tests.compensator.own_statics import Arm, compliance
 from tests.compensator.postures import frame
 from tests.compensator.small_jobs import CELL, MODEL, STIFFNESS, Files, columns, files, merged
+from toolpaths.rotation import matrix_from_rpy
 
 TILTED = [
     [0, 0, 80, 0, 0, 1, 0, "rapid"],
@@ -129,8 +129,7 @@ def test_rpy() -> None:
     g = np.random.default_rng(0)
     for degrees in g.uniform(-360, 360, (50, 3)):
         expected = Rotation.from_euler("xyz", degrees, degrees=True).as_matrix()
-        work = WorkObjectTable(xyz=(0.0, 0.0, 0.0), rpy=tuple(degrees))
-        assert np.allclose(work.frame().rotation, expected, atol=1e-12)
+        assert np.allclose(matrix_from_rpy(np.radians(degrees)), expected, atol=1e-12)
 
 
 def run(folder: Path, cell: dict[str, Any], rows: list[list[Any]] = TILTED) -> Done:

@@ -15,7 +15,7 @@ from compensator.tasks import compensate as tasks
 from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.small_jobs import columns, files
 from toolpaths.errors import ReadError, WriteError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 TABLES: dict[str, Any] = {
     "kinematics": "table-table",

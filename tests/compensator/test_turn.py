@@ -17,7 +17,7 @@ from stiffness.robot.load import load_robot
 from tests.compensator.paths import angle, toolpath, wandering_axes
 from tests.compensator.postures import frame, job_at, poses_at
 from tests.compensator.small_jobs import ABB, CELL, ROWS, Files, files
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 
 def check_reference(axis: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from toolpaths.errors import ReadError
 from toolpaths.reading.arc_points import arc_points, chord_count
 from toolpaths.reading.move_buffer import LIMIT, most_poses
+from toolpaths.rotation import slerp_quaternion
 from toolpaths.toolpath import Floats, Toolpath
 
 Ints64 = npt.NDArray[np.int64]
@@ -41,7 +42,7 @@ def with_arc_points(toolpath: Toolpath, arcs: Ints64, via: Floats, chord: float)
         raise ReadError(source, int(line[at]), problem, "Use a straight move instead.")
     points = arc_points(ends[arcs - 1], ends[arcs], center, normal, sweep, chord)
     end = arcs[points.arc]
-    quaternion = slerped(turned[end - 1], turned[end], points.fraction)
+    quaternion = slerp_quaternion(turned[end - 1], turned[end], points.fraction)
     return toolpath.with_points(end, toolpath.row[end] - 1 + points.fraction, points.position, quaternion)
 
 
@@ -82,17 +83,3 @@ def circle_through(
     with np.errstate(divide="ignore", invalid="ignore"):
         share = angles[0] / angles[1]
     return center, normal, angles[1], share, flat | ~(angles[1] > 0.0)
-
-
-def slerped(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Unit quaternions (M, 4) on the shorter way from ``a`` to ``b``."""
-    cosine = np.sum(a * b, axis=1)
-    b = np.where(cosine[:, None] < 0, -b, b)
-    chord = np.linalg.norm(b - a, axis=1)
-    angle = 2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
-    small = angle < 1e-9
-    sine = np.where(small, 1.0, np.sin(angle))
-    left = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
-    right = np.where(small, share, np.sin(share * angle) / sine)
-    out = left[:, None] * a + right[:, None] * b
-    return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))

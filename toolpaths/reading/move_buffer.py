@@ -7,6 +7,7 @@ from array import array
 import numpy as np
 
 from toolpaths.errors import ReadError
+from toolpaths.frame import Vector
 from toolpaths.reading.arc_points import arc_points, chord_count
 from toolpaths.toolpath import CUT, RAPID, Event, Floats, Ints, Toolpath
 
@@ -14,7 +15,6 @@ LIMIT = 1e3  # m; a coordinate beyond it is a mistake, and arcs of such size wou
 MOST_POSES = 50_000_000
 POSES_OF_A_FILE, POSES_OF_A_MOVE = 1_000_000, 3000  # so that a short file cannot fill the memory
 RAPID_MARK, CUT_MARK = int(RAPID), int(CUT)
-Vector = tuple[float, float, float]
 
 
 def most_poses(moves: int) -> int:

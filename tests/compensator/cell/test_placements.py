@@ -20,8 +20,8 @@ from compensator.solve.compensate import compensate
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
 from tests.compensator.small_jobs import WORN, files
+from toolpaths.files import read_toolpath
 from toolpaths.frame import Frame
-from toolpaths.languages.read import read_toolpath
 from toolpaths.toolpath import Toolpath
 
 MOVED = {"workobject": {"xyz": [1450.0, 100.0, 850.0], "rpy": [0.0, 5.0, -30.0]}}
