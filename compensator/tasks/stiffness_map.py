@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
 
-from compensator.cell.cell import ToolTable
+from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
 from compensator.tasks.joint_grid import Grid, grid_of
 from compensator.tasks.outputs import Outputs, refuse_clashes
