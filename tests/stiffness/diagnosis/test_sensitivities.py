@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,7 @@ from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of
 from tests.stiffness.diagnosis.sick import sick
+from tests.stiffness.identification import many_sided
 
 Floats = npt.NDArray[np.float64]
 ADDED = [e for e in CATALOGUE if not e.is_base]
@@ -84,6 +86,25 @@ def test_derivatives_are_those_of_differences(fit: SessionFit, effect: Effect) -
         error = np.linalg.norm(found[:, :, k] - slope, axis=1)
         assert np.quantile(error, 0.9) < 0.04 * size, str(u)
         assert np.sum(found[:, :, k] * slope) / np.sum(slope**2) == pytest.approx(1, abs=0.04), str(u)
+
+
+@pytest.mark.parametrize("name", ["base-compliance", "payload", "tracker-drift"])
+def test_readings_of_a_tracker_that_stands_anywhere(name: str, tmp_path: Path) -> None:
+    """In its own axes, station by station, under ropes on an inner link as well."""
+    session = many_sided.session(tmp_path, setups=4)
+    values = {BASE.name: {"k_nm_per_rad": many_sided.STIFFNESS}}
+    of = ModelFits.of([session], [BASE], values, [np.ones(len(session), dtype=bool)])
+    placed = of.fit([]).sessions[0].further()
+    effect = BY_NAME[name]
+    mine = numbers(effect)
+    given = on_trial(effect, placed)
+    found = Sensitivities(placed.observations.data, CATALOGUE, mine).of(placed, given)
+    assert np.abs(placed.predicted.back - np.eye(3)).max() > 0.5
+    for k, u in enumerate(mine):
+        size = np.abs(found[:, :, k]).max()
+        up, down = (position(effect, placed, given, u, s) for s in (2e-5 / size, 0.0))
+        error = np.linalg.norm(found[:, :, k] - (up - down) / (2e-5 / size), axis=1)
+        assert np.quantile(error, 0.9) < 0.04 * size, str(u)
 
 
 def test_friction_holds_what_its_trial_remembers(fit: SessionFit) -> None:

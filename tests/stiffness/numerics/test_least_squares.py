@@ -219,6 +219,20 @@ def test_bounds_as_scipy_has_them(cut: tuple[int, ...], seed: int) -> None:
         assert found.vector[k] == (low[k] if scipy[k] - low[k] < 1e-9 else high[k])  # exactly on its bound
 
 
+def test_a_linear_problem_with_a_bound_takes_one_step() -> None:
+    """In the step that meets the bound the other numbers already answer to it."""
+    rng = np.random.default_rng(7)
+    x = rng.normal(size=(50, 3)) + 0.9 * rng.normal(size=(50, 1))  # columns that depend on each other
+    y = x @ [1.0, -2.0, 3.0] + rng.normal(size=50)
+    high = np.array([np.inf, np.inf, 1.5])
+    bounds = np.full(3, -np.inf), high
+    found = solved(lambda b: [white(np.arange(50), y - x @ b, x, 1.0)], np.zeros(3), bounds=bounds)
+    exact = optimize.lsq_linear(x, y, bounds, tol=1e-14).x
+    assert found.vector == pytest.approx(exact, rel=1e-6)
+    assert found.vector[2] == 1.5
+    assert found.steps == 2  # the second is the one that is too short to be taken
+
+
 def test_a_number_held_by_its_bounds_leaves_the_fit_of_the_others() -> None:
     """What a profile likelihood asks for."""
     data, others = Random.of(3), [0, 1, 2, 4]
