@@ -12,12 +12,12 @@ import pytest
 from compensator.report.figures.diagnosis import model_alone, noise_of
 from compensator.report.figures.residual_map import enlargement
 from compensator.report.html.diagnosis import diagnosis_page
-from compensator.report.html.fit_tables import figure, millimetres
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.views.diagnosis import looked_at, postures
 from compensator.report.views.diagnosis_pattern import patterns
 from compensator.report.views.place_wrench import place_wrench
 from compensator.report.views.state_motion import turn, twist
+from compensator.report.words.numbers import residual_mm, rounded
 from stiffness.diagnosis.attribution import Share
 from stiffness.planning.next_setups import NextSetup
 from tests.compensator.conftest import Sick
@@ -51,14 +51,14 @@ def test_numbers_of_the_diagnosis_are_there(text: str, loose: Sick) -> None:
     said, d, report = Walk(text).said, loose.done.diagnosis, loose.done.report
     for kind in ("displacement", "absolute"):
         rms, split = report["rms_mm"][kind], report["split_mm"][kind]
-        row = " ".join(millimetres(rms[k]) for k in ("before", "refitted", "after", "noise_floor"))
+        row = " ".join(residual_mm(rms[k]) for k in ("before", "refitted", "after", "noise_floor"))
         assert f"{kind} {row} {rms['after'] / rms['noise_floor']:.2f}" in said
-        assert f"{kind} {' '.join(millimetres(split[k]) for k in ('noise', 'parameters', 'structure', 'left'))}" in said
+        assert f"{kind} {' '.join(residual_mm(split[k]) for k in ('noise', 'parameters', 'structure', 'left'))}" in said
     gap, sd, _ = d.added[0].parameters["gap_rad"]
-    shown = [figure(1e3 * float(v), 1e3 * float(sd[0])) for v in (gap[0], sd[0])]
+    shown = [rounded(1e3 * float(v), 1e3 * float(sd[0])) for v in (gap[0], sd[0])]
     assert f"backlash gap joint-1 mrad {shown[0]} {shown[1]}" in said
     for k, c in enumerate(c for c in d.candidates if c.where):
-        assert f"{k + 1} {c.effect}" in said and millimetres(1e3 * c.heldout_rms) in said
+        assert f"{k + 1} {c.effect}" in said and residual_mm(1e3 * c.heldout_rms) in said
     for s in d.points_at:
         assert f"{100 * s.share:.0f} %" in said
     for name, line in d.outliers:

@@ -12,8 +12,9 @@ import plotly.graph_objects as go
 import pytest
 
 from compensator.report.html.fit import fit_page
-from compensator.report.html.fit_tables import correlation, figure, interval
+from compensator.report.html.fit_tables import correlation, interval
 from compensator.report.views.fit import joints, load_torque, looked_at, standardised
+from compensator.report.words.numbers import rounded
 from compensator.tasks.identify import identify_report
 from stiffness.identification.fit import Fit
 from stiffness.identification.identify import identify
@@ -56,7 +57,7 @@ def test_numbers_of_the_fit_are_there(text: str, run: tuple[Fit, list[int]], rep
     k, sd = fit.values()["joint-stiffness"]["k_nm_per_rad"], fit.deviations()["joint-stiffness"]["k_nm_per_rad"]
     for u, v, s, value, spread in zip(fit.unknowns.free, fit.parameters, fit.sd, k, sd, strict=True):
         low, high = interval(u, float(v), float(s))
-        shown = [figure(x, spread) for x in (value, spread, low, high)]
+        shown = [rounded(x, spread) for x in (value, spread, low, high)]
         assert f"{shown[0]} {shown[1]} {shown[2]} … {shown[3]} identified" in said
         assert low < value < high and high - low == pytest.approx(2 * 1.959964 * spread, rel=0.01)
     for kind in ("displacement", "absolute"):
@@ -164,7 +165,7 @@ def test_what_is_not_identified_has_no_value(run: tuple[Fit, list[int]]) -> None
      (5.0, 0.0, "5"), (37650.4, 9.96, "37,650.4")],
 )  # fmt: skip
 def test_digits_follow_the_standard_deviation(value: float, sd: float, shown: str) -> None:
-    assert figure(value, sd) == shown
+    assert rounded(value, sd) == shown
 
 
 def test_a_session_that_is_not_registered(tmp_path: Path) -> None:

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from compensator.report.html.path import page
-from compensator.report.html.tables import LISTED, millimetres
+from compensator.report.html.tables import LISTED
+from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.reports import Walk, figures_in, own, prepared
@@ -63,7 +64,7 @@ def test_numbers_of_the_summary_are_in_words_and_tables(
     assert error["before"]["mean"] > 0.1
     for key in ("before", "after"):
         for value in error[key].values():
-            assert millimetres(value) in said
+            assert deflection_mm(value) in said
     assert f"{report['max_correction_mm']:.4f} mm" in said
     assert f"poses {report['n_poses']} of these cutting {report['n_cut']} " in said
     assert f"joint reversals {len(report['reversals'])} " in said
@@ -162,5 +163,5 @@ def test_long_lists_are_cut_with_a_count(run: tuple[Compensation, dict[str, Any]
         (6.99e-5, "0.000070"), (3.2e-6, "0.000003"), (9e-10, "&lt; 0.000001"),
     ],
 )  # fmt: skip
-def test_millimetres(value: float, shown: str) -> None:
-    assert millimetres(value) == unescape(shown)
+def test_deflection_mm(value: float, shown: str) -> None:
+    assert deflection_mm(value) == unescape(shown)

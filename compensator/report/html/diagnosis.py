@@ -9,12 +9,12 @@ from compensator.report.figures.diagnosis import pattern_figure, ranking_figure,
 from compensator.report.figures.residual_map import enlargement, map_figure
 from compensator.report.figures.thinning import Figure
 from compensator.report.html import diagnosis_tables as tables
-from compensator.report.html.fit_tables import millimetres
 from compensator.report.html.path import page_head, page_scripts
 from compensator.report.views.diagnosis import Looked, Posture, looked_at, postures
 from compensator.report.views.diagnosis_pattern import patterns
 from compensator.report.views.diagnosis_remainder import remainder
 from compensator.report.words import diagnosis as words
+from compensator.report.words.numbers import joined, residual_mm
 from stiffness.diagnosis.result import Diagnosis
 from stiffness.model.model import ComplianceModel
 
@@ -134,7 +134,7 @@ def _ranking(d: Diagnosis, drawn: bool) -> list[str]:
             tables.candidates(d),
         ]
     if bare:
-        out.append(f'<p class="quiet">Of no help anywhere: {escape(words.joined(bare))}.</p>')
+        out.append(f'<p class="quiet">Of no help anywhere: {escape(joined(bare))}.</p>')
     return out
 
 
@@ -151,7 +151,7 @@ def _evidence(d: Diagnosis, figures: list[dict[str, Figure]]) -> list[str]:
     out = []
     for a, drawn in zip(d.added, figures, strict=True):
         out += [
-            f"<h2>Evidence: {escape(a.effect)} in {escape(words.joined(a.where))}</h2>",
+            f"<h2>Evidence: {escape(a.effect)} in {escape(joined(a.where))}</h2>",
             "<p>Left: what the readings show when only this addition is taken out of the refined model, and what it "
             "says there (black). Right: what is left with it, at the same scale. Every reading that is no outlier is "
             "used, those that took no part too.</p>",
@@ -164,9 +164,9 @@ def _confusion(d: Diagnosis) -> list[str]:
     out = ["<h2>What could not be told apart</h2>"]
     alike = [a for a in d.added if a.confused_with]
     for a in alike:
-        names = escape(words.joined(a.confused_with, "or"))
+        names = escape(joined(a.confused_with, "or"))
         out.append(
-            f"<p><b>{escape(a.effect)}</b> in {escape(words.joined(a.where))} or {names}: these readings fit either. "
+            f"<p><b>{escape(a.effect)}</b> in {escape(joined(a.where))} or {names}: these readings fit either. "
             "The refined model has the first; the set-ups below would tell.</p>"
         )
     if not alike:
@@ -203,7 +203,7 @@ def _next(report: Report) -> list[str]:
 def _details(d: Diagnosis, model: ComplianceModel) -> list[str]:
     out = ["<h2>Parameters that have moved</h2>"]
     out.append(tables.changed(d.changed) if d.changed else "<p>None, beyond what model and readings leave open.</p>")
-    spread = millimetres(d.fit.solution.misfit)
+    spread = residual_mm(d.fit.solution.misfit)
     return [
         *out,
         "<h2>Rows left out</h2>",

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from compensator.report.html.fit_tables import DASH, LISTED, figure, millimetres
+from compensator.report.html.fit_tables import DASH, LISTED
 from compensator.report.html.tables import table
-from compensator.report.words.diagnosis import WRITTEN, bare, follows_words, in_words, joined, shown_unit
+from compensator.report.words.diagnosis import WRITTEN, follows_words, in_words
+from compensator.report.words.numbers import joined, parameter_words, residual_mm, rounded, shown_unit
 from stiffness.diagnosis.result import Changed, Diagnosis
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
@@ -27,7 +28,7 @@ def scores(report: Report) -> str:
             continue
         keys = ("before", "refitted", "after", "noise_floor")
         ratio = f"{r['after'] / r['noise_floor']:.2f}" if r["noise_floor"] > 0 else DASH
-        rows.append([kind, *(millimetres(r[k]) for k in keys), ratio])
+        rows.append([kind, *(residual_mm(r[k]) for k in keys), ratio])
     head = ["RMS per axis, mm", "model at hand", "its numbers fitted anew", "refined", "noise floor", "refined / floor"]
     return table("On readings that took no part", head, rows, right=range(1, 6))
 
@@ -35,7 +36,7 @@ def scores(report: Report) -> str:
 def split(report: Report) -> str:
     """What the error before is made of."""
     rows = [
-        [kind, *(millimetres(s[k]) for k in ("noise", "parameters", "structure", "left"))] if s else [kind, *[DASH] * 4]
+        [kind, *(residual_mm(s[k]) for k in ("noise", "parameters", "structure", "left"))] if s else [kind, *[DASH] * 4]
         for kind, s in report["split_mm"].items()
     ]
     head = ["RMS per axis, mm", "noise", "parameters", "structure", "left after"]
@@ -51,15 +52,15 @@ def additions(d: Diagnosis) -> str:
             if len(values) > max(WRITTEN, len(a.where)):
                 if np.any(values):
                     where, text = escape(joined(a.where)), f"{len(values)} numbers, in the refined model"
-                    rows.append([escape(a.effect), escape(bare(name)), where, "", text, ""])
+                    rows.append([escape(a.effect), escape(parameter_words(name)), where, "", text, ""])
                 continue
             alone = joined(a.where)
             spots = [f"{alone}, number {k + 1}" for k in range(len(values))] if len(values) > 1 else [alone]
             spots = list(a.where) if len(values) == len(a.where) else spots
             for k, (v, s) in enumerate(zip(values * factor, sd * factor, strict=True)):
-                spread = figure(s, s) if s > 0 else "searched, not fitted"
-                value = figure(v, s) if s > 0 else f"{v:.4g}"
-                cells = [escape(a.effect), escape(bare(name)), escape(spots[k]), escape(shown)]
+                spread = rounded(s, s) if s > 0 else "searched, not fitted"
+                value = rounded(v, s) if s > 0 else f"{v:.4g}"
+                cells = [escape(a.effect), escape(parameter_words(name)), escape(spots[k]), escape(shown)]
                 rows.append([*cells, f"<b>{value}</b>", spread])
     head = ["effect", "number", "of", "unit", "value", "standard deviation"]
     return table("What was added", head, rows, right=(4, 5))
@@ -69,7 +70,7 @@ def candidates(d: Diagnosis) -> str:
     """The ranking, with what is alike."""
     rows = []
     for k, c in enumerate(c for c in d.candidates if c.where):
-        cells = [f"{k + 1}", escape(c.effect), escape(joined(c.where)), millimetres(c.heldout_rms * 1e3)]
+        cells = [f"{k + 1}", escape(c.effect), escape(joined(c.where)), residual_mm(c.heldout_rms * 1e3)]
         more = len(c.confused_with) - ALIKE
         alike = [*c.confused_with[:ALIKE], *([f"{more} more"] if more > 0 else [])]
         rows.append([*cells, escape(joined(alike)) or DASH])
@@ -108,10 +109,10 @@ def changed(found: tuple[Changed, ...]) -> str:
     rows = []
     for c in found:
         unit, factor = shown_unit(c.unit)
-        numbers = [figure(v * factor, c.sd * factor) for v in (c.before, c.after)]
+        numbers = [rounded(v * factor, c.sd * factor) for v in (c.before, c.after)]
         share = f"{100 * (c.after / c.before - 1):+.1f} %" if c.before else DASH
-        names = [escape(c.effect), escape(bare(c.parameter)), escape(joined(c.where)), escape(unit)]
-        rows.append([*names, *numbers, figure(c.sd * factor, c.sd * factor), share])
+        names = [escape(c.effect), escape(parameter_words(c.parameter)), escape(joined(c.where)), escape(unit)]
+        rows.append([*names, *numbers, rounded(c.sd * factor, c.sd * factor), share])
     head = ["effect", "number", "of", "unit", "in the model", "now", "standard deviation", "change"]
     return table("", head, rows, right=range(4, 8))
 

@@ -13,6 +13,7 @@ from compensator.report.figures.thinning import Figure
 from compensator.report.html import fit_tables as tables
 from compensator.report.html.path import page_head, page_scripts
 from compensator.report.views.fit import KINDS, AtJoint, AtReflector, joints, looked_at, reflectors, standardised
+from compensator.report.words.numbers import residual_mm
 from stiffness.identification.fit import Fit
 
 Floats = npt.NDArray[np.float64]
@@ -71,7 +72,7 @@ def _headline(report: dict[str, Any]) -> str:
     text += f"<b>{sum(known)} of {len(known)}</b> joint stiffnesses are identified. "
     kind = next((k for k in ("displacement", "absolute") if report["rms_mm"].get(k)), None)
     if kind is not None:
-        rms = {k: tables.millimetres(v) for k, v in report["rms_mm"][kind].items()}
+        rms = {k: residual_mm(v) for k, v in report["rms_mm"][kind].items()}
         what = "displacements" if kind == "displacement" else "positions"
         text += (
             f"A rigid arm misses the measured {what} by <b>{rms['rigid']} mm</b> (RMS per axis), the fit by "

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from compensator.report.html.tables import table
 from compensator.report.views.fit import AtJoint, AtReflector
+from compensator.report.words.numbers import residual_mm, rounded, shown_unit
 from stiffness.identification.fit import Fit
 from stiffness.identification.scores import rms
 from stiffness.identification.unknowns import Unknown
@@ -21,19 +22,6 @@ LISTED = 200  # rows that are written out
 STRONGEST = 8
 DASH = "\u2013"  # no value
 IN_WORDS = 0.5  # correlations from here on are called large
-SHOWN_IN = {"m": ("mm", 1e3), "rad": ("mrad", 1e3)}
-
-
-def figure(value: float, sd: float) -> str:
-    """A number with as many digits as its standard deviation leaves: two of them."""
-    if not np.isfinite(value):
-        return "∞" if value > 0 else "-∞"
-    if not (np.isfinite(sd) and sd > 0):
-        return f"{value:.6g}"
-    digits = 1 - int(np.floor(np.log10(sd)))
-    if digits > 9:
-        return f"{value:.4g}"
-    return f"{round(value, digits) + 0.0:,.{max(digits, 0)}f}"
 
 
 def interval(u: Unknown, value: float, sd: float) -> tuple[float, float]:
@@ -53,8 +41,8 @@ def parameters(fit: Fit) -> str:
     deviations, values = fit.deviations(), fit.values()
     rows = []
     for u, vector, sd, ok in zip(fit.unknowns.free, fit.parameters, fit.sd, fit.determined(), strict=True):
-        unit, factor = SHOWN_IN.get(u.parameter.unit, (u.parameter.unit, 1.0))
-        effect, unit = escape(u.effect).replace("-", "\u2011"), escape(unit.replace("*", "·"))
+        unit, factor = shown_unit(u.parameter.unit, rates=False)
+        effect, unit = escape(u.effect).replace("-", "\u2011"), escape(unit)
         head = [effect, escape(_meaning(u)), place_of(u), unit]
         if not ok:
             why = escape(next(reasons).rsplit(": ", 1)[-1])
@@ -63,8 +51,8 @@ def parameters(fit: Fit) -> str:
         value = float(values[u.effect][u.parameter.name][u.index]) * factor
         spread = float(deviations[u.effect][u.parameter.name][u.index]) * factor
         low, high = (v * factor for v in interval(u, float(vector), float(sd)))
-        between = f"{figure(low, spread)} … {figure(high, spread)}"
-        rows.append([*head, f"<b>{figure(value, spread)}</b>", figure(spread, spread), between, "identified"])
+        between = f"{rounded(low, spread)} … {rounded(high, spread)}"
+        rows.append([*head, f"<b>{rounded(value, spread)}</b>", rounded(spread, spread), between, "identified"])
     head = ["effect", "number", "of", "unit", "value", "standard deviation", "95 % interval", ""]
     return table("Fitted numbers", head, rows + _given(fit), right=(4, 5, 6))
 
@@ -75,11 +63,11 @@ def _given(fit: Fit) -> list[list[str]]:
     for e in fit.unknowns.effects:
         for p in e.parameters:
             if (e.name, p.name) not in free:
-                unit, factor = SHOWN_IN.get(p.unit, (p.unit, 1.0))
+                unit, factor = shown_unit(p.unit, rates=False)
                 values = np.unique(fit.values()[e.name][p.name] * factor)
                 text = ", ".join(f"{v:.6g}" for v in values)
                 where = "all joints" if p.size == "joint" else "all"
-                unit = escape(unit.replace("*", "·"))
+                unit = escape(unit)
                 rows.append([escape(e.name), escape(p.meaning), where, unit, text, DASH, DASH, "given, not fitted"])
     return rows
 
@@ -103,7 +91,7 @@ def overall(rms_mm: dict[str, Any]) -> str:
     rows = []
     for kind in ("displacement", "absolute"):
         of = rms_mm.get(kind)
-        cells = [DASH] * 4 if of is None else [millimetres(of[k]) for k in ("rigid", "fitted", "noise_floor")]
+        cells = [DASH] * 4 if of is None else [residual_mm(of[k]) for k in ("rigid", "fitted", "noise_floor")]
         if of is not None:
             cells.append(f"{of['fitted'] / of['noise_floor']:.2f}" if of["noise_floor"] > 0 else DASH)
         rows.append([kind, *cells])
@@ -111,18 +99,11 @@ def overall(rms_mm: dict[str, Any]) -> str:
     return table("Residuals of the readings that were used", head, rows, right=range(1, 5))
 
 
-def millimetres(value: float) -> str:
-    """Four significant digits, no exponent down to a nanometre."""
-    if value == 0 or not np.isfinite(value):
-        return f"{value:g}"
-    return f"{value:.{int(np.clip(3 - np.floor(np.log10(abs(value))), 0, 6))}f}"
-
-
 def reflectors(kind: str, at: list[AtReflector]) -> str:
     """RMS per reflector; the numbers are those of the figure."""
     rows = []
     for k, a in enumerate(at):
-        three = [millimetres(v * 1e3) for v in (a.rigid, a.fitted, a.floor)]
+        three = [residual_mm(v * 1e3) for v in (a.rigid, a.fitted, a.floor)]
         rows.append([f"{k + 1}", escape(a.name), f"{a.link}", f"{a.count:,}", *three])
     head = ["no.", "reflector", "link", "readings", "rigid", "fitted", "noise floor"]
     return table(f"{kind.capitalize()}, RMS per axis, mm", head, rows, right=range(2, 7))
@@ -134,7 +115,7 @@ def joints(at: list[AtJoint]) -> str:
     for j, a in enumerate(at):
         cells = [DASH] * 3
         if len(a.torque):
-            cells = [f"{np.abs(a.torque).max():,.0f}", *(millimetres(rms(v) * 1e3) for v in (a.rigid, a.fitted))]
+            cells = [f"{np.abs(a.torque).max():,.0f}", *(residual_mm(rms(v) * 1e3) for v in (a.rigid, a.fitted))]
         rows.append([f"{j + 1}", f"{len(a.torque):,}", *cells])
     head = ["joint", "displacements that load it", "largest torque, N·m", "rigid, RMS mm", "fitted, RMS mm"]
     return table("Residual displacement along the motion of each joint", head, rows, right=range(5))

@@ -18,7 +18,8 @@ from compensator.report.figures.curves import along_figure, flanks_figure, joint
 from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT, Figure
 from compensator.report.html import tables
-from compensator.report.html.tables import compensated, millimetres
+from compensator.report.html.tables import compensated
+from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
 
@@ -120,7 +121,7 @@ def page_scripts(figures: dict[str, Figure]) -> list[str]:
 
 def _headline(c: Compensation, numbers: dict[str, Any], left: Floats | None) -> str:
     error = numbers["predicted_error_mm"]
-    before, after = ({k: millimetres(v) for k, v in error[key].items()} for key in ("before", "after"))
+    before, after = ({k: deflection_mm(v) for k, v in error[key].items()} for key in ("before", "after"))
     text = (
         f"Commanded as it stands in the file, {escape(c.job.robot.name)} misses the path by "
         f"<b>{before['mean']} mm</b> on average and by up to <b>{before['max']} mm</b> "
@@ -132,7 +133,7 @@ def _headline(c: Compensation, numbers: dict[str, Any], left: Floats | None) -> 
     return (
         f'<p class="lead">{text} With the program as written <b>{after["mean"]} mm</b> on average and '
         f"<b>{after['max']} mm</b> at most ({_worst(c, left)}) are left. The largest correction is "
-        f"<b>{millimetres(numbers['max_correction_mm'])} mm</b> ({_place(c, int(np.argmax(size)))}).</p>"
+        f"<b>{deflection_mm(numbers['max_correction_mm'])} mm</b> ({_place(c, int(np.argmax(size)))}).</p>"
     )
 
 
@@ -152,7 +153,7 @@ def _warnings(numbers: dict[str, Any]) -> list[str]:
     if unknown["n_cut"]:
         out.append(
             f'<p class="warn">At {unknown["n_cut"]:,} cutting poses it is not known on which flank every '
-            f"joint rests: that is up to {millimetres(unknown['max_spread_mm'])} mm at the TCP, from one "
+            f"joint rests: that is up to {deflection_mm(unknown['max_spread_mm'])} mm at the TCP, from one "
             "extreme to the other. [start] joints in the cell or a longer approach settle it.</p>"
         )
     if numbers["not_applied"]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 
 LISTED = 12  # turnarounds that are written out per joint
@@ -19,21 +20,11 @@ def compensated(c: Compensation) -> bool:
     return c.iterations > 0
 
 
-def millimetres(value: float) -> str:
-    """A length in mm: four decimals, two digits where that would be nothing, down to 1 nm."""
-    if value == 0 or value >= 1e-3:
-        return f"{value:.4f}"
-    if value < 1e-6:
-        return "< 0.000001"
-    digits = 1 - int(np.floor(np.log10(value)))
-    return f"{value:.{min(digits, 6)}f}"
-
-
 def errors(numbers: Numbers, done: bool) -> str:
     """Before and after."""
     kinds = [("uncompensated", "before"), ("program as written", "after")][: 2 if done else 1]
     error = numbers["predicted_error_mm"]
-    rows = [[name, *(millimetres(error[key][s]) for s in ("mean", "p95", "max"))] for name, key in kinds]
+    rows = [[name, *(deflection_mm(error[key][s]) for s in ("mean", "p95", "max"))] for name, key in kinds]
     head = ["mm, over cutting poses", "mean", "95 %", "max"]
     return table("Predicted TCP error", head, rows, right=range(1, 4))
 
@@ -45,7 +36,7 @@ def facts(numbers: Numbers, done: bool) -> str:
     if done:
         rows += [
             ["of these put in at flank changes", f"{numbers['inserted_poses']:,}"],
-            ["largest correction", f"{millimetres(numbers['max_correction_mm'])} mm"],
+            ["largest correction", f"{deflection_mm(numbers['max_correction_mm'])} mm"],
             ["rounds of state and correction", f"{numbers['solve']['iterations_max']}"],
             ["poses without a solution", f"{numbers['solve']['unconverged']}"],
         ]
@@ -55,7 +46,7 @@ def facts(numbers: Numbers, done: bool) -> str:
         ["cutting poses with unknown flanks", f"{unknown['n_cut']:,}"],
     ]
     if unknown["n_cut"]:
-        rows.append(["largest spread that this leaves", f"{millimetres(unknown['max_spread_mm'])} mm"])
+        rows.append(["largest spread that this leaves", f"{deflection_mm(unknown['max_spread_mm'])} mm"])
     return table("The path", None, rows, right=[1])
 
 

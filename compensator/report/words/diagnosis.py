@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from compensator.report.html.fit_tables import SHOWN_IN, figure, millimetres
+from compensator.report.words.numbers import LENGTHS, joined, parameter_words, residual_mm, rounded, shown_unit, with_sd
 from stiffness.diagnosis.attribution import Share
 from stiffness.diagnosis.result import Added, Changed, Diagnosis
 
@@ -17,18 +17,6 @@ PLACES = 2
 CONSTANT = "always the same"
 NEAR = 1.1  # times the noise
 KINDS = {"displacement": "displacements under load", "absolute": "positions"}
-_PER = {
-    "m/N": ("µm/N", 1e6),
-    "rad/(N*m)": ("µrad/(N·m)", 1e6),
-    "1/K": ("ppm/K", 1e6),
-    "rad/K": ("µrad/K", 1e6),
-    "m/s": ("nm/s", 1e9),
-    "rad/s": ("nrad/s", 1e9),
-}
-_TAILS = (
-    *("_nm_per_rad", "_m_per_n", "_rad_per_nm", "_rad_per_k", "_m_per_s", "_rad_per_s"),
-    *("_per_k", "_rad", "_nm", "_kg", "_m", "_n"),
-)
 Report = dict[str, Any]
 
 
@@ -107,7 +95,7 @@ def in_words(what: str) -> str:
 
 def split_sentence(report: Report, kind: str) -> str:
     """Noise, parameters, structure of one kind of evidence."""
-    s = {k: f"{millimetres(v)} mm" for k, v in report["split_mm"][kind].items()}
+    s = {k: f"{residual_mm(v)} mm" for k, v in report["split_mm"][kind].items()}
     chance = ", no more than chance" if report["verdict"] in ("adequate", "parameters-changed") else ""
     return (
         f"noise {s['noise']}, the model's own parameters {s['parameters']}, structure that it does not know "
@@ -127,43 +115,24 @@ def sizes(a: Added) -> str:
     for name, (values, sd, unit) in a.parameters.items():
         if unit == "1" and not np.any(sd):  # chosen, not fitted: the table has it
             continue
-        shown, factor = shown_unit(unit)
-        if len(values) > WRITTEN and unit in SHOWN_IN:  # a table
-            told.append(f"{bare(name)} up to {np.abs(values).max() * factor:.3g} {shown} ({len(values)} numbers)")
+        what, (shown, factor) = parameter_words(name), shown_unit(unit)
+        if len(values) > WRITTEN and unit in LENGTHS:  # a table
+            told.append(f"{what} up to {np.abs(values).max() * factor:.3g} {shown} ({len(values)} numbers)")
             continue
         if len(values) > WRITTEN or not np.any(values):
             left += len(values) * bool(np.any(values))
             continue
         numbers = [with_sd(v * factor, s * factor) for v, s in zip(values, sd, strict=True)]
-        told.append(f"{bare(name)} {', '.join(numbers)}{'' if shown == '1' else ' ' + shown}")
+        told.append(f"{what} {', '.join(numbers)}{'' if shown == '1' else ' ' + shown}")
     return "; ".join(told) + (f"; {left} further numbers" if left else "")
-
-
-def shown_unit(unit: str) -> tuple[str, float]:
-    """Unit that a reader sees, and the factor to it."""
-    shown, factor = _PER.get(unit, SHOWN_IN.get(unit, (unit, 1.0)))
-    return shown.replace("*", "·"), factor
-
-
-def bare(name: str) -> str:
-    """A parameter's name without its unit, which stands behind the number."""
-    for tail in _TAILS:
-        if name.endswith(tail):
-            return name.removesuffix(tail).replace("_", " ")
-    return name.replace("_", " ")
-
-
-def with_sd(value: float, sd: float) -> str:
-    """A number and its standard deviation; one that was searched for, not fitted, has none."""
-    return f"{figure(value, sd)} ± {figure(sd, sd)}" if sd > 0 else f"{value:.4g}"
 
 
 def changed_sentence(c: Changed) -> str:
     """From, to."""
     unit, factor = shown_unit(c.unit)
     tail = "" if unit == "1" else f" {unit}"
-    before, after = figure(c.before * factor, c.sd * factor), with_sd(c.after * factor, c.sd * factor)
-    return f"{c.effect} of {joined(c.where)}, {bare(c.parameter)}: {before} -> {after}{tail}"
+    before, after = rounded(c.before * factor, c.sd * factor), with_sd(c.after * factor, c.sd * factor)
+    return f"{c.effect} of {joined(c.where)}, {parameter_words(c.parameter)}: {before} -> {after}{tail}"
 
 
 def before_after(report: Report) -> str:
@@ -172,7 +141,7 @@ def before_after(report: Report) -> str:
     for kind, words in KINDS.items():
         rms = report["rms_mm"][kind]
         if rms:
-            m = {k: millimetres(v) for k, v in rms.items()}
+            m = {k: residual_mm(v) for k, v in rms.items()}
             parts.append(f"{words} {m['before']} -> {m['after']} mm (noise alone: {m['noise_floor']})")
     return "; ".join(parts) or "none"
 
@@ -232,9 +201,3 @@ def caution(d: Diagnosis, report: Report) -> str:
     told = told or ["what was added holds where these readings were taken: beyond their loads and angles it is a guess"]
     return f"not certain: {'; '.join(told)}"
 
-
-def joined(words: Sequence[str], last: str = "and") -> str:
-    """a, b and c."""
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} {last} {words[-1]}"
