@@ -175,7 +175,7 @@ def _report(
     say: Say,
     after: Floats | None = None,
 ) -> None:
-    from compensator.report.html.path import page
+    from compensator.report.html.path import path_page
 
     say("drawing the report")
-    outputs.text(target, page(result, numbers, after))
+    outputs.text(target, path_page(result, numbers, after))

@@ -9,14 +9,14 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+from compensator.report.analysis.diagnosis import looked_at, postures
+from compensator.report.analysis.diagnosis_pattern import patterns
+from compensator.report.analysis.place_wrench import place_wrench
+from compensator.report.analysis.state_motion import turn, twist
 from compensator.report.figures.diagnosis import model_alone, noise_of
 from compensator.report.figures.residual_map import enlargement
 from compensator.report.html.diagnosis import diagnosis_page
 from compensator.report.json.diagnosis import diagnosis_report
-from compensator.report.views.diagnosis import looked_at, postures
-from compensator.report.views.diagnosis_pattern import patterns
-from compensator.report.views.place_wrench import place_wrench
-from compensator.report.views.state_motion import turn, twist
 from compensator.report.words.numbers import residual_mm, rounded
 from stiffness.diagnosis.attribution import Share
 from stiffness.planning.next_setups import NextSetup

@@ -13,7 +13,7 @@ import pytest
 
 from compensator.report.html.fit import fit_page
 from compensator.report.html.fit_tables import correlation, interval
-from compensator.report.views.fit import joints, load_torque, looked_at, standardised
+from compensator.report.analysis.fit import joints, load_torque, looked_at, standardised
 from compensator.report.words.numbers import rounded
 from compensator.tasks.identify import identify_report
 from stiffness.identification.fit import Fit

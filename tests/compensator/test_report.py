@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from compensator.report.html.path import page
-from compensator.report.html.tables import LISTED
+from compensator.report.html.path import path_page
+from compensator.report.html.path_tables import LISTED
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 from compensator.tasks.compensate import compensate_file, preview_file
@@ -35,7 +35,7 @@ def run(folder: Path) -> tuple[Compensation, dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def text(run: tuple[Compensation, dict[str, Any]]) -> str:
-    return page(*run)
+    return path_page(*run)
 
 
 @pytest.fixture(scope="module")
@@ -80,13 +80,13 @@ def test_numbers_of_the_summary_are_in_words_and_tables(
 def test_warnings_appear_only_with_a_cause(run: tuple[Compensation, dict[str, Any]]) -> None:
     result, report = run
     quiet = {**report, "unknown_state": {"n_cut": 0, "max_spread_mm": 0.0}, "not_applied": [], "notes": []}
-    assert "warn" not in {v for _, name, v in Walk(page(result, quiet)).attributes if name == "class"}
+    assert "warn" not in {v for _, name, v in Walk(path_page(result, quiet)).attributes if name == "class"}
     loud = {
         **quiet,
         "unknown_state": {"n_cut": 1234, "max_spread_mm": 0.0625},
         "not_applied": ["tool-<b>compliance"],
     }
-    said = Walk(page(result, loud)).said
+    said = Walk(path_page(result, loud)).said
     assert "At 1,234 cutting poses" in said and "0.0625 mm at the TCP" in said
     assert "instruments): tool-<b>compliance." in said
 
@@ -94,7 +94,7 @@ def test_warnings_appear_only_with_a_cause(run: tuple[Compensation, dict[str, An
 def test_after_is_what_the_caller_measured(run: tuple[Compensation, dict[str, Any]]) -> None:
     result, report = run
     after = np.linspace(0, 1e-3, len(result))
-    drawn = figures_in(page(result, report, after))
+    drawn = figures_in(path_page(result, report, after))
     enlarged = next(t for t in drawn["along"]["data"] if "µm" in t["hovertemplate"])
     cut = np.flatnonzero(result.cutting)
     assert [v for v in enlarged["y"] if v is not None] == pytest.approx(after[cut] * 1e6, abs=0.01)
@@ -105,8 +105,8 @@ def test_equal_results_give_equal_bytes(
     folder: Path, text: str, run: tuple[Compensation, dict[str, Any]]
 ) -> None:
     again = compensate_file(folder / "circle.csv", folder / "cell.toml", folder / "out2.csv")
-    assert page(again.result, {**again.report, "seconds": 98765.432}) == text
-    assert page(*run) == text
+    assert path_page(again.result, {**again.report, "seconds": 98765.432}) == text
+    assert path_page(*run) == text
 
 
 def test_page_reaches_for_nothing(text: str) -> None:
@@ -124,7 +124,7 @@ def test_hostile_names_stay_text(folder: Path, run: tuple[Compensation, dict[str
     robot = replace(result.job.robot, name="<b>arm</b>", joint_names=(HOSTILE,) * result.job.robot.n)
     job = replace(result.job, robot=robot, cell=result.job.cell.model_copy(update={"source": "<i>cell&amp;"}))
     hostile = replace(result, job=job, path=replace(result.path, toolpath=toolpath))
-    text = page(hostile, {**report, "notes": [HOSTILE], "not_applied": [HOSTILE]})
+    text = path_page(hostile, {**report, "notes": [HOSTILE], "not_applied": [HOSTILE]})
     assert HOSTILE not in text
     walk = Walk(text)
     assert walk.open == []
@@ -136,7 +136,7 @@ def test_hostile_names_stay_text(folder: Path, run: tuple[Compensation, dict[str
 
 
 def test_preview_says_that_nothing_is_corrected(preview: tuple[Compensation, dict[str, Any]]) -> None:
-    text = page(*preview)
+    text = path_page(*preview)
     walk = Walk(text)
     assert walk.open == []
     assert "Nothing is corrected here" in walk.said and "not compensated" in walk.said
@@ -150,7 +150,7 @@ def test_preview_says_that_nothing_is_corrected(preview: tuple[Compensation, dic
 def test_long_lists_are_cut_with_a_count(run: tuple[Compensation, dict[str, Any]]) -> None:
     result, report = run
     many = [{"where": "joint-2", "source_line": 70000 + k, "pose": 80000 + k} for k in range(LISTED + 1030)]
-    said = Walk(page(result, {**report, "reversals": many})).said
+    said = Walk(path_page(result, {**report, "reversals": many})).said
     assert f"{70000 + LISTED - 1} ({80000 + LISTED - 1}) … and 1,030 more" in said
     assert str(70000 + LISTED) not in said
     assert "joint reversals 1,042 " in said

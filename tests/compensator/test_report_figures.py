@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from compensator.report.figures.curves import along_figure, flanks_figure, joints_figure
 from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT, numbers, path_length, thin
-from compensator.report.html.path import page
+from compensator.report.html.path import path_page
 from compensator.solve.compensation import Compensation
 from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.reports import Walk, figures_in, prepared, taken
@@ -35,7 +35,7 @@ def run(folder: Path) -> tuple[Compensation, dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def text(run: tuple[Compensation, dict[str, Any]]) -> str:
-    return page(*run)
+    return path_page(*run)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def preview(folder: Path) -> tuple[Compensation, dict[str, Any]]:
 
 
 def test_figures_are_what_plotly_knows(text: str, preview: tuple[Compensation, dict[str, Any]]) -> None:
-    for drawn in (figures_in(text), figures_in(page(*preview))):
+    for drawn in (figures_in(text), figures_in(path_page(*preview))):
         for figure in drawn.values():
             go.Figure(figure)  # refuses a property that plotly does not have
 
@@ -155,9 +155,9 @@ def test_a_long_path_is_thinned_and_says_so(run: tuple[Compensation, dict[str, A
     error = long.before.position.copy()
     error[peak] += [0.0, 0.0, 0.0123]
     long = replace(long, before=replace(long.before, position=error))
-    text = page(long, report, np.zeros(len(long)))
+    text = path_page(long, report, np.zeros(len(long)))
     assert f"The path has {len(long):,} poses" in Walk(text).said
-    assert "The path has" not in Walk(page(c, report)).said
+    assert "The path has" not in Walk(path_page(c, report)).said
     for figure in figures_in(text).values():
         for trace in figure["data"]:
             assert len(trace["x"]) < LIMIT * 1.2

@@ -1,19 +1,15 @@
-"""Curves along the path: deflection, joint angles against their limits, flanks.
-
-No text that comes from a file goes into a figure: plotly.js reads markup in labels.
-"""
+"""Curves along the path: deflection, joint angles against their limits, flanks."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from compensator.report.figures.thinning import FONT, Figure, Floats, Index, numbers, path_length, thin
+from compensator.report.figures.layout import AFTER, BEFORE, FONT, GRID, ORANGE, ZERO_LINE, Figure, number
+from compensator.report.figures.thinning import Floats, Index, numbers, path_length, thin
 from compensator.solve.compensation import Compensation
 
 # colours after Okabe and Ito: told apart by colour-blind readers
 JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")
-BEFORE, AFTER = "#d55e00", "#0072b2"
-GRID = "#e3e6e9"
 LANE = 0.36  # half the height of a joint's lane, of 1 between two joints
 Panel = tuple[str, list[Figure]]
 
@@ -72,7 +68,7 @@ def _stacked(panels: list[Panel], height: float = 220) -> Figure:
     """Panels above each other over one path length, ``height`` px each, every panel with its own legend."""
     gap = 0.06
     share = (1 - gap * (len(panels) - 1)) / len(panels)
-    last = "y" if len(panels) == 1 else f"y{len(panels)}"
+    last = f"y{number(len(panels) - 1)}"
     layout: Figure = {
         "font": FONT,
         "height": 90 + height * len(panels),
@@ -84,14 +80,14 @@ def _stacked(panels: list[Panel], height: float = 220) -> Figure:
     }
     data = []
     for k, (title, curves) in enumerate(panels):
-        name = "" if k == 0 else str(k + 1)
+        name = number(k)
         top = 1 - k * (share + gap)
         layout[f"yaxis{name}"] = {
             "title": {"text": title, "standoff": 14},
             "automargin": True,
             "domain": [max(0.0, top - share), top],
             "gridcolor": GRID,
-            "zerolinecolor": "#b4bac0",
+            "zerolinecolor": ZERO_LINE,
             "rangemode": "tozero",
             "exponentformat": "power",
         }
@@ -119,7 +115,7 @@ def _colour(joint: int) -> str:
 
 def _band(low: float, high: float) -> Figure:
     place = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": low, "y1": high}
-    return {**place, "fillcolor": "#d55e00", "opacity": 0.13, "line": {"width": 0}, "layer": "below"}
+    return {**place, "fillcolor": ORANGE, "opacity": 0.13, "line": {"width": 0}, "layer": "below"}
 
 
 def flanks_figure(c: Compensation) -> Figure | None:

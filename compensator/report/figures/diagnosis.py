@@ -1,7 +1,6 @@
-"""The figures of the report of a diagnosis.
+"""The figures of a diagnosis: what the error is made of, the candidates, the pattern that an addition explains.
 
-No text that comes from a file goes into a figure: plotly.js reads markup in labels. Reflectors go by their number,
-effects and places by the catalogue's words.
+Effects and places go by the catalogue's words.
 """
 
 from __future__ import annotations
@@ -10,13 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from compensator.report.figures.curves import AFTER, BEFORE, GRID
-from compensator.report.figures.thinning import FONT, Figure, numbers, thin
-from compensator.report.views.diagnosis_pattern import Pattern
+from compensator.report.analysis.diagnosis_pattern import Pattern
+from compensator.report.figures.layout import (
+    AFTER,
+    AXIS,
+    BEFORE,
+    BLUE,
+    GRID,
+    INK,
+    ORANGE,
+    Figure,
+    base_layout,
+    heading,
+    number,
+    on_panel,
+)  # fmt: skip
+from compensator.report.figures.thinning import numbers, thin
 from stiffness.diagnosis.result import Diagnosis
 
-NOISE, PARAMETERS, STRUCTURE, LEFT = "#9aa3ab", "#56b4e9", "#d55e00", "#0072b2"
-INK = "#1c2126"
+NOISE, PARAMETERS, STRUCTURE, LEFT = "#9aa3ab", "#56b4e9", ORANGE, BLUE
 POINTS = 1500
 SHOWN = 12  # candidates
 ROOM = 0.1  # of the longest bar, for a text in it
@@ -47,7 +58,7 @@ def split_figure(report: dict[str, Any]) -> Figure:
         for name, value, colour in parts:
             data.append(_segment(label, name, value, (value / floor) ** 2, colour, name not in seen, longest))
             seen.add(name)
-    layout = _layout(130 + 46 * len(rows), left=160)
+    layout = base_layout(130 + 46 * len(rows), left=160, top=60, bottom=50)
     layout |= {
         "barmode": "stack",
         "xaxis": {"title": {"text": "mean square, times that of the noise"}, "gridcolor": GRID, "rangemode": "tozero"},
@@ -95,7 +106,7 @@ def ranking_figure(d: Diagnosis) -> Figure:
     if len(names) == 1:  # a line between two equal categories is a point
         for line in lines:
             line["mode"] = "markers"
-    layout = _layout(140 + 28 * len(names), left=160)
+    layout = base_layout(140 + 28 * len(names), left=160, top=60, bottom=50)
     layout |= {
         "xaxis": {"title": {"text": "RMS on set-ups left out, mm"}, "gridcolor": GRID, "rangemode": "tozero"},
         "yaxis": {"autorange": "reversed", "type": "category", **_APART},
@@ -115,46 +126,35 @@ def model_alone(d: Diagnosis) -> float | None:
 
 def pattern_figure(p: Pattern) -> Figure:
     """Left before, with what an addition says of it if there is one; right after; one scale."""
-    kept = thin(np.column_stack([p.x, p.before, p.after]), POINTS)
-    layout = _layout(420)
-    panels = [("", [0.0, 0.47], p.titles[0]), ("2", [0.53, 1.0], p.titles[1])][: 2 if p.titles[1] else 1]
+    sides = [(0, [0.0, 0.47], p.titles[0]), (1, [0.53, 1.0], p.titles[1])][: 2 if p.titles[1] else 1]
+    layout = base_layout(420, left=70, top=60, bottom=50)
     reach = np.concatenate([p.before, p.after])
     low, high = (float(v) for v in (reach.min(), reach.max()))
     room = 0.06 * max(high - low, 1e-9)
-    for name, across, text in panels:
-        layout[f"xaxis{name}"] = {"domain": across, "anchor": f"y{name}", "title": {"text": p.x_name}, **_AXIS}
-        layout[f"yaxis{name}"] = {"anchor": f"x{name}", "range": numbers(np.array([low - room, high + room])), **_AXIS}
-        layout["annotations"].append(
-            {
-                "text": f"<b>{text}</b>", "x": sum(across) / 2, "y": 1.0, "xref": "paper", "yref": "paper",
-                "xanchor": "center", "yanchor": "bottom", "showarrow": False,
-            }
-        )  # fmt: skip
+    for k, across, text in sides:
+        name = number(k)
+        layout[f"xaxis{name}"] = {"domain": across, "anchor": f"y{name}", "title": {"text": p.x_name}, **AXIS}
+        layout[f"yaxis{name}"] = {"anchor": f"x{name}", "range": numbers(np.array([low - room, high + room])), **AXIS}
+        layout["annotations"].append(heading(text, sum(across) / 2, above=True))
     layout["yaxis"]["title"] = {"text": p.y_name}
+    return {"data": _clouds(p), "layout": layout}
+
+
+def _clouds(p: Pattern) -> list[Figure]:
+    kept = thin(np.column_stack([p.x, p.before, p.after]), POINTS)
     clouds = [
-        (f"residual, {p.titles[0]}", p.before, BEFORE, "circle-open", ""),
-        *([("what the addition says", p.says, INK, "line-ew-open", "")] if len(p.says) else []),
-        *([(f"residual, {p.titles[1]}", p.after, AFTER, "circle-open", "2")] if p.titles[1] else []),
+        (f"residual, {p.titles[0]}", p.before, BEFORE, "circle-open", 0),
+        *([("what the addition says", p.says, INK, "line-ew-open", 0)] if len(p.says) else []),
+        *([(f"residual, {p.titles[1]}", p.after, AFTER, "circle-open", 1)] if p.titles[1] else []),
     ]
-    data: list[Figure] = [
+    return [
         {
             "type": "scatter", "mode": "markers", "name": name, "x": numbers(p.x[kept]), "y": numbers(y[kept]),
-            "xaxis": f"x{panel}", "yaxis": f"y{panel}",
-            "marker": {"size": 7, "color": colour, "symbol": symbol, "line": {"width": 1.6}},
+            **on_panel(panel), "marker": {"size": 7, "color": colour, "symbol": symbol, "line": {"width": 1.6}},
             "hovertemplate": f"{name}: %{{y:.4~g}} at %{{x:.4~g}}<extra></extra>",
         }
         for name, y, colour, symbol, panel in clouds
     ]  # fmt: skip
-    return {"data": data, "layout": layout}
 
 
 _APART: Figure = {"ticks": "outside", "ticklen": 8, "tickcolor": "#ffffff"}  # room between a label and its bar
-_AXIS: Figure = {"gridcolor": GRID, "zerolinecolor": "#b4bac0", "exponentformat": "power"}
-
-
-def _layout(height: int, left: int = 70) -> Figure:
-    return {
-        "font": FONT, "height": height, "margin": {"l": left, "r": 20, "t": 60, "b": 50}, "plot_bgcolor": "#ffffff",
-        "showlegend": True, "annotations": [],
-        "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "top", "yref": "container"},
-    }  # fmt: skip

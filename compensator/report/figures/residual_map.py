@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from compensator.report.figures.curves import AFTER, BEFORE
-from compensator.report.figures.thinning import FONT, Figure, numbers
-from compensator.report.views.diagnosis import Floats, Posture
+from compensator.report.analysis.diagnosis import Floats, Posture
+from compensator.report.figures.layout import AFTER, BEFORE, FONT, INK, Figure, heading, number
+from compensator.report.figures.thinning import numbers
 
 LONGEST = 0.14  # of the size of the arm: the longest arrow but for one in twenty
-ARM, POINT = "#5a646d", "#1c2126"
+ARM, POINT = "#5a646d", INK
 
 
 def enlargement(postures: list[Posture]) -> float:
@@ -27,10 +27,10 @@ def map_figure(postures: list[Posture], titles: list[str]) -> Figure:
     boxes = _boxes(postures, scale)
     data: list[Figure] = []
     per: list[int] = []
-    for number, p in enumerate(postures):
+    for at, p in enumerate(postures):
         start = len(data)
         for k in range(len(titles)):
-            data += _traces(p, p.after if k else p.before, scale, k, AFTER if k else BEFORE, number == 0)
+            data += _traces(p, p.after if k else p.before, scale, k, AFTER if k else BEFORE, at == 0)
         per.append(len(data) - start)
     layout: Figure = {
         "font": FONT, "height": 560, "margin": {"l": 0, "r": 0, "t": 60, "b": 0}, "showlegend": False,
@@ -38,14 +38,13 @@ def map_figure(postures: list[Posture], titles: list[str]) -> Figure:
     }  # fmt: skip
     for k, title in enumerate(titles):
         across = [k / len(titles) + 0.005, (k + 1) / len(titles) - 0.005]
-        layout[_name(k)] = _scene(boxes[0], across)
-        place = {"x": sum(across) / 2, "y": 1.0, "xref": "paper", "yref": "paper", "yanchor": "bottom"}
-        layout["annotations"].append({"text": f"<b>{title}</b>", "showarrow": False, "xanchor": "center", **place})
+        layout[f"scene{number(k)}"] = _scene(boxes[0], across)
+        layout["annotations"].append(heading(title, sum(across) / 2, above=True))
     return {"data": data, "layout": layout}
 
 
 def _traces(p: Posture, residual: Floats, scale: float, scene: int, colour: str, visible: bool) -> list[Figure]:
-    common: Figure = {"scene": _name(scene), "visible": visible, "showlegend": False}
+    common: Figure = {"scene": f"scene{number(scene)}", "visible": visible, "showlegend": False}
     tip = p.root + scale * residual
     shafts = np.full((3 * len(tip), 3), np.nan)
     shafts[0::3], shafts[1::3] = p.root, tip
@@ -88,7 +87,7 @@ def _menu(postures: list[Posture], per: list[int], boxes: list[Floats], scenes: 
         name = f"session {p.session + 1}, set-up {p.setup}" if several else f"set-up {p.setup}"
         shown = [i == k for i, count in enumerate(per) for _ in range(count)]
         moved = {
-            f"{_name(scene)}.{a}axis.range": numbers(boxes[k][i], 4)
+            f"scene{number(scene)}.{a}axis.range": numbers(boxes[k][i], 4)
             for scene in range(scenes)
             for i, a in enumerate("xyz")
         }
@@ -96,10 +95,6 @@ def _menu(postures: list[Posture], per: list[int], boxes: list[Floats], scenes: 
         buttons.append({"label": label, "method": "update", "args": [{"visible": shown}, moved]})
     place = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top", "direction": "down"}
     return {"type": "dropdown", "buttons": buttons, "showactive": True, "font": {"size": 12}, **place}
-
-
-def _name(scene: int) -> str:
-    return f"scene{scene + 1 if scene else ''}"
 
 
 def _boxes(postures: list[Posture], scale: float) -> list[Floats]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.views.diagnosis import Geometry
+from compensator.report.analysis.diagnosis import Geometry
 from stiffness.identification.session_fit import Evidence
 from stiffness.robot.robot import STANDARD_GRAVITY
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.views.diagnosis import Floats, Looked, in_base
-from compensator.report.views.place_wrench import place_wrench
-from compensator.report.views.state_motion import lever_of, place_number, turn, twist
+from compensator.report.analysis.diagnosis import Floats, Looked, in_base
+from compensator.report.analysis.place_wrench import place_wrench
+from compensator.report.analysis.state_motion import lever_of, place_number, turn, twist
 from stiffness.diagnosis.result import Added, Diagnosis
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from compensator.report.views.diagnosis import Floats, Looked
-from compensator.report.views.diagnosis_pattern import Pattern
-from compensator.report.views.state_motion import place_number, turn, twist
+from compensator.report.analysis.diagnosis import Floats, Looked
+from compensator.report.analysis.diagnosis_pattern import Pattern
+from compensator.report.analysis.state_motion import place_number, turn, twist
 from stiffness.diagnosis.result import Diagnosis
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.views.diagnosis import Bools, Floats, Looked
+from compensator.report.analysis.diagnosis import Bools, Floats, Looked
 
 Index = npt.NDArray[np.intp]
 STEADY = 0.3  # of the largest lever: below, a state says little of a rotation

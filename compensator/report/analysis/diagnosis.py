@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.views.fit import frames
+from compensator.report.analysis.fit import frames
 from stiffness.diagnosis.result import Diagnosis
 from stiffness.identification.evaluate import evidence_of, place
 from stiffness.identification.fit import Fit
