@@ -19,7 +19,8 @@ from compensator.path.planner import Planner
 from compensator.program.export import program_of
 from compensator.program.filter import Filtered, filter_for, filter_program, verify_filtered
 from compensator.program.robot_program import completed, job_for
-from compensator.report.json.path import as_json, summary
+from compensator.report.json.path import path_report
+from compensator.report.json.text import as_json
 from compensator.solve.compensation import Compensation
 from compensator.solve.solve import compensate, sampled, uncompensated
 from compensator.solve.verify import verify
@@ -89,7 +90,8 @@ def compensate_file(
                 checked = verify(result, staged, language)
         for file in written.files:
             outputs.add(file, program.parent / file.name)
-        numbers = summary(result, checked.error, result.command.q, time.monotonic() - began)
+        seconds = time.monotonic() - began
+        numbers = path_report(result, checked.error, result.command.q, seconds=seconds)
         findings = written.changes if isinstance(written, Filtered) else written.findings
         if isinstance(written, Filtered):
             numbers["changes"] = [_change(f) for f in findings]
@@ -130,7 +132,8 @@ def preview_file(
     planner = Planner(job.cell, job.robot, job.inverse, job.tools)
     result = uncompensated(job, planner.plan(sampled(job, path)))
     error = np.linalg.norm(result.error_before, axis=1)
-    numbers = summary(result, error, result.path.q, time.monotonic() - began, corrected=False)
+    seconds = time.monotonic() - began
+    numbers = path_report(result, error, result.path.q, seconds=seconds, corrected=False)
     with Outputs() as outputs:
         if csv:
             with outputs.writing(csv) as staged:

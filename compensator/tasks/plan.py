@@ -15,7 +15,8 @@ import numpy.typing as npt
 from compensator.cell.job import Job, load_job
 from compensator.errors import CompensatorError
 from compensator.path.planner import Planner
-from compensator.report.json.path import as_json
+from compensator.report.json.plan import plan_report
+from compensator.report.json.text import as_json
 from compensator.solve.solve import sampled, uncompensated
 from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs, refuse_clashes
@@ -24,7 +25,7 @@ from stiffness.errors import ModelError, StiffnessError
 from stiffness.identification.readings import Reader
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.planning.design import Design, Loading, planned_layout
-from stiffness.planning.plan import Plan, choose, condition_number
+from stiffness.planning.plan import Plan, choose
 from stiffness.planning.postures import reachable
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
 from stiffness.session.file import Instruments, Reflector
@@ -216,56 +217,6 @@ def _flanks(design: Design, job: Job, state: Floats) -> Floats:
         return np.zeros((len(state), design.reader.statics.n_state))
     half = [e.memory.bounds(job.values[e.name]) for e in theirs if e.memory]
     return np.asarray(state / np.maximum(np.concatenate(half), 1e-12)) if half else state
-
-
-def plan_report(plan: Plan, seed: int, notes: Sequence[str]) -> dict[str, Any]:
-    """The JSON report of ``plan``."""
-    layout, design = plan.design.layout, plan.design
-    value = np.where(layout.inverse, 1 / np.where(layout.inverse, design.vector, 1.0), design.vector)
-    per_unit = design.scale * np.where(layout.inverse, value**2, 1.0)
-    before, after = (plan.sd(m) * per_unit for m in (plan.before, plan.after))
-    unsaid, open_ = plan.undetermined(plan.before), plan.undetermined(plan.after)
-    parameters = []
-    for k, u in enumerate(layout.free):
-        name = f"{u.parameter.meaning} ({u.effect}) of joint {u.index + 1}"
-        parameters.append({
-            "effect": u.effect, "parameter": u.parameter.name, "joint": u.index + 1, "unit": u.parameter.unit,
-            "value": float(value[k]), "sd_before": None if name in unsaid else float(before[k]),
-            "sd_after": None if name in open_ else float(after[k]),
-        })  # fmt: skip
-    out: dict[str, Any] = {
-        "criterion": "D" if plan.matters is None else "V",
-        "n_setups": len(plan.chosen),
-        "n_readings": plan.readings,
-        "force_n": plan.loading.force,
-        "levels": list(plan.loading.levels),
-        "seed": seed,
-        "parameters": parameters,
-        "condition_number": {"before": condition_number(plan.before), "after": condition_number(plan.after)},
-        "path_deflection_sd_mm": None,
-        "undetermined": open_,
-        "notes": list(notes),
-        "sentence": sentence(plan),
-    }
-    if plan.matters is not None:
-        sds = {"before": plan.path_sd(plan.before), "after": plan.path_sd(plan.after)}
-        out["path_deflection_sd_mm"] = {k: None if v is None else v * 1e3 for k, v in sds.items()}
-    return out
-
-
-def sentence(plan: Plan) -> str:
-    """What the plan will bring, for people."""
-    some = "1 set-up" if len(plan.chosen) == 1 else f"{len(plan.chosen)} set-ups"
-    begin = f"{some}, {plan.readings} readings up to {plan.loading.force:.0f} N"
-    open_ = plan.undetermined(plan.after)
-    if open_:
-        remedy = "allow more force, more set-ups or other reflectors"
-        return f"{begin}: these stay undetermined: {', '.join(open_)}; {remedy}"
-    sd = plan.sd(plan.after)
-    worst = int(np.argmax(sd))
-    u = plan.design.layout.free[worst]
-    what = f"{u.parameter.meaning} of joint {u.index + 1}"
-    return f"{begin}: every parameter is determined; known least is the {what}, to {100 * sd[worst]:.2g} %"
 
 
 def plan_table(plan: Plan) -> str:

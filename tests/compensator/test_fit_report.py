@@ -11,11 +11,11 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+from compensator.report.analysis.fit import joints, load_torque, looked_at, standardised
 from compensator.report.html.fit import fit_page
 from compensator.report.html.fit_tables import correlation, interval
-from compensator.report.analysis.fit import joints, load_torque, looked_at, standardised
+from compensator.report.json.fit import fit_report
 from compensator.report.words.numbers import rounded
-from compensator.tasks.identify import identify_report
 from stiffness.identification.fit import Fit
 from stiffness.identification.identify import identify
 from tests.compensator.reports import Walk, figures_in, own
@@ -33,7 +33,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Fit, list[int]]:
 
 @pytest.fixture(scope="module")
 def report(run: tuple[Fit, list[int]]) -> dict[str, Any]:
-    return identify_report(run[0])
+    return fit_report(run[0])
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_numbers_of_the_fit_are_there(text: str, run: tuple[Fit, list[int]], rep
 def test_equal_fits_give_equal_bytes(text: str, run: tuple[Fit, list[int]], report: dict[str, Any]) -> None:
     assert fit_page(run[0], report) == text
     again = identify([e.session for e in run[0].evidence], ["joint-stiffness"])
-    assert fit_page(again, identify_report(again)) == text
+    assert fit_page(again, fit_report(again)) == text
 
 
 def test_page_reaches_for_nothing(text: str) -> None:
@@ -143,7 +143,7 @@ def test_correlations_are_those_of_the_model_files_numbers(run: tuple[Fit, list[
     matrix = correlation(run[0])
     assert np.diag(matrix) == pytest.approx(np.ones(len(matrix)))
     assert np.abs(matrix).max() <= 1 + 1e-12
-    heat = figures_in(fit_page(run[0], identify_report(run[0])))["correlations"]["data"][0]
+    heat = figures_in(fit_page(run[0], fit_report(run[0])))["correlations"]["data"][0]
     assert np.array(heat["z"]) == pytest.approx(matrix, abs=6e-4)
 
 
@@ -154,7 +154,7 @@ def test_what_is_not_identified_has_no_value(run: tuple[Fit, list[int]]) -> None
     covariance[3, :n] = covariance[:n, 3] = information[3, :n] = information[:n, 3] = 0.0
     covariance[3, 3] = (30 * fit.unknowns.scale[3]) ** 2
     blind = replace(fit, solution=replace(fit.solution, covariance=covariance, information=information))
-    said = Walk(fit_page(blind, identify_report(blind))).said
+    said = Walk(fit_page(blind, fit_report(blind))).said
     assert re.search(r"joint 4 N·m/rad – – – not identified : no reading loads it", said)  # noqa: RUF001
     assert "5 of 6 joint stiffnesses are identified" in said
 
