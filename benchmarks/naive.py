@@ -107,10 +107,10 @@ class NaiveArm:
 
     def _deflected(self, q: Floats, wrench: Floats, *, sag: bool = False) -> pin.SE3:
         """Pose of the deflected TCP: torque -> deflection -> torque until nothing changes, from the last one."""
-        dq, twist = np.split(self._last[sag], [len(q)])
+        dq, displacement = np.split(self._last[sag], [len(q)])
         for _ in range(SWEEPS):
             inner = self._flange(q + dq)
-            outer = inner if self._compliance is None else inner * pin.SE3(pin.exp3(twist[3:]), twist[:3])
+            outer = inner if self._compliance is None else inner * pin.SE3(pin.exp3(displacement[3:]), displacement[:3])
             tau = self._torque(q + dq, outer, wrench)
             new = tau / self._stiffness
             if self._windup is not None and self._knee is not None:
@@ -119,16 +119,18 @@ class NaiveArm:
             dq = new
             if self._compliance is not None:
                 force, moment = self._at_flange(outer, wrench)
-                load = np.concatenate([inner.rotation.T @ force, pin.Jexp3(twist[3:]) @ (inner.rotation.T @ moment)])
+                load = np.concatenate(
+                    [inner.rotation.T @ force, pin.Jexp3(displacement[3:]) @ (inner.rotation.T @ moment)]
+                )
                 new = self._compliance @ load
-                change = max(change, np.abs(new - twist).max())
-                twist = new
+                change = max(change, np.abs(new - displacement).max())
+                displacement = new
             if change < SETTLED:
                 break
-        self._last[sag] = np.concatenate([dq, twist])
+        self._last[sag] = np.concatenate([dq, displacement])
         inner = self._flange(q + dq)
         if self._compliance is not None:
-            inner = inner * pin.SE3(pin.exp3(twist[3:]), twist[:3])
+            inner = inner * pin.SE3(pin.exp3(displacement[3:]), displacement[:3])
         return inner * self._tcp
 
     def _flange(self, q: Floats) -> pin.SE3:

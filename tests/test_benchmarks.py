@@ -54,7 +54,7 @@ def test_every_loop_of_joint_springs_finds_the_same_commands() -> None:
 
 
 def test_loop_and_product_agree_on_a_full_compliance_matrix_and_a_turned_tool() -> None:
-    """Far from the diagonal and from the axes: a strong coupling, large twists, a tool at an angle."""
+    """Far from the diagonal and from the axes: a strong coupling, a flange that moves far, a tool at an angle."""
     rng = np.random.default_rng(7)
     root = rng.normal(size=(6, 6)) * np.array([2e-4, 2e-4, 2e-4, 1e-3, 1e-3, 1e-3])[:, None]
     c = root @ root.T

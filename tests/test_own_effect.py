@@ -227,6 +227,11 @@ BROKEN = {
         "EFFECT = replace(payload.EFFECT, name='backlash')",
         "is named 'backlash', as another effect already is",
     ),
+    "base": (
+        "from dataclasses import replace\nfrom stiffness.effects import joint_stiffness\n"
+        "EFFECT = replace(joint_stiffness.EFFECT, name='own-stiffness')",
+        "declares is_base: there is one base model",
+    ),
 }
 
 

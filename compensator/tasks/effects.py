@@ -32,7 +32,7 @@ _SLOTS = {
     "angle": "turns joints by an error of their angle",
     "torque": "loads joints",
     "mass": "adds weight",
-    "twist": "moves the places that it sits in",
+    "place": "moves the places that it sits in",
     "wrench_reading": "changes what the wrench sensor shows",
     "position_reading": "changes what the tracker shows",
 }
@@ -54,7 +54,7 @@ def catalogue() -> tuple[Listed, ...]:
 
 
 def _seat(effect: Effect) -> str:
-    return "; ".join(_SEATS.get(kind, kind) for kind in effect.unit.split("|"))
+    return "; ".join(_SEATS.get(kind, kind) for kind in effect.site_kind.split("|"))
 
 
 def _packages() -> dict[str, str]:

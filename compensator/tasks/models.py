@@ -66,7 +66,7 @@ def clamped_file(
         "software": f"toolpath-compensator {version()}",
     }
     made = clamped_model(arm, _named(robot, model), fits, provenance)
-    return _write(made, model, clamped_report(fits, arm.n), json)
+    return _write(made, model, clamped_report(made, fits, arm.n), json)
 
 
 def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = _quiet) -> Made:

@@ -90,7 +90,7 @@ class Screen:
         return np.asarray(by_x[:, :, tables.joint[place]] * shares[:, None])
 
     def geometry(self, evidence: Evidence, seen: Predicted, station: Floats) -> Floats:
-        """(N, 3, n + 6 (n + 1)) slopes of what is read by every joint angle and by twists of every place 0 ... n."""
+        """(N, 3, n + 6 (n + 1)) slopes of what is read by every joint angle and by the displacement of every place."""
         x, places = self._coordinates(evidence, seen), evidence.station.reflectors(station)
         out = np.zeros((len(evidence.samples), 3, x.shape[1]))
         for rows in _pieces(evidence.link):

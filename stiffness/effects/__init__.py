@@ -48,6 +48,7 @@ BUILT_IN: tuple[Effect, ...] = (
     tracker_drift.EFFECT,
     force_sensor_bias.EFFECT,
 )
+BASE = joint_stiffness.EFFECT  # every model has it
 CATALOGUE: tuple[Effect, ...]
 BY_NAME: dict[str, Effect]
 

@@ -1,6 +1,10 @@
 """Effect: the contract for one physical cause of deflection.
 
-    X_link_k = X_base twist_0 (A_1 R(q_1 + dq_1) twist_1) ... (A_k R(q_k + dq_k) twist_k)
+    X_link_k = X_base D_0 (A_1 R(q_1 + dq_1) D_1) ... (A_k R(q_k + dq_k) D_k)
+
+A_k are the constant placements of the arm, dq_k is the deflection of joint k, D_k = D(d, phi) the small displacement of
+place k (0 base, k the end of link k, n flange): it moves what lies outward by d, then turns it by the rotation
+vector phi.
 
 An effect fills slots of this equation and nothing else. Every slot is a CasADi expression of its
 arguments and of the effect's parameters, so that prediction, compensation and identification read
@@ -11,13 +15,12 @@ the same text and take derivatives from it.
     angle    commanded angle (n,) rad                           dq (n,) rad, whatever the load
     torque   angle (n,) rad of the links                        tau (n,) N*m of an internal spring
     mass     number of joints                                  point masses on links
-    twist    TwistInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
+    place    PlaceInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
     wrench_reading    Shown: what the sensor shows              the wrench (6,) that acts, same axes
     position_reading  a position (3,) in the tracker's frame, time s   the position (3,) that it shows
 
-The two readings belong to instruments: they judge data and never act on a planned path. A twist moves what lies
-outward of the place by d, then turns it by the rotation vector phi. Its wrench is the generalised force of these six
-coordinates, so that a symmetric compliance has a potential.
+The two readings belong to instruments: they judge data and never act on a planned path. The wrench of a place is the
+generalised force of its six coordinates, so that a symmetric compliance has a potential.
 
 A joint law with memory declares it as a clamp,
 
@@ -48,7 +51,7 @@ Scope = Literal["robot", "tool", "instruments"]
 Size = Literal["joint", "pair", "place"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Parameter:
     """One parameter of an effect, as it stands in the model file.
 
@@ -104,7 +107,7 @@ class Parameter:
 @dataclass(frozen=True)
 class Site:
     """Where an effect can sit: ``where`` in the words of reports, ``index`` of its numbers in parameters of one
-    number per site; None where all numbers belong to the one site. ``kind``: as in ``Effect.unit``."""
+    number per site; None where all numbers belong to the one site. ``kind``: as in ``Effect.site_kind``."""
 
     where: tuple[str, ...]
     index: int | None = None
@@ -124,7 +127,7 @@ class JointInput:
 
 
 @dataclass(frozen=True)
-class TwistInput:
+class PlaceInput:
     """What a place that yields is given."""
 
     place: int  # 0 base ... n flange
@@ -183,7 +186,7 @@ def _nothing_wrong(values: Numbers) -> str:
     return ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Effect:
     """A physical cause of deflection: parameters, and the slots of the equation that it fills.
 
@@ -193,10 +196,10 @@ class Effect:
         scope: ``robot`` goes where the robot goes, ``tool`` with the tool it was measured with,
             ``instruments`` concerns readings only and never a path.
         parameters: in the order of the model file.
-        unit: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
+        site_kind: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
             ``place`` (0 ... n), two of them with ``|`` between, or the name of its one place.
-        joint, angle, torque, mass, twist, wrench_reading, position_reading: the slots, None where not filled.
-        places: joints -> the places that ``twist`` acts at (0 base ... n flange).
+        joint, angle, torque, mass, place, wrench_reading, position_reading: the slots, None where not filled.
+        places: joints -> the places that ``place`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         unloaded: there is an effect without load, so that absolute positions tell of it.
         thermal: it follows the temperature: one temperature tells nothing of it.
@@ -206,18 +209,22 @@ class Effect:
             says nothing outside.
         nearest: allowed values near those that ``check`` has something against.
         check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
+        is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
+        fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
+            arm), ``position`` (absolute positions), ``approach`` (known approaches and two levels of load, and only
+            if the data ask for it); "" never.
     """
 
     name: str
     cause: str
     scope: Scope
     parameters: tuple[Parameter, ...]
-    unit: str
+    site_kind: str
     joint: Callable[[JointInput, Values], ca.SX] | None = None
     angle: Callable[[ca.SX, Values], ca.SX] | None = None
     torque: Callable[[ca.SX, Values], ca.SX] | None = None
     mass: Callable[[int, Values], tuple[PointMass, ...]] | None = None
-    twist: Callable[[TwistInput, Values], ca.SX] | None = None
+    place: Callable[[PlaceInput, Values], ca.SX] | None = None
     places: Callable[[int], tuple[int, ...]] = lambda n: ()
     wrench_reading: Callable[[Shown, Values], ca.SX] | None = None
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
@@ -228,13 +235,15 @@ class Effect:
     unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None
     check: Callable[[Numbers], str] = _nothing_wrong
+    is_base: bool = False
+    fitted_where: Literal["", "load", "position", "approach"] = ""
 
     def __repr__(self) -> str:
         return f"Effect({self.name})"
 
     def sites(self, joints: int) -> tuple[Site, ...]:
         """Where it can sit on a robot with so many joints."""
-        kinds = self.unit.split("|")
+        kinds = self.site_kind.split("|")
         return tuple(site for kind in kinds for site in _sites(kind, joints, kind if len(kinds) > 1 else ""))
 
     def neutral(self, joints: int) -> dict[str, Floats]:

@@ -10,8 +10,9 @@ slope at zero torque is 1/K + a/T + b/4T and falls to 1/K: the smooth form of th
 from __future__ import annotations
 
 import casadi as ca
+import numpy as np
 
-from stiffness.effects.effect import Effect, JointInput, Parameter, Values
+from stiffness.effects.effect import Effect, Floats, JointInput, Parameter, Values
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:
@@ -23,31 +24,41 @@ EFFECT = Effect(
     name="joint-hardening",
     cause="the reducer is softer at small torque and stiffens as more teeth or rollers carry",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
-        Parameter("windup_rad", "rad", "joint", 5e-5, 0.0, 0.05, 1e-4, "wind-up used up above the knee", neutral=0.0),
         Parameter(
-            "knee_nm",
-            "N*m",
-            "joint",
-            200.0,
-            1e-3,
-            1e7,
-            200.0,
-            "torque at which the soft part is used up",
+            name="windup_rad",
+            unit="rad",
+            size="joint",
+            start=5e-5,
+            low=0.0,
+            high=0.05,
+            scale=1e-4,
+            meaning="wind-up used up above the knee",
+            neutral=0.0,
+        ),
+        Parameter(
+            name="knee_nm",
+            unit="N*m",
+            size="joint",
+            start=200.0,
+            low=1e-3,
+            high=1e7,
+            scale=200.0,
+            meaning="torque at which the soft part is used up",
             trials=(0.03, 0.1, 0.3, 0.8),
             trials_of="torque",
         ),
         Parameter(
-            "further_rad",
-            "rad",
-            "joint",
-            0.0,
-            0.0,
-            0.05,
-            1e-4,
-            "wind-up used up above four times the knee",
-            0.0,
+            name="further_rad",
+            unit="rad",
+            size="joint",
+            start=0.0,
+            low=0.0,
+            high=0.05,
+            scale=1e-4,
+            meaning="wind-up used up above four times the knee",
+            default=0.0,
             neutral=0.0,
             extra=True,
         ),
@@ -55,3 +66,8 @@ EFFECT = Effect(
     joint=_law,
     needs_torque_sign=True,
 )
+
+
+def values_of(windup: Floats, knee: Floats) -> dict[str, Floats]:
+    """Values of the effect from wind-up (n,) rad and knee (n,) N*m of one soft part, with no second one above it."""
+    return {"windup_rad": windup, "knee_nm": knee, "further_rad": np.zeros(len(knee))}

@@ -5,17 +5,32 @@ dq = tau / K        (base model; Dumas et al., RCIM 27 (2011) 881)
 
 from __future__ import annotations
 
-from stiffness.effects.effect import Effect, Parameter
+from stiffness.effects.effect import Effect, Floats, Parameter
 
 EFFECT = Effect(
     name="joint-stiffness",
     cause="gears, bearings and servo loop of each joint yield in proportion to its torque",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter(
-            "k_nm_per_rad", "N*m/rad", "joint", 1e6, 1e2, 1e12, 1e6, "torsional stiffness per joint", fit="inverse"
+            name="k_nm_per_rad",
+            unit="N*m/rad",
+            size="joint",
+            start=1e6,
+            low=1e2,
+            high=1e12,
+            scale=1e6,
+            meaning="torsional stiffness per joint",
+            fit="inverse",
         ),
     ),
     joint=lambda given, p: given.torque / p["k_nm_per_rad"],
+    is_base=True,
+    fitted_where="load",
 )
+
+
+def values_of(stiffness: Floats) -> dict[str, Floats]:
+    """Values of the effect from stiffnesses (n,) N*m/rad."""
+    return {"k_nm_per_rad": stiffness}

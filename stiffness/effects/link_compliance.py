@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, Parameter, TwistInput, Values
+from stiffness.effects.effect import Effect, Parameter, PlaceInput, Values
 
 _AXES = ("rx_rad_per_nm", "ry_rad_per_nm", "rz_rad_per_nm")
 
 
-def _twist(given: TwistInput, p: Values) -> ca.SX:
+def _displacement(given: PlaceInput, p: Values) -> ca.SX:
     k = given.place - 1
     inner, outer = ca.DM(given.inner), ca.DM(given.outer)
     hinge = inner + p["at"][k] * (outer - inner)
@@ -29,35 +29,35 @@ EFFECT = Effect(
     name="link-compliance",
     cause="a link bends or twists: motion across the joint axes that no joint can make",
     scope="robot",
-    unit="inner-link",
+    site_kind="inner-link",
     parameters=(
         *(
             Parameter(
-                a,
-                "rad/(N*m)",
-                "joint",
-                1e-8,
-                0.0,
-                1e-3,
-                1e-7,
-                f"rotation per moment about {a[1]} of its frame",
+                name=a,
+                unit="rad/(N*m)",
+                size="joint",
+                start=1e-8,
+                low=0.0,
+                high=1e-3,
+                scale=1e-7,
+                meaning=f"rotation per moment about {a[1]} of its frame",
                 neutral=0.0,
             )
             for a in _AXES
         ),
         Parameter(
-            "at",
-            "1",
-            "joint",
-            0.4,
-            0.0,
-            1.0,
-            0.5,
-            "share of the link's length at which it bends",
-            0.4,
+            name="at",
+            unit="1",
+            size="joint",
+            start=0.4,
+            low=0.0,
+            high=1.0,
+            scale=0.5,
+            meaning="share of the link's length at which it bends",
+            default=0.4,
             trials=(0.0, 1.0),
         ),
     ),
-    twist=_twist,
+    place=_displacement,
     places=lambda n: tuple(range(1, n)),
 )

@@ -18,11 +18,22 @@ EFFECT = Effect(
     name="payload",
     cause="a mass on the flange that was not declared: the arm sags with gravity, not with the process",
     scope="tool",
-    unit="tool",
+    site_kind="tool",
     parameters=(
-        Parameter("mass_kg", "kg", 1, 1.0, 0.0, 2000.0, 5.0, "mass", neutral=0.0),
         Parameter(
-            "com_m", "m", 3, 0.0, -3.0, 3.0, 0.2, "its centre in the frame of the flange", 0.0, trials=(0.3, -0.3)
+            name="mass_kg", unit="kg", size=1, start=1.0, low=0.0, high=2000.0, scale=5.0, meaning="mass", neutral=0.0
+        ),
+        Parameter(
+            name="com_m",
+            unit="m",
+            size=3,
+            start=0.0,
+            low=-3.0,
+            high=3.0,
+            scale=0.2,
+            meaning="its centre in the frame of the flange",
+            default=0.0,
+            trials=(0.3, -0.3),
         ),
     ),
     mass=_mass,

@@ -28,5 +28,7 @@ def with_plugins(built_in: Sequence[Effect]) -> tuple[Effect, ...]:
             raise StiffnessError(f"{whose} is a {type(effect).__name__}; expected a stiffness.effects.effect.Effect")
         if effect.name in {e.name for e in out}:
             raise StiffnessError(f"{whose} is named {effect.name!r}, as another effect already is; rename it")
+        if effect.is_base:
+            raise StiffnessError(f"{whose} declares is_base: there is one base model, and this program has it")
         out.append(effect)
     return tuple(out)

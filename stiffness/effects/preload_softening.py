@@ -40,17 +40,17 @@ EFFECT = Effect(
     name="preload-softening",
     cause="the flank that carries the load is softer when the joint was not pre-loaded against it",
     scope="robot",
-    unit="joint",
+    site_kind="joint",
     parameters=(
         Parameter(
-            "ratio",
-            "1",
-            "joint",
-            0.85,
-            0.05,
-            1.0,
-            0.1,
-            "non-loaded over pre-loaded stiffness",
+            name="ratio",
+            unit="1",
+            size="joint",
+            start=0.85,
+            low=0.05,
+            high=1.0,
+            scale=0.1,
+            meaning="non-loaded over pre-loaded stiffness",
             fit="inverse",
             neutral=1.0,
         ),
@@ -58,4 +58,10 @@ EFFECT = Effect(
     joint=_law,
     memory=Memory("1", _rule, lambda p: 1 + 0 * p["ratio"], lambda p: 0 * p["ratio"]),
     needs_torque_sign=True,
+    fitted_where="approach",
 )
+
+
+def values_of(ratio: Floats) -> dict[str, Floats]:
+    """Values of the effect from ratios (n,) of non-loaded to pre-loaded stiffness."""
+    return {"ratio": ratio}

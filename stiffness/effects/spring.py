@@ -11,25 +11,43 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import Floats, Numbers, Parameter, TwistInput, Values
+from stiffness.effects.effect import Floats, Numbers, Parameter, PlaceInput, Values
 
 _ROUNDING = 1e-9  # of the scaled matrix: a fit that stops at the bound is singular, not negative
 
 PARAMETERS = (
-    Parameter("linear_m_per_n", "m/N", 3, 1e-8, 0.0, 1e-3, 1e-7, "displacement per force along x, y, z", neutral=0.0),
     Parameter(
-        "angular_rad_per_nm", "rad/(N*m)", 3, 1e-7, 0.0, 1e-2, 1e-6, "rotation per moment about x, y, z", neutral=0.0
+        name="linear_m_per_n",
+        unit="m/N",
+        size=3,
+        start=1e-8,
+        low=0.0,
+        high=1e-3,
+        scale=1e-7,
+        meaning="displacement per force along x, y, z",
+        neutral=0.0,
     ),
     Parameter(
-        "coupling",
-        "m/N, rad/N, rad/(N*m)",
-        15,
-        0.0,
-        -1e-2,
-        1e-2,
-        1e-7,
-        "entries of C below the diagonal, row by row",
-        0.0,
+        name="angular_rad_per_nm",
+        unit="rad/(N*m)",
+        size=3,
+        start=1e-7,
+        low=0.0,
+        high=1e-2,
+        scale=1e-6,
+        meaning="rotation per moment about x, y, z",
+        neutral=0.0,
+    ),
+    Parameter(
+        name="coupling",
+        unit="m/N, rad/N, rad/(N*m)",
+        size=15,
+        start=0.0,
+        low=-1e-2,
+        high=1e-2,
+        scale=1e-7,
+        meaning="entries of C below the diagonal, row by row",
+        default=0.0,
         neutral=0.0,
         extra=True,
     ),
@@ -47,8 +65,8 @@ def compliance(diagonal: ca.SX, lower: ca.SX) -> ca.SX:
     return c
 
 
-def yielded(given: TwistInput, p: Values) -> ca.SX:
-    """The twist of the place."""
+def yielded(given: PlaceInput, p: Values) -> ca.SX:
+    """The displacement [d; phi] of the place."""
     linear, angular = p["linear_m_per_n"], p["angular_rad_per_nm"]
     return ca.mtimes(compliance(ca.vertcat(linear, angular), p["coupling"]), given.wrench)
 

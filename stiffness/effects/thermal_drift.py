@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, JointInput, Parameter, TwistInput, Values
+from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, Values
 
 
-def _twist(given: TwistInput, p: Values) -> ca.SX:
+def _displacement(given: PlaceInput, p: Values) -> ca.SX:
     along = ca.SX(ca.DM(given.outer - given.inner))
     return ca.vertcat(p["expansion_per_k"][given.place] * given.temperature * along, ca.SX.zeros(3))
 
@@ -26,36 +26,36 @@ EFFECT = Effect(
     name="thermal-drift",
     cause="the arm grows with temperature: what moves follows the temperature and not the load",
     scope="robot",
-    unit="place|joint",
+    site_kind="place|joint",
     parameters=(
         Parameter(
-            "expansion_per_k",
-            "1/K",
-            "place",
-            0.0,
-            -1e-3,
-            1e-3,
-            1e-5,
-            "growth of each link along its length, 0 the base",
+            name="expansion_per_k",
+            unit="1/K",
+            size="place",
+            start=0.0,
+            low=-1e-3,
+            high=1e-3,
+            scale=1e-5,
+            meaning="growth of each link along its length, 0 the base",
             site="place",
             neutral=0.0,
         ),
         Parameter(
-            "zero_rad_per_k",
-            "rad/K",
-            "joint",
-            0.0,
-            -1e-2,
-            1e-2,
-            1e-5,
-            "drift of each joint's zero",
-            0.0,
+            name="zero_rad_per_k",
+            unit="rad/K",
+            size="joint",
+            start=0.0,
+            low=-1e-2,
+            high=1e-2,
+            scale=1e-5,
+            meaning="drift of each joint's zero",
+            default=0.0,
             neutral=0.0,
             site="joint",
         ),
     ),
     joint=_law,
-    twist=_twist,
+    place=_displacement,
     places=lambda n: tuple(range(n + 1)),
     unloaded=True,
     thermal=True,

@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers, Shown, Values
+from stiffness.identification.angle_tables import Tables
 from stiffness.identification.unknowns import Unknowns
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
-from stiffness.statics.angle_tables import Tables
 from stiffness.statics.point_motion import Sight
 from stiffness.statics.predictor import Tool
 from stiffness.statics.statics import Load, Posture, Statics

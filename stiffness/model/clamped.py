@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects import BY_NAME
+from stiffness.effects import backlash, joint_stiffness
 from stiffness.model.clamped_readings import ClampedError, Readings
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.reducer import ARCMIN
@@ -239,18 +239,19 @@ def clamped_model(
     robot: Robot, named: str, fits: tuple[JointFit, ...], provenance: dict[str, object]
 ) -> ComplianceModel:
     """The fits as a model of ``robot``; joints without readings are not identified."""
-    start = {p.name: p.start for p in BY_NAME["joint-stiffness"].parameters}["k_nm_per_rad"]
+    base, play = joint_stiffness.EFFECT.name, backlash.EFFECT.name
+    start = joint_stiffness.EFFECT.parameters[0].start
     stiffness, sd, known = np.full(robot.n, start), np.full(robot.n, start), np.zeros(robot.n, dtype=bool)
     gap, gap_sd = np.zeros(robot.n), np.full(robot.n, _UNKNOWN_GAP)
     for f in fits:
         stiffness[f.joint], sd[f.joint], known[f.joint] = f.stiffness, f.sd, True
         if f.gap is not None and f.gap_sd is not None:
             gap[f.joint], gap_sd[f.joint] = max(f.gap, 0.0), f.gap_sd
-    values = {"joint-stiffness": {"k_nm_per_rad": stiffness}}
-    deviations = {"joint-stiffness": {"k_nm_per_rad": sd}}
+    values = {base: joint_stiffness.values_of(stiffness)}
+    deviations = {base: joint_stiffness.values_of(sd)}
     if any(f.gap is not None for f in fits):
-        values["backlash"] = {"gap_rad": gap, "breakaway_nm": np.zeros(robot.n), "side": np.ones(robot.n)}
-        deviations["backlash"] = {"gap_rad": gap_sd}
+        values[play] = backlash.values_of(gap)
+        deviations[play] = {"gap_rad": gap_sd}
     return ComplianceModel(
         source="",
         robot=named,
@@ -260,6 +261,6 @@ def clamped_model(
         tip=robot.tip,
         values=values,
         sd=deviations,
-        identified={} if known.all() else {"joint-stiffness": known},
+        identified={} if known.all() else {base: known},
         provenance={"kind": "static", "method": "clamped", **provenance},
     )

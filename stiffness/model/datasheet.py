@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects import BY_NAME
+from stiffness.effects import backlash, joint_hardening, joint_stiffness
 from stiffness.errors import RobotError
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.reducer import ARCMIN, Reducer
@@ -76,19 +76,16 @@ def datasheet_model(robot: Robot, named: str) -> ComplianceModel:
     reducers = _complete(robot)
     mean, spread = share()
     rigidity = np.array([r.rigidity[-1] for r in reducers])
-    values = {"joint-stiffness": {"k_nm_per_rad": mean * rigidity}}
-    sd = {"joint-stiffness": {"k_nm_per_rad": spread * rigidity}}
+    base, soft, play = (module.EFFECT.name for module in (joint_stiffness, joint_hardening, backlash))
+    values = {base: joint_stiffness.values_of(mean * rigidity)}
+    sd = {base: joint_stiffness.values_of(spread * rigidity)}
     if any(len(r.rigidity) > 1 for r in reducers):
-        values["joint-hardening"], sd["joint-hardening"] = _hardening(reducers)
+        values[soft], sd[soft] = _hardening(reducers)
     gaps = [gap(r) for r in reducers]
     if any(gaps):
         known = [g or (0.0, _UNKNOWN_GAP) for g in gaps]
-        values["backlash"] = {
-            "gap_rad": np.array([g for g, _ in known]),
-            "breakaway_nm": np.zeros(robot.n),
-            "side": np.ones(robot.n),
-        }
-        sd["backlash"] = {"gap_rad": np.array([s for _, s in known])}
+        values[play] = backlash.values_of(np.array([g for g, _ in known]))
+        sd[play] = {"gap_rad": np.array([s for _, s in known])}
     return ComplianceModel(
         source="",
         robot=named,
@@ -116,11 +113,11 @@ def _complete(robot: Robot) -> list[Reducer]:
 def _hardening(reducers: list[Reducer]) -> tuple[dict[str, Floats], dict[str, Floats]]:
     """A joint with one piece has no wind-up that the sheet knows of; how sure that is, is the effect's typical size."""
     windup, knee = (np.array(v) for v in zip(*(hardening(r) for r in reducers), strict=True))
-    typical = {p.name: p.start for p in BY_NAME["joint-hardening"].parameters}
+    typical = {p.name: p.start for p in joint_hardening.EFFECT.parameters}
     single = knee == 0
     knee = np.where(single, typical["knee_nm"], knee)
-    values = {"windup_rad": windup, "knee_nm": knee, "further_rad": np.zeros(len(knee))}
-    return values, {"windup_rad": np.where(single, typical["windup_rad"], windup / 2), "knee_nm": knee / 2}
+    sd = {"windup_rad": np.where(single, typical["windup_rad"], windup / 2), "knee_nm": knee / 2}
+    return joint_hardening.values_of(windup, knee), sd
 
 
 def _provenance(robot: Robot, reducers: list[Reducer], without_gap: list[int]) -> dict[str, object]:

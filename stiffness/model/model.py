@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
-from stiffness.effects import BY_NAME, CATALOGUE
+from stiffness.effects import BASE, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Parameter
 from stiffness.errors import ModelError
 from stiffness.model.correlation import Correlations, read_correlations
@@ -107,15 +107,15 @@ def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
     _typed(name, {"provenance": {}, **table}, "provenance", dict, "a table")
     effects = table.get("effects")
     if not isinstance(effects, dict) or not effects:
-        raise ModelError(f"{name}: no [effects.*] table; a model needs at least [effects.joint-stiffness]")
+        raise ModelError(f"{name}: no [effects.*] table; a model needs at least [effects.{BASE.name}]")
     unknown = [e for e in effects if e not in BY_NAME]
     if unknown:
         raise ModelError(
             f"{name}: unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}; an effect of another "
             "package needs that package installed beside this program (entry point compensator.effects)"
         )
-    if "joint-stiffness" not in effects:
-        raise ModelError(f"{name}: [effects.joint-stiffness] is missing: it is the base model of every other effect")
+    if BASE.name not in effects:
+        raise ModelError(f"{name}: [effects.{BASE.name}] is missing: it is the base model of every other effect")
     read = {e: _effect(name, BY_NAME[e], t, joints) for e, t in effects.items()}
     return ComplianceModel(
         source=name,

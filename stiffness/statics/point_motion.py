@@ -1,7 +1,7 @@
 """Sight: where a point of a deflected arm is, and how it moves with every elastic coordinate.
 
-Plain kinematics on the frames that the statics gives: a joint turns all outward of it about its axis, a twist moves
-and turns all outward of its place.
+Plain kinematics on the frames that the statics gives: a joint turns all outward of it about its axis, a place
+that yields moves and turns all outward of it.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ Floats = npt.NDArray[np.float64]
 
 MAX_STEPS = 25
 OPENING = 4  # Newton steps without a look at the error, where nothing better than the nominal pose is known
-LARGEST_TWIST = 0.05  # rad; statics.rotation is exact below
+LARGEST_TURN = 0.05  # rad; statics.rotation is exact below
 MAX_SWEEP_CALLS = 10
 
 
@@ -90,7 +90,7 @@ class Predictor:
         for _ in range(MAX_SWEEP_CALLS):
             x, torque, residual, rotation, position = self._forward_kernel.run(q, wrench, state, x)
             if not np.any(~(residual <= TOLERANCE)):
-                self._refuse_large_twists(x)
+                self._refuse_large_turns(x)
                 return Prediction(_matrices(rotation), position, torque, residual[:, 0])
         worst = int(np.argmax(np.where(np.isfinite(residual[:, 0]), residual[:, 0], np.inf)))
         raise EquilibriumError(
@@ -100,15 +100,15 @@ class Predictor:
             "(N*m/rad)",
         )
 
-    def _refuse_large_twists(self, x: Floats) -> None:
-        """Small rotations are what the twists are made for: beyond, the numbers are wrong and the arm absurd."""
+    def _refuse_large_turns(self, x: Floats) -> None:
+        """The statics holds for places that turn by small angles: beyond, its numbers are wrong and the arm absurd."""
         n, places = self.robot.n, len(self.statics.places)
         turns = np.abs(x[:, n : n + 6 * places].reshape(len(x), places, 6)[:, :, 3:]).max(axis=(1, 2), initial=0.0)
-        if np.any(turns > LARGEST_TWIST):
+        if np.any(turns > LARGEST_TURN):
             row = int(np.argmax(turns))
             raise EquilibriumError(
                 row,
-                f"a place that yields turns by {turns[row]:.3f} rad, above {LARGEST_TWIST:g}: too soft for this load; "
+                f"a place that yields turns by {turns[row]:.3f} rad, above {LARGEST_TURN:g}: too soft for this load; "
                 "check the units of the compliances in the model (m/N, rad/(N*m))",
             )
 
@@ -272,12 +272,12 @@ class Predictor:
     def _step_kernel(self, *, newton: bool) -> Kernel:
         """One step towards the command: every coordinate moves once, the largest move and miss is the error."""
         q, wrench, state, load = self._symbols()
-        n, n_twist = self.robot.n, self.statics.n_x - self.robot.n
+        n, n_places = self.robot.n, self.statics.n_x - self.robot.n
         flat_r, target_p = ca.SX.sym("rotation", 9), ca.SX.sym("position", 3)
         extra, commanded = ca.SX.sym("extra", self._n_extra), ca.SX.sym("commanded", n)
         target_r = ca.reshape(flat_r, 3, 3)
-        twists, sag = extra[:n_twist], extra[n_twist:]
-        posture = self.statics.posture(q, ca.vertcat(ca.SX.zeros(n), twists))
+        displacements, sag = extra[:n_places], extra[n_places:]
+        posture = self.statics.posture(q, ca.vertcat(ca.SX.zeros(n), displacements))
         loaded = posture if self.complementary else self._straight(commanded)
         x, tau = self.statics.law(loaded, commanded, self._weights, [load], state, self._p, self.temperature)
         new_extra = x[n:]

@@ -1,6 +1,6 @@
 """THE equation: posture, loads and effects -> where every link is. Written once, in CasADi.
 
-    x = law(load(q + dq, twists))        x = (dq, twist coordinates)
+    x = law(load(q + dq, [d; phi]))        x = (dq, [d; phi] of every place that yields)
 
 is solved by sweeps torque -> deflection -> posture from a start value. The load is taken at the DEFLECTED
 posture, so the complementary stiffness K_c (Chen & Kao, IJRR 19 (2000) 835) is in it; on real
@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, JointInput, TwistInput, Values
+from stiffness.effects.effect import Effect, JointInput, PlaceInput, Values
 from stiffness.robot.robot import Robot, axis_rotation, constant
 
 Floats = npt.NDArray[np.float64]
@@ -60,13 +60,13 @@ class Frame:
 
 @dataclass(frozen=True)
 class Posture:
-    """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` before their twist.
+    """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` as if they did not yield.
 
-    ``angles`` (n,) rad are those of the links, ``twists`` [d; phi] of the places that yield.
+    ``angles`` (n,) rad are those of the links, ``displacements`` [d; phi] those of the places that yield.
     """
 
     angles: ca.SX
-    twists: Mapping[int, ca.SX]
+    displacements: Mapping[int, ca.SX]
     links: tuple[Frame, ...]
     joints: tuple[Frame, ...]
     axes: tuple[ca.SX, ...]
@@ -123,8 +123,8 @@ class Statics:
         self.robot = robot
         self.effects = tuple(effects)
         n = robot.n
-        self.twisting = {k: tuple(e for e in effects if e.twist and k in e.places(n)) for k in range(n + 1)}
-        self.places = tuple(k for k, es in self.twisting.items() if es)
+        self.yielding = {k: tuple(e for e in effects if e.place and k in e.places(n)) for k in range(n + 1)}
+        self.places = tuple(k for k, es in self.yielding.items() if es)
         self.remembering = tuple(e for e in effects if e.memory)
         self.n_x = n + 6 * len(self.places)
         self.n_state = n * len(self.remembering)
@@ -134,11 +134,11 @@ class Statics:
         return f"Statics({self.robot.name}, {[e.name for e in self.effects]}, {self.n_x} coordinates)"
 
     def posture(self, q: ca.SX, x: ca.SX) -> Posture:
-        """Frames of the arm at joint angles q + x[:n] with the twists x[n:]."""
+        """Frames of the arm at joint angles q + x[:n] with places displaced by x[n:]."""
         n = self.robot.n
         frame = Frame(ca.SX.eye(3), ca.SX.zeros(3))
         links, joints, axes, places = [], [], [], [frame]
-        frame = self._twisted(frame, 0, x)
+        frame = self._displaced(frame, 0, x)
         links.append(frame)
         for k in range(n):
             before, after = constant(self.robot.before[k]), constant(self.robot.after[k])
@@ -148,18 +148,18 @@ class Statics:
             frame = frame.then(axis_rotation(self.robot.axis[k], q[k] + x[k]), ca.SX(3, 1))
             frame = frame.then(after[:3, :3], after[:3, 3])
             places.append(frame)
-            frame = self._twisted(frame, k + 1, x)
+            frame = self._displaced(frame, k + 1, x)
             links.append(frame)
-        twists = {k: self._twist(k, x) for k in self.places}
-        return Posture(q + x[:n], twists, tuple(links), tuple(joints), tuple(axes), tuple(places))
+        displacements = {k: self._displacement(k, x) for k in self.places}
+        return Posture(q + x[:n], displacements, tuple(links), tuple(joints), tuple(axes), tuple(places))
 
-    def _twisted(self, frame: Frame, place: int, x: ca.SX) -> Frame:
+    def _displaced(self, frame: Frame, place: int, x: ca.SX) -> Frame:
         if place not in self.places:
             return frame
-        twist = self._twist(place, x)
-        return frame.then(rotation(twist[3:]), twist[:3])
+        displacement = self._displacement(place, x)
+        return frame.then(rotation(displacement[3:]), displacement[:3])
 
-    def _twist(self, place: int, x: ca.SX) -> ca.SX:
+    def _displacement(self, place: int, x: ca.SX) -> ca.SX:
         at = self.robot.n + 6 * self.places.index(place)
         return x[at : at + 6]
 
@@ -205,7 +205,7 @@ class Statics:
         n = self.robot.n
         force, moment = ca.SX.zeros(3), ca.SX.zeros(3)  # of all outward of a place, about the base origin
         torque: list[ca.SX] = [ca.SX(0)] * n
-        twists: dict[int, ca.SX] = {}
+        displacements: dict[int, ca.SX] = {}
         for k in range(n, -1, -1):
             for link, point, f in weights:
                 if link == k:
@@ -219,15 +219,15 @@ class Statics:
             if k in self.places:
                 turn = posture.places[k].rotation.T
                 about = moment - ca.cross(posture.links[k].origin, force)
-                about = generalised_moment(posture.twists[k][3:], ca.mtimes(turn, about))
-                twists[k] = self._yielded(k, ca.vertcat(ca.mtimes(turn, force), about), values, temperature)
+                about = generalised_moment(posture.displacements[k][3:], ca.mtimes(turn, about))
+                displacements[k] = self._yielded(k, ca.vertcat(ca.mtimes(turn, force), about), values, temperature)
             if k > 0:
                 about = moment - ca.cross(posture.joints[k - 1].origin, force)
                 torque[k - 1] = ca.dot(posture.axes[k - 1], about)
         tau = ca.vertcat(*torque)
         tau = sum((e.torque(posture.angles, values[e.name]) for e in self.effects if e.torque), tau)
         dq = self.joint_deflection(tau, q, state, values, temperature, angle_error)
-        return ca.vertcat(dq, *(twists[k] for k in self.places)), tau
+        return ca.vertcat(dq, *(displacements[k] for k in self.places)), tau
 
     def unloaded(
         self,
@@ -241,8 +241,8 @@ class Statics:
         return ca.vertcat(dq, *(self._yielded(k, ca.SX.zeros(6), values, temperature) for k in self.places))
 
     def _yielded(self, place: int, wrench: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float) -> ca.SX:
-        given = TwistInput(place, wrench, ca.SX(temperature), *self._span(place))
-        return sum((e.twist(given, values[e.name]) for e in self.twisting[place] if e.twist), ca.SX.zeros(6))
+        given = PlaceInput(place, wrench, ca.SX(temperature), *self._span(place))
+        return sum((e.place(given, values[e.name]) for e in self.yielding[place] if e.place), ca.SX.zeros(6))
 
     def _span(self, place: int) -> tuple[Floats, Floats]:
         """Where the link of a place begins and ends: its joint and the next one (3,), in the axes of the place."""
@@ -273,10 +273,12 @@ class Statics:
         """dq (n,) that all joint laws together make of a torque; without ``state`` those without memory."""
         n, warm = self.robot.n, ca.SX(temperature)
         none = ca.SX.zeros(n)
-        base = [e.joint for e in self.effects if e.name == "joint-stiffness" and e.joint]
+        base = next((e for e in self.effects if e.is_base), None)
 
         def springs(torque: ca.SX) -> ca.SX:
-            return base[0](JointInput(torque, none, none, q, none, warm), values["joint-stiffness"]) if base else none
+            if base is None or base.joint is None:
+                return none
+            return base.joint(JointInput(torque, none, none, q, none, warm), values[base.name])
 
         elastic, compliance = springs(tau), springs(ca.SX.ones(n))
         dq = self.angle_error(q, values) if angle_error is None else angle_error

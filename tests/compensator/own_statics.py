@@ -1,10 +1,10 @@
 """The statics once more, in numpy on Pinocchio's kinematics: nothing of it is the product's.
 
     dq = tau / K + a tanh(tau / T),  tau = J(q + dq)^T W + g(q + dq)
-    twist = C F,                      F the generalised force of the six coordinates of the flange spring
+    displacement = C F,                      F the generalised force of the six coordinates of the flange spring
 
-solved by sweeps from zero. The twist moves what hangs on the flange by d, then turns it by the rotation vector phi;
-its generalised force comes from virtual work, by central differences.
+solved by sweeps from zero. The displacement moves what hangs on the flange by d, then turns it by the rotation vector
+phi; its generalised force comes from virtual work, by central differences.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ class Arm:
         return out
 
     def _loaded(self, q: Array, wrench: Array) -> Array:
-        dq, twist = np.zeros(6), np.zeros(6)
+        dq, displacement = np.zeros(6), np.zeros(6)
         for _ in range(15):
             hand = self.robot.pose(q + dq)
-            loads = self._loads(hand @ moved(twist), wrench)
+            loads = self._loads(hand @ moved(displacement), wrench)
             tau = self._torque(q + dq, hand[:3, 3], loads)
             dq = self._wind_up(tau)
             if self.compliance.any():
-                twist = self.compliance @ self._generalised(hand, twist, wrench)
-        return self.robot.pose(q + dq) @ moved(twist) @ frame(self.tool)
+                displacement = self.compliance @ self._generalised(hand, displacement, wrench)
+        return self.robot.pose(q + dq) @ moved(displacement) @ frame(self.tool)
 
     def _loads(self, hand: Array, wrench: Array) -> list[tuple[Array, Array, Array]]:
         """(point, force, moment) in the base beyond the spring: process, tool, and the last link, which it moves."""
@@ -84,21 +84,21 @@ class Arm:
             dq = dq + np.array(hard["windup_rad"]) * np.tanh(tau / np.array(hard["knee_nm"]))
         return dq
 
-    def _generalised(self, hand: Array, twist: Array, wrench: Array) -> Array:
+    def _generalised(self, hand: Array, displacement: Array, wrench: Array) -> Array:
         force, h = np.zeros(6), 1e-6
-        now = self._loads(hand @ moved(twist), wrench)
+        now = self._loads(hand @ moved(displacement), wrench)
         for k, step in enumerate(h * np.eye(6)):
-            more, less = hand @ moved(twist + step), hand @ moved(twist - step)
+            more, less = hand @ moved(displacement + step), hand @ moved(displacement - step)
             turn = Rotation.from_matrix(more[:3, :3] @ less[:3, :3].T).as_rotvec()
             ends = zip(now, self._loads(more, wrench), self._loads(less, wrench), strict=True)
             force[k] = sum(f @ (a[0] - b[0]) + m @ turn for (_, f, m), a, b in ends) / (2 * h)
         return force
 
 
-def moved(twist: Array) -> Array:
+def moved(displacement: Array) -> Array:
     """(4, 4): by d, then turned by the rotation vector."""
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = Rotation.from_rotvec(twist[3:]).as_matrix(), twist[:3]
+    pose[:3, :3], pose[:3, 3] = Rotation.from_rotvec(displacement[3:]).as_matrix(), displacement[:3]
     return pose
 
 

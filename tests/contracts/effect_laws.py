@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from stiffness.effects import CATALOGUE
-from stiffness.effects.effect import Effect, JointInput, Parameter, Shown, TwistInput
+from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, Shown
 from tests.oracles.effects import ORACLES, Joints, Oracle, Place
 
 Floats = npt.NDArray[np.float64]
@@ -105,19 +105,19 @@ class JointLaw:
         return [given.torque, given.angle, given.state, given.temperature, *values.values()]
 
 
-class TwistLaw:
-    """The twist slot of one place as a function of wrench, temperature and parameters."""
+class PlaceLaw:
+    """The place slot of one place as a function of wrench, temperature and parameters."""
 
     def __init__(self, effect: Effect, at: Place, values: Numbers) -> None:
         p = symbols(values)
         w, temperature = ca.SX.sym("wrench", 6), ca.SX.sym("temperature")
-        if effect.twist is None:
-            raise TypeError(f"{effect} has no twist slot")
-        twist = effect.twist(TwistInput(at.place, w, temperature, at.inner, at.outer), p)
-        self.shape = twist.shape
+        if effect.place is None:
+            raise TypeError(f"{effect} has no place slot")
+        moved = effect.place(PlaceInput(at.place, w, temperature, at.inner, at.outer), p)
+        self.shape = moved.shape
         arguments = [w, temperature, *p.values()]
-        self.value = ca.Function("twist", arguments, [ca.densify(twist)])
-        self.slope = ca.Function("slope", arguments, [ca.densify(ca.jacobian(twist, ca.vertcat(w, *p.values())))])
+        self.value = ca.Function("place", arguments, [ca.densify(moved)])
+        self.slope = ca.Function("slope", arguments, [ca.densify(ca.jacobian(moved, ca.vertcat(w, *p.values())))])
 
     def __call__(self, w: Floats, temperature: float, values: Numbers) -> Floats:
         return np.array(self.value(w, temperature, *values.values())).ravel()

@@ -17,12 +17,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import stiffness.effects
-from stiffness.effects import BUILT_IN, BY_NAME, CATALOGUE
+from stiffness.effects import BASE, BUILT_IN, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Shown
 from tests.contracts.effect_laws import (
     JointLaw,
     N,
-    TwistLaw,
+    PlaceLaw,
     every_effect,
     joints,
     neutral,
@@ -58,14 +58,14 @@ SLOTS = {  # physics.md, "Effects"
     "joint-friction": {"joint"},
     "joint-coupling": {"joint"},
     "posture-stiffness": {"joint"},
-    "kinematic-offset": {"joint", "twist"},
+    "kinematic-offset": {"joint", "place"},
     "joint-angle-error": {"angle"},
     "gravity-compensator": {"torque"},
     "payload": {"mass"},
-    "base-compliance": {"twist"},
-    "link-compliance": {"twist"},
-    "tool-compliance": {"twist"},
-    "thermal-drift": {"joint", "twist"},
+    "base-compliance": {"place"},
+    "link-compliance": {"place"},
+    "tool-compliance": {"place"},
+    "thermal-drift": {"joint", "place"},
     "tracker-drift": {"position_reading"},
     "force-sensor-bias": {"wrench_reading"},
 }
@@ -84,7 +84,7 @@ SITES = {  # kind: name of the k-th site, how many there are
     "place": (lambda k, n: ("base" if k == 0 else "tool" if k == n else f"link-{k}",), lambda n: n + 1),
 }
 PAIRS = [(f"joint-{c + 1}", f"joint-{r + 1}") for r, c in zip(*np.tril_indices(8, -1), strict=True)]
-ALL_SLOTS = ("joint", "angle", "torque", "mass", "twist", "wrench_reading", "position_reading")
+ALL_SLOTS = ("joint", "angle", "torque", "mass", "place", "wrench_reading", "position_reading")
 READINGS = {"wrench_reading", "position_reading"}
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
@@ -117,7 +117,7 @@ def test_an_effect_is_closed_and_says_what_it_is(effect: Effect) -> None:
     slots = {s for s in ALL_SLOTS if getattr(effect, s) is not None}
     assert slots == SLOTS.get(effect.name, slots) != set()
     assert slots <= READINGS if effect.scope == "instruments" else not slots & READINGS
-    assert bool(effect.twist) == bool(effect.places(N))
+    assert bool(effect.place) == bool(effect.places(N))
     assert effect not in BUILT_IN or effect.places(N) == ACTS_AT.get(effect.name, ())
     assert all(0 <= k <= N for k in effect.places(N)) and len(set(effect.places(N))) == len(effect.places(N))
     assert effect.memory is None or effect.joint is not None
@@ -155,7 +155,7 @@ def test_parameters_can_begin_an_identification(effect: Effect) -> None:
 @pytest.mark.parametrize("n", [4, 6, 7])
 def test_numbers_belong_to_sites(effect: Effect, n: int) -> None:
     """Sites are distinct, the numbers of each exist, and every number that some slot reads has a site."""
-    sites, kinds = effect.sites(n), effect.unit.split("|")
+    sites, kinds = effect.sites(n), effect.site_kind.split("|")
     assert len({(s.kind, s.where) for s in sites}) == len(sites) >= 1
     assert {s.kind for s in sites} == (set(kinds) if len(kinds) > 1 else {""})
     assert {p.site for p in effect.parameters} == {s.kind for s in sites}
@@ -199,7 +199,7 @@ def test_a_number_of_a_site_acts_at_that_site(effect: Effect) -> None:
                 assert np.all(change[np.arange(N) != k] == 0)
             moved = []
             for at in effect.places(N):
-                law = TwistLaw(effect, place(at, 3), values)
+                law = PlaceLaw(effect, place(at, 3), values)
                 if np.any(law(wrench(3), 8.0, now) != law(wrench(3), 8.0, values)):
                     moved.append(at)
             first = min(effect.places(N), default=0)
@@ -244,6 +244,18 @@ def test_thermal_effects_are_those_that_temperature_moves(effect: Effect) -> Non
     assert effect.thermal == bool(np.abs(cold).max() == 0.0 < np.abs(warm).max())
 
 
+def test_one_effect_is_the_base_model() -> None:
+    assert [e for e in CATALOGUE if e.is_base] == [BASE] == [CATALOGUE[0]]
+
+
+@every_effect
+def test_what_readings_make_identification_fit_can_show(effect: Effect) -> None:
+    """Positions without load show what is there unloaded, approaches what remembers them."""
+    assert effect.fitted_where != "position" or effect.unloaded
+    assert effect.fitted_where != "approach" or effect.memory is not None
+    assert effect.fitted_where == "load" or not effect.is_base
+
+
 # ------------------------------------------------------------------------------------ against oracles
 
 
@@ -264,16 +276,16 @@ def test_joint_law_is_that_of_the_oracle(effect: Effect, seed: int) -> None:
 
 @every_effect
 @pytest.mark.parametrize("seed", range(3))
-def test_twist_is_that_of_the_oracle(effect: Effect, seed: int) -> None:
-    expected = oracle_of(effect).twist
-    assert (expected is None) == (effect.twist is None)
+def test_displacement_of_a_place_is_that_of_the_oracle(effect: Effect, seed: int) -> None:
+    expected = oracle_of(effect).place
+    assert (expected is None) == (effect.place is None)
     if expected is None:
         return
     values = sample(effect, seed)
     moves = [i for i in range(6) if i not in oracle_of(effect).still]
     for k in effect.places(N):
         given = place(k, seed)
-        law = TwistLaw(effect, given, values)
+        law = PlaceLaw(effect, given, values)
         assert law.shape == (6, 1)
         wanted = expected(given, values)
         np.testing.assert_allclose(law(given.wrench, given.temperature, values), wanted, rtol=1e-9, atol=1e-17)

@@ -16,7 +16,7 @@ from tests.contracts.effect_laws import (
     JointLaw,
     N,
     Numbers,
-    TwistLaw,
+    PlaceLaw,
     every_effect,
     joints,
     neutral,
@@ -42,7 +42,7 @@ def test_no_load_no_deflection(effect: Effect, seed: int) -> None:
         unloaded = joints(effect, values, seed, torque=np.zeros(N), state=np.zeros(N), temperature=0.0)
         np.testing.assert_array_equal(JointLaw(effect, values)(unloaded, values), 0)
     for k in effect.places(N):
-        np.testing.assert_array_equal(TwistLaw(effect, place(k, seed), values)(np.zeros(6), 0.0, values), 0)
+        np.testing.assert_array_equal(PlaceLaw(effect, place(k, seed), values)(np.zeros(6), 0.0, values), 0)
 
 
 @every_effect
@@ -58,7 +58,7 @@ def test_neutral_values_do_nothing(effect: Effect, seed: int) -> None:
         given = joints(effect, values, seed)
         np.testing.assert_allclose(JointLaw(effect, values)(given, values), 0, atol=1e-18)
     for k in effect.places(N):
-        np.testing.assert_allclose(TwistLaw(effect, place(k, seed), values)(wrench(seed), 9.0, values), 0, atol=1e-18)
+        np.testing.assert_allclose(PlaceLaw(effect, place(k, seed), values)(wrench(seed), 9.0, values), 0, atol=1e-18)
     p = {k: ca.SX(ca.DM(v)) for k, v in values.items()}
     if effect.angle:
         np.testing.assert_array_equal(np.array(ca.evalf(ca.densify(effect.angle(ca.SX(ca.DM(ANGLES)), p)))), 0)
@@ -100,7 +100,7 @@ def test_a_deflection_never_works_against_its_load(effect: Effect, seed: int) ->
         work = given.torque * dq
         assert np.all(work >= 0) and work.max() > 0
     for k in effect.places(N):
-        assert wrench(seed) @ TwistLaw(effect, place(k, seed), values)(wrench(seed), 0.0, values) >= 0
+        assert wrench(seed) @ PlaceLaw(effect, place(k, seed), values)(wrench(seed), 0.0, values) >= 0
 
 
 @every_effect
@@ -117,7 +117,7 @@ def test_more_load_never_deflects_less(effect: Effect, seed: int) -> None:
             slope = slope + np.diag(1 / STIFFNESS)
         assert np.linalg.eigvalsh(slope + slope.T).min() >= -1e-18
     for k in effect.places(N):
-        slope = TwistLaw(effect, place(k, seed), values).jacobian(wrench(seed), 0.0, values)[:, :6]
+        slope = PlaceLaw(effect, place(k, seed), values).jacobian(wrench(seed), 0.0, values)[:, :6]
         scaled = slope / np.outer(*2 * [np.sqrt(np.maximum(np.diag(slope), 1e-30))])
         assert np.linalg.eigvalsh(scaled + scaled.T).min() >= -1e-9
 
@@ -139,13 +139,13 @@ def test_derivatives_are_those_of_finite_differences(effect: Effect, seed: int) 
         x = np.concatenate([given.torque, *values.values()])
         same_slope(law.jacobian(given, values), joint_at, x)
     for k in effect.places(N)[:2]:
-        twist = TwistLaw(effect, place(k, seed), values)
+        law = PlaceLaw(effect, place(k, seed), values)
 
-        def twist_at(x: Floats, twist: TwistLaw = twist) -> Floats:
-            return twist(x[:6], 5.0, split(x[6:], values))
+        def displacement_at(x: Floats, law: PlaceLaw = law) -> Floats:
+            return law(x[:6], 5.0, split(x[6:], values))
 
         x = np.concatenate([wrench(seed), *values.values()])
-        same_slope(twist.jacobian(wrench(seed), 5.0, values), twist_at, x)
+        same_slope(law.jacobian(wrench(seed), 5.0, values), displacement_at, x)
 
 
 @every_effect
@@ -168,7 +168,7 @@ def test_a_search_can_leave_the_neutral_values(effect: Effect) -> None:
         share = np.random.default_rng(6).choice([-0.8, 0.6], N)
         slopes.append(JointLaw(effect, values).jacobian(joints(effect, values, 6, state=share), values))
     for k in effect.places(N):
-        slopes.append(TwistLaw(effect, place(k, 6), values).jacobian(wrench(6), 8.0, values))
+        slopes.append(PlaceLaw(effect, place(k, 6), values).jacobian(wrench(6), 8.0, values))
     slopes += [law.jacobian(x) for law, x in other_laws(effect, values, TURN).values()]
     for slope in slopes:
         assert np.isfinite(slope).all()

@@ -63,7 +63,7 @@ _NO_SPRING = {"linear_m_per_n": 0.0, "angular_rad_per_nm": 0.0, "coupling": 0.0}
 PLACES: dict[str, Oracle] = {
     "kinematic-offset": Oracle(
         joint=lambda given, p: p["zero_rad"],
-        twist=_displaced,
+        place=_displaced,
         nothing=dict.fromkeys(("zero_rad", "x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"), 0.0),
         without_load=True,
     ),
@@ -71,15 +71,15 @@ PLACES: dict[str, Oracle] = {
         mass=lambda joints, p: [(joints, float(p["mass_kg"][0]), p["com_m"])], nothing={"mass_kg": 0.0}
     ),
     "base-compliance": Oracle(
-        twist=lambda given, p: compliance(p) @ given.wrench, nothing=_NO_SPRING, sample=_bracket
+        place=lambda given, p: compliance(p) @ given.wrench, nothing=_NO_SPRING, sample=_bracket
     ),
-    "link-compliance": Oracle(twist=_bent, nothing={f"r{a}_rad_per_nm": 0.0 for a in "xyz"}),
+    "link-compliance": Oracle(place=_bent, nothing={f"r{a}_rad_per_nm": 0.0 for a in "xyz"}),
     "tool-compliance": Oracle(
-        twist=lambda given, p: compliance(p) @ given.wrench, nothing=_NO_SPRING, sample=_bracket
+        place=lambda given, p: compliance(p) @ given.wrench, nothing=_NO_SPRING, sample=_bracket
     ),
     "thermal-drift": Oracle(
         joint=lambda given, p: (20.0 + given.temperature) * p["zero_rad_per_k"] - 20.0 * p["zero_rad_per_k"],
-        twist=_grown,
+        place=_grown,
         nothing={"expansion_per_k": 0.0, "zero_rad_per_k": 0.0},
         without_load=True,
         still=(3, 4, 5),

@@ -32,7 +32,7 @@ class Push:
 
 @dataclass(frozen=True)
 class ElasticArm:
-    """An arm with joint laws, rigid-body twists at places, weights and pushes.
+    """An arm with joint laws, rigid displacements of places, weights and pushes.
 
     Attributes:
         law: (torque (n,), angle (n,)) -> dq (n,).
@@ -49,15 +49,15 @@ class ElasticArm:
     spring: Callable[[Floats], Floats] | None = None
 
     def links(self, q: Floats, x: Floats) -> list[Floats]:
-        """(4, 4) of links 0 ... n, with coordinates x = (dq, twists in the order of places)."""
+        """(4, 4) of links 0 ... n, with coordinates x = (dq, displacements in the order of places)."""
         n = self.robot.n
-        twists = {k: x[n + 6 * i : n + 6 * i + 6] for i, k in enumerate(sorted(self.compliance))}
-        frame = small_motion(twists.get(0))
+        displacements = {k: x[n + 6 * i : n + 6 * i + 6] for i, k in enumerate(sorted(self.compliance))}
+        frame = small_motion(displacements.get(0))
         out = [frame]
         for k in range(n):
             turn = np.eye(4)
             turn[:3, :3] = Rotation.from_rotvec(self.robot.axis[k] * (q[k] + x[k])).as_matrix()
-            frame = frame @ self.robot.before[k] @ turn @ self.robot.after[k] @ small_motion(twists.get(k + 1))
+            frame = frame @ self.robot.before[k] @ turn @ self.robot.after[k] @ small_motion(displacements.get(k + 1))
             out.append(frame)
         return out
 
@@ -105,10 +105,10 @@ class ElasticArm:
         return own + list(self.masses)
 
 
-def small_motion(twist: Floats | None) -> Floats:
+def small_motion(displacement: Floats | None) -> Floats:
     """(4, 4) of a translation followed, outward of it, by a rotation vector."""
     out = np.eye(4)
-    if twist is not None:
-        out[:3, :3] = Rotation.from_rotvec(twist[3:]).as_matrix()
-        out[:3, 3] = twist[:3]
+    if displacement is not None:
+        out[:3, :3] = Rotation.from_rotvec(displacement[3:]).as_matrix()
+        out[:3, 3] = displacement[:3]
     return out

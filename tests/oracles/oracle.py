@@ -49,7 +49,7 @@ class Oracle:
 
     Attributes:
         joint: deflection (n,) that the effect adds.
-        twist: place, values -> (6,).
+        place: place, values -> (6,).
         angle: commanded angles (n,) -> (n,) rad, whatever the load.
         torque: angles (n,) -> (n,); mass: joints -> [(link, kg, com)].
         wrench_reading: shown (6,), turn to the tool (3, 3), values -> (6,).
@@ -58,12 +58,12 @@ class Oracle:
         nothing: values for which there is no effect; None where there are none.
         without_load: there is an effect without load.
         on_base: shares the load with joint-stiffness: passive together with it, and not alone.
-        still: components of the twist that stay zero.
+        still: components of the displacement of a place that stay zero.
         sample: random values, where bounds and start values do not lead to sensible ones.
     """
 
     joint: Callable[[Joints, Numbers], Floats] | None = None
-    twist: Callable[[Place, Numbers], Floats] | None = None
+    place: Callable[[Place, Numbers], Floats] | None = None
     angle: Callable[[Floats, Numbers], Floats] | None = None
     torque: Callable[[Floats, Numbers], Floats] | None = None
     mass: Callable[[int, Numbers], list[tuple[int, float, Floats]]] | None = None

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stiffness.effects import BUILT_IN, BY_NAME
-from stiffness.effects.effect import TwistInput
+from stiffness.effects.effect import PlaceInput
 from stiffness.statics.predictor import Predictor
 from stiffness.statics.statics import Equilibrium, Load, Statics
 from tests.oracles.effects import compliance
@@ -250,15 +250,15 @@ def test_a_hinge_stands_for_a_cantilever(end: str) -> None:
     load = 300.0
     w = np.r_[0, load, 0, 0, 0, 0] if end == "force" else np.r_[0, 0, 0, 0, 0, load]
     # the link along x, its frame at the outer end
-    given = TwistInput(1, sx(w), ca.SX(0), np.array([-length, 0, 0]), np.zeros(3))
+    given = PlaceInput(1, sx(w), ca.SX(0), np.array([-length, 0, 0]), np.zeros(3))
     own = {"rx_rad_per_nm": [0.0], "ry_rad_per_nm": [0.0], "rz_rad_per_nm": [softness], "at": [share]}
     effect = BY_NAME["link-compliance"]
-    if effect.twist is None:
-        raise TypeError("no twist")
-    twist = number(effect.twist(given, {k: sx(v) for k, v in own.items()}))
+    if effect.place is None:
+        raise TypeError("no law of a place")
+    displacement = number(effect.place(given, {k: sx(v) for k, v in own.items()}))
     table = (load * length**3 / (3 * ei), load * length**2 / (2 * ei))
     table = table if end == "force" else (load * length**2 / (2 * ei), load * length / ei)
-    np.testing.assert_allclose(twist, [0, table[0], 0, 0, 0, table[1]], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(displacement, [0, table[0], 0, 0, 0, table[1]], rtol=1e-12, atol=1e-18)
 
 
 # --------------------------------------------------------------------------------------------- heat

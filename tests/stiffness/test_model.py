@@ -315,7 +315,7 @@ def test_the_name_of_a_tool_is_text(tmp_path: Path) -> None:
 
 
 def test_effects_of_instruments_never_act_on_a_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    bias = Effect("bias", "test", "instruments", (), "sensor")
+    bias = Effect(name="bias", cause="test", scope="instruments", parameters=(), site_kind="sensor")
     monkeypatch.setattr(module, "CATALOGUE", (*CATALOGUE, bias))
     model = replace(load_model(written(tmp_path, LEAST)), tools={"bias": "tool"})
     model = replace(model, values={**model.values, "bias": {}})

@@ -142,11 +142,11 @@ def position(oracle: ElasticArm, q: Floats, tool: Tool) -> Floats:
 def test_payload_is_not_calibrated_out() -> None:
     """A mass that an effect adds sags the arm whatever the controller knows."""
     payload = Effect(
-        "payload",
-        "test",
-        "tool",
-        (Parameter("mass_kg", "kg", 1, 0, 0, 1e3, 1, "test"),),
-        "tool",
+        name="payload",
+        cause="test",
+        scope="tool",
+        parameters=(Parameter(name="mass_kg", unit="kg", size=1, start=0, low=0, high=1e3, scale=1, meaning="test"),),
+        site_kind="tool",
         mass=lambda n, p: (PointMass(n, p["mass_kg"], ca.SX(ca.DM([0.1, 0, 0.2]))),),
     )
     values = {**arms.VALUES, "payload": {"mass_kg": np.array([60.0])}}
@@ -171,15 +171,15 @@ def test_payload_is_not_calibrated_out() -> None:
 
 
 def offset(place: int) -> Effect:
-    """A constant joint term and a constant twist: there without load."""
+    """A constant joint term and a constant displacement of a place: there without load."""
     return Effect(
-        "offset",
-        "test",
-        "robot",
-        (Parameter("o", "SI", 12, 0, -1, 1, 1, "test"),),
-        "arm",
+        name="offset",
+        cause="test",
+        scope="robot",
+        parameters=(Parameter(name="o", unit="SI", size=12, start=0, low=-1, high=1, scale=1, meaning="test"),),
+        site_kind="arm",
         joint=lambda given, p: p["o"][:6],
-        twist=lambda given, p: p["o"][6:],
+        place=lambda given, p: p["o"][6:],
         places=lambda n: (place,),
     )
 
@@ -210,12 +210,12 @@ def test_what_the_controller_knows_of_the_sag_leaves_kinematic_offsets_alone(com
 
 def test_a_warm_arm() -> None:
     growth = Effect(
-        "growth",
-        "test",
-        "robot",
-        (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
-        "tool",
-        twist=lambda given, p: ca.vertcat(0, 0, p["a"] * given.temperature, ca.SX.zeros(3)),
+        name="growth",
+        cause="test",
+        scope="robot",
+        parameters=(Parameter(name="a", unit="m/K", size=1, start=0, low=-1, high=1, scale=1, meaning="test"),),
+        site_kind="tool",
+        place=lambda given, p: ca.vertcat(0, 0, p["a"] * given.temperature, ca.SX.zeros(3)),
         places=lambda n: (n,),
     )
     values = {**arms.VALUES, "growth": {"a": np.array([1e-5])}}
@@ -333,11 +333,11 @@ def test_command_then_forward_without_complementary_stiffness() -> None:
 def test_command_then_forward_where_the_law_depends_on_the_commanded_angle() -> None:
     """posture-stiffness of the later catalogue: not the actual posture alone enters the law."""
     varying = Effect(
-        "varying",
-        "test",
-        "robot",
-        (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
-        "joint",
+        name="varying",
+        cause="test",
+        scope="robot",
+        parameters=(Parameter(name="a", unit="1", size="joint", start=0, low=0, high=1, scale=1, meaning="test"),),
+        site_kind="joint",
         joint=lambda given, p: given.elastic * p["a"] * ca.sin(3 * given.angle),
     )
     values = {**arms.VALUES, "varying": {"a": np.full(6, 0.4)}}
@@ -421,11 +421,11 @@ def test_a_start_half_a_turn_away_is_not_called_converged() -> None:
 def test_commands_that_never_settle_are_not_called_converged() -> None:
     """A law that turns over within the correction has no fixed point to find."""
     wild = Effect(
-        "wild",
-        "test",
-        "robot",
-        (Parameter("a", "1", "joint", 0, 0, 1, 1, "test"),),
-        "joint",
+        name="wild",
+        cause="test",
+        scope="robot",
+        parameters=(Parameter(name="a", unit="1", size="joint", start=0, low=0, high=1, scale=1, meaning="test"),),
+        site_kind="joint",
         joint=lambda given, p: p["a"] * ca.sin(1e5 * given.angle),
     )
     values = {**arms.VALUES, "wild": {"a": np.full(6, 1e-3)}}

@@ -38,12 +38,12 @@ def numbers(v: ca.SX) -> Floats:
 def six_dof(places: tuple[int, ...], spring: Effect | None = None) -> Effect:
     """A spring with any (6, 6) at any places."""
     return Effect(
-        "six-dof",
-        "test",
-        "robot",
-        (Parameter("c", "SI", 36, 0, -1, 1, 1, "test"),),
-        "place",
-        twist=lambda given, p: ca.mtimes(ca.reshape(p["c"], 6, 6), given.wrench),
+        name="six-dof",
+        cause="test",
+        scope="robot",
+        parameters=(Parameter(name="c", unit="SI", size=36, start=0, low=-1, high=1, scale=1, meaning="test"),),
+        site_kind="place",
+        place=lambda given, p: ca.mtimes(ca.reshape(p["c"], 6, 6), given.wrench),
         places=lambda n: places,
     )
 
@@ -335,20 +335,20 @@ def test_internal_springs_and_undeclared_masses() -> None:
     """The torque slot at the angles of the links, the mass slot inward of its link."""
     arm = arms.robot()
     compensator = Effect(
-        "compensator",
-        "test",
-        "robot",
-        (Parameter("k", "N*m/rad", 1, 0, 0, 1e6, 1, "test"),),
-        "joint-2",
+        name="compensator",
+        cause="test",
+        scope="robot",
+        parameters=(Parameter(name="k", unit="N*m/rad", size=1, start=0, low=0, high=1e6, scale=1, meaning="test"),),
+        site_kind="joint-2",
         torque=lambda angle, p: ca.vertcat(0, -p["k"] * ca.sin(angle[1]), ca.SX.zeros(4)),
         needs_torque_sign=True,
     )
     load = Effect(
-        "load",
-        "test",
-        "tool",
-        (Parameter("m", "kg", 1, 0, 0, 1e3, 1, "test"),),
-        "tool",
+        name="load",
+        cause="test",
+        scope="tool",
+        parameters=(Parameter(name="m", unit="kg", size=1, start=0, low=0, high=1e3, scale=1, meaning="test"),),
+        site_kind="tool",
         mass=lambda n, p: (PointMass(n, p["m"], dm([0.1, 0, 0.2])), PointMass(3, 2 * p["m"], dm([0, 0.3, 0]))),
     )
     values = {
@@ -387,13 +387,13 @@ def test_softening_knows_the_base_spring_whatever_the_order_of_effects() -> None
 def test_temperature_reaches_every_law() -> None:
     arm = arms.robot()
     growth = Effect(
-        "growth",
-        "test",
-        "robot",
-        (Parameter("a", "m/K", 1, 0, -1, 1, 1, "test"),),
-        "arm",
+        name="growth",
+        cause="test",
+        scope="robot",
+        parameters=(Parameter(name="a", unit="m/K", size=1, start=0, low=-1, high=1, scale=1, meaning="test"),),
+        site_kind="arm",
         joint=lambda given, p: 2 * p["a"] * given.temperature * ca.SX.ones(6),
-        twist=lambda given, p: ca.vertcat(p["a"] * given.temperature * given.place, ca.SX.zeros(5)),
+        place=lambda given, p: ca.vertcat(p["a"] * given.temperature * given.place, ca.SX.zeros(5)),
         places=lambda n: (1, n),
     )
     values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}, "growth": {"a": dm([1e-5])}}

@@ -61,7 +61,7 @@ def patterns(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> list[Pat
     turned = _joints(effect, added, parts) if effect.joint or effect.torque or effect.angle else []
     if turned:
         return [_joint(effect, j, parts) for j in turned]
-    if effect.twist and not effect.joint:  # what fills both is geometry: no load makes it
+    if effect.place and not effect.joint:  # what fills both is geometry: no load makes it
         return [_place(added, parts)]
     return [_own_way(effect, added, parts)]
 
@@ -83,10 +83,6 @@ def _part(d: Diagnosis, seen: Looked, effect: Effect) -> _Part:
     return _Part(seen, rows, says, seen.after[rows], turns)
 
 
-def _of_temperature(effect: Effect) -> bool:
-    return any(p.unit.endswith("/K") for p in effect.parameters)
-
-
 # ---- rotation of a joint
 
 
@@ -94,13 +90,13 @@ def _joints(effect: Effect, added: Added, parts: list[_Part]) -> list[int]:
     """The joints that an addition turns, most motion first; none where what it says is no rotation of joints."""
     named = [int(w.removeprefix("joint-")) - 1 for w in added.where if w.startswith("joint-")]
     every = named or range(parts[0].seen.session.robot.n)
-    if _of_temperature(effect):
+    if effect.thermal:
         return []
     shares = {j: _share(parts, j) for j in every}
     order = sorted(shares, key=lambda j: (-round(shares[j], 9), j))
     if shares[order[0]] < OWN / len(shares):
         return []
-    return [order[0], *(j for j in order[1:] if named and effect.unit == "joint" and shares[j] > SLIGHT)]
+    return [order[0], *(j for j in order[1:] if named and effect.site_kind == "joint" and shares[j] > SLIGHT)]
 
 
 def _joint(effect: Effect, j: int, parts: list[_Part]) -> Pattern:
@@ -141,7 +137,7 @@ def _by_torque(says: Floats, torque: Floats) -> bool:
 
 def _follows(effect: Effect, j: int, parts: list[_Part]) -> tuple[str, list[Floats]]:
     """What the rotation of a joint is drawn over: a torque or an angle, per state."""
-    if effect.unit == "pair":
+    if effect.site_kind == "pair":
         other = _partner(effect, j, parts[0].seen)
         return f"torque of joint {other + 1}, N·m", [_state_torque(p, other) for p in parts]
     if effect.memory is not None or effect.needs_torque_sign:
@@ -208,7 +204,7 @@ def _own_way(effect: Effect, added: Added, parts: list[_Part]) -> Pattern:
         samples = p.seen.session.samples
         if effect.position_reading and np.isfinite(samples.time).all():
             x_name, x = "time, s", samples.time[p.rows][told]
-        elif _of_temperature(effect) and np.isfinite(samples.temperature).all():
+        elif effect.thermal and np.isfinite(samples.temperature).all():
             x_name, x = "temperature, deg C", samples.temperature[p.rows][told]
             reference = p.seen.session.reference_temperature
             sign = np.where(x < (20.0 if reference is None else reference), -1.0, 1.0)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from stiffness.effects import BASE
 from stiffness.identification import scores
 from stiffness.identification.evaluate import place, rigid_evidence
 from stiffness.identification.fit import Fit
@@ -91,7 +92,7 @@ def reflectors(seen: tuple[Seen, ...], judge: Judge) -> list[AtReflector]:
 def joints(fit: Fit, seen: tuple[Seen, ...]) -> list[AtJoint]:
     """Residual displacements joint by joint, in the order of the sessions and of their rows."""
     n = fit.unknowns.joints
-    column = {u.index: k for k, u in enumerate(fit.unknowns.free) if u.effect == "joint-stiffness"}
+    column = {u.index: k for k, u in enumerate(fit.unknowns.free) if u.effect == BASE.name}
     parts: list[list[AtJoint]] = [[] for _ in range(n)]
     for s in seen:
         pairs, session = s.evidence.session.pairs, s.evidence.session

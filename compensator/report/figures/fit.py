@@ -25,6 +25,7 @@ from compensator.report.figures.layout import (
     on_panel,
 )  # fmt: skip
 from compensator.report.figures.thinning import Floats, numbers, thin
+from stiffness.effects import BY_NAME
 from stiffness.identification.fit import Fit
 from stiffness.identification.unknowns import Unknown
 
@@ -168,4 +169,5 @@ def correlation_figure(fit: Fit, correlation: Floats) -> Figure:
 def short(u: Unknown) -> str:
     """A name for an axis; the effects' own words, none from a file."""
     name = LETTER.get(u.parameter.name, u.parameter.name.replace("_rad", "").replace("_m", ""))
-    return f"{u.effect.replace('joint-stiffness', '').replace('kinematic-offset', '')} {name} {u.index + 1}".strip()
+    of_every_fit = BY_NAME[u.effect].fitted_where in ("load", "position")
+    return f"{'' if of_every_fit else u.effect} {name} {u.index + 1}".strip()

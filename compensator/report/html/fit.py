@@ -83,7 +83,7 @@ def _rms(report: Report) -> dict[str, str] | None:
 
 def _not_identified(report: Report) -> tuple[list[str], list[str]]:
     """Numbers that are not identified: those of constant offsets, of which as a rule only sums are, and the others."""
-    names = [f"({e.name})" for e in CATALOGUE if e.joint and e.twist and not e.thermal]
+    names = [f"({e.name})" for e in CATALOGUE if e.joint and e.place and not e.thermal]
     texts: list[str] = report["not_identified"]
     geometric = [text for text in texts if any(name in text for name in names)]
     return geometric, [text for text in texts if text not in geometric]

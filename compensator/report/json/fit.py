@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from compensator.report.json.text import MM, Report, known_numbers
+from stiffness.effects import BASE
 from stiffness.identification import scores
 from stiffness.identification.evaluate import place, rigid_evidence
 from stiffness.identification.fit import Fit
@@ -20,10 +21,10 @@ def fit_report(fit: Fit) -> Report:
     n = fit.unknowns.joints
     known = np.ones(n, dtype=bool)
     for u, ok in zip(fit.unknowns.free, fit.determined(), strict=True):
-        if u.effect == "joint-stiffness":
+        if u.effect == BASE.name:
             known[u.index] = ok
-    k = fit.values()["joint-stiffness"]["k_nm_per_rad"]
-    sd = fit.deviations()["joint-stiffness"]["k_nm_per_rad"]
+    k = fit.values()[BASE.name]["k_nm_per_rad"]
+    sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
     return {
         "effects": [e.name for e in fit.unknowns.effects],
         "stiffness_nm_per_rad": known_numbers(k, known),

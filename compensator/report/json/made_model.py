@@ -7,36 +7,39 @@ from typing import Any
 import numpy as np
 
 from compensator.report.json.text import Report, known_numbers
+from stiffness.effects import BASE, backlash
 from stiffness.model.clamped import JointFit
 from stiffness.model.model import ComplianceModel
 
 
 def datasheet_report(made: ComplianceModel) -> Report:
     """The numbers of a model that reducer data make."""
-    stiffness = made.values["joint-stiffness"]["k_nm_per_rad"]
-    known = made.identified.get("joint-stiffness", np.ones(len(stiffness), dtype=bool))
-    sd = made.sd["joint-stiffness"]["k_nm_per_rad"]
+    stiffness = made.values[BASE.name]["k_nm_per_rad"]
+    known = made.identified.get(BASE.name, np.ones(len(stiffness), dtype=bool))
+    sd = made.sd[BASE.name]["k_nm_per_rad"]
     report: Report = {
         "effects": [e.name for e in made.effects],
         "stiffness_nm_per_rad": known_numbers(stiffness, known),
         "stiffness_sd_nm_per_rad": known_numbers(sd, known),
         "identifiable": known.tolist(),
     }
-    if "backlash" in made.values:
-        report["gap_rad"] = made.values["backlash"]["gap_rad"].tolist()
-        report["gap_sd_rad"] = made.sd["backlash"]["gap_rad"].tolist()
+    gap = backlash.EFFECT.name
+    if gap in made.values:
+        report["gap_rad"] = made.values[gap]["gap_rad"].tolist()
+        report["gap_sd_rad"] = made.sd[gap]["gap_rad"].tolist()
     return report
 
 
-def clamped_report(fits: tuple[JointFit, ...], joints: int) -> Report:
-    """What clamped readings tell of every joint of a robot with so many; null where there are none."""
+def clamped_report(made: ComplianceModel, fits: tuple[JointFit, ...], joints: int) -> Report:
+    """The model that clamped readings make, and what they tell of every joint of ``joints``; null where there are
+    none."""
     by_joint = {f.joint: f for f in fits}
 
     def each(name: str) -> list[Any]:
         return [getattr(by_joint[k], name) if k in by_joint else None for k in range(joints)]
 
     return {
-        "effects": ["joint-stiffness"] + ["backlash"] * any(f.gap is not None for f in fits),
+        "effects": [e.name for e in made.effects],
         "stiffness_nm_per_rad": each("stiffness"),
         "stiffness_sd_nm_per_rad": each("sd"),
         "identifiable": [k in by_joint for k in range(joints)],
