@@ -17,13 +17,10 @@ from compensator.report.html.path_tables import is_compensated
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
+from stiffness.effects import CATALOGUE
 
 Floats = npt.NDArray[np.float64]
 Report = dict[str, Any]
-LANES = (
-    {"name": "backlash", "meaning": "where the joint stands in its gap, from its lowest to its highest angle"},
-    {"name": "preload-softening", "meaning": "the direction of the last rotation, up is positive"},
-)
 
 
 def path_page(c: Compensation, report: Report, after: Floats | None = None) -> str:
@@ -49,7 +46,7 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         unknown_flanks=_unknown_flanks(report),
         not_applied=report["not_applied"],
         notes=report["notes"],
-        lanes=LANES,
+        lanes=_lanes(),
         thinned={"poses": f"{len(c):,}", "points": f"{LIMIT:,}"} if len(c) > LIMIT else None,
         errors=tables.errors(report, corrected),
         facts=tables.facts(report, corrected),
@@ -92,6 +89,12 @@ def _largest_correction(c: Compensation, report: Report) -> dict[str, str]:
 
 def _place(c: Compensation, pose: int) -> str:
     return f"line {c.path.toolpath.line[pose]}, pose {pose}"
+
+
+def _lanes() -> list[dict[str, str]]:
+    """What the curves of remembered states mean, effect by effect."""
+    memories = {e.name: e.memory.meaning for e in CATALOGUE if e.memory and e.memory.meaning}
+    return [{"name": name, "meaning": memories[name]} for name in sorted(memories)]
 
 
 def _unknown_flanks(report: Report) -> dict[str, str] | None:
