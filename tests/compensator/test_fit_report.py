@@ -11,9 +11,13 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from compensator.report.analysis.fit import joints, load_torque, looked_at, standardised
+from compensator.report.analysis.by_joint import joint_residuals
+from compensator.report.analysis.loads import load_torque
+from compensator.report.analysis.precision import correlation, interval
+from compensator.report.analysis.predicted import predicted_sessions
+from compensator.report.analysis.standardised import standardised
+from compensator.report.analysis.undeflected import undeflected
 from compensator.report.html.fit import fit_page
-from compensator.report.html.fit_tables import correlation, interval
 from compensator.report.json.fit import fit_report
 from compensator.report.words.numbers import rounded
 from stiffness.identification.fit import Fit
@@ -109,7 +113,7 @@ def test_hostile_names_stay_text(run: tuple[Fit, list[int]], report: dict[str, A
 
 def test_per_joint_the_rigid_arm_leaves_a_slope_and_the_fit_none(run: tuple[Fit, list[int]]) -> None:
     fit = run[0]
-    for at in joints(fit, looked_at(fit)):
+    for at in joint_residuals(fit, predicted_sessions(fit)):
         assert len(at.torque) > 10
         slope_rigid, slope_fitted = (at.torque @ v / (at.torque @ at.torque) for v in (at.rigid, at.fitted))
         assert slope_rigid > 0  # gives in along its torque
@@ -120,7 +124,7 @@ def test_per_joint_the_rigid_arm_leaves_a_slope_and_the_fit_none(run: tuple[Fit,
 def test_torque_of_a_load_is_that_of_the_jacobian(run: tuple[Fit, list[int]]) -> None:
     e = run[0].evidence[0]
     s, robot = e.samples, e.session.robot
-    torque = load_torque(e)
+    torque = load_torque(e.session, undeflected(robot, s.q))
     loaded = np.flatnonzero(np.linalg.norm(s.load.wrench, axis=1) > 100)[::17]
     assert len(loaded) > 3
     for k in loaded:
@@ -171,5 +175,5 @@ def test_digits_follow_the_standard_deviation(value: float, sd: float, shown: st
 def test_a_session_that_is_not_registered(tmp_path: Path) -> None:
     session, _ = Lab().session(tmp_path, 5, setups=10, form=Form(registered=False))
     fit = identify([session], ["joint-stiffness"])
-    for at in joints(fit, looked_at(fit)):
+    for at in joint_residuals(fit, predicted_sessions(fit)):
         assert at.torque @ at.rigid > 0 and np.sqrt(np.mean(at.fitted**2)) < 6e-5

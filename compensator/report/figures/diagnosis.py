@@ -5,11 +5,12 @@ Effects and places go by the catalogue's words.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from compensator.report.analysis.diagnosis_pattern import Pattern
+from compensator.report.analysis.pattern import Pattern
 from compensator.report.figures.layout import (
     AFTER,
     AXIS,
@@ -21,6 +22,8 @@ from compensator.report.figures.layout import (
     Figure,
     base_layout,
     heading,
+    hover,
+    label,
     number,
     on_panel,
 )  # fmt: skip
@@ -33,65 +36,72 @@ SHOWN = 12  # candidates
 ROOM = 0.1  # of the longest bar, for a text in it
 
 
+@dataclass(frozen=True)
+class _Segment:
+    """A part of a bar: ``value`` mm of RMS per axis, ``size`` times the mean square of the noise."""
+
+    bar: str
+    name: str
+    colour: str
+    value: float
+    size: float
+
+
 def split_figure(report: dict[str, Any]) -> Figure:
-    """A bar per kind of evidence, before and after: mean squares, in multiples of the noise's."""
-    rows: list[tuple[str, list[tuple[str, float, str]]]] = []
-    for kind, s in report["split_mm"].items():
-        if s is None:
-            continue
-        rows.append(
-            (
-                f"{kind}, before",
-                [
-                    ("noise", s["noise"], NOISE), ("the model's parameters", s["parameters"], PARAMETERS),
-                    ("structure it does not know", s["structure"], STRUCTURE),
-                ],
-            )
-        )  # fmt: skip
-        if report["added"] or report["changed"]:
-            rows.append((f"{kind}, after", [("noise", s["noise"], NOISE), ("left above the noise", s["left"], LEFT)]))
-    floors = {kind: s["noise"] or 1e-9 for kind, s in report["split_mm"].items() if s}
-    longest = max((sum((v / floors[_kind(label)]) ** 2 for _, v, _ in parts) for label, parts in rows), default=1.0)
-    data, seen = [], set[str]()
-    for label, parts in rows:
-        floor = floors[_kind(label)]
-        for name, value, colour in parts:
-            data.append(_segment(label, name, value, (value / floor) ** 2, colour, name not in seen, longest))
-            seen.add(name)
-    layout = base_layout(130 + 46 * len(rows), left=160, top=60, bottom=50)
+    """A bar per kind of reading, before and after: mean squares, in multiples of the noise's."""
+    changed = bool(report["added"] or report["changed"])
+    kinds = [(kind, split) for kind, split in report["split_mm"].items() if split is not None]
+    segments = [s for kind, split in kinds for s in _segments(kind, split, changed)]
+    bars = dict.fromkeys(s.bar for s in segments)
+    longest = max((sum(s.size for s in segments if s.bar == bar) for bar in bars), default=1.0)
+    first = {s.name: s for s in reversed(segments)}
+    layout = base_layout(130 + 46 * len(bars), left=160, top=60, bottom=50)
     layout |= {
         "barmode": "stack",
         "xaxis": {"title": {"text": "mean square, times that of the noise"}, "gridcolor": GRID, "rangemode": "tozero"},
         "yaxis": {"autorange": "reversed", "type": "category", **_APART},
     }
-    return {"data": data, "layout": layout}
+    return {"data": [_drawn(s, longest, legend=first[s.name] is s) for s in segments], "layout": layout}
 
 
-def _kind(label: str) -> str:
-    return label.partition(",")[0]
+def _segments(kind: str, split: dict[str, float], changed: bool) -> list[_Segment]:
+    """Of the bar before, and where the model has ``changed``, of that after."""
+    before = [
+        ("noise", NOISE, split["noise"]),
+        ("the model's parameters", PARAMETERS, split["parameters"]),
+        ("structure it does not know", STRUCTURE, split["structure"]),
+    ]
+    after = [("noise", NOISE, split["noise"]), ("left above the noise", LEFT, split["left"])]
+    floor = split["noise"] or 1e-9
+    return [
+        _Segment(bar=f"{kind}, {when}", name=name, colour=colour, value=value, size=(value / floor) ** 2)
+        for when, parts in (("before", before), ("after", after if changed else []))
+        for name, colour, value in parts
+    ]
 
 
-def _segment(label: str, name: str, value: float, size: float, colour: str, legend: bool, longest: float) -> Figure:
+def _drawn(s: _Segment, longest: float, *, legend: bool) -> Figure:
     """``longest``: size of the longest bar; a segment that has no room for its text has none."""
     return {
-        "type": "bar", "orientation": "h", "name": name, "legendgroup": name, "showlegend": legend, "y": [label],
-        "x": numbers(np.array([size]), 5), "marker": {"color": colour}, "width": 0.62, "textposition": "inside",
-        "insidetextanchor": "middle", "textangle": 0, "textfont": {"color": "#ffffff" if name != "noise" else INK},
-        "constraintext": "none", "text": [f"{value:.3f} mm" if size > ROOM * longest else ""],
-        "hovertemplate": f"{name}: {value:.5f} mm<extra></extra>",
+        "type": "bar", "orientation": "h", "name": s.name, "legendgroup": s.name, "showlegend": legend, "y": [s.bar],
+        "x": numbers(np.array([s.size]), 5), "marker": {"color": s.colour}, "width": 0.62, "textposition": "inside",
+        "insidetextanchor": "middle", "textangle": 0,
+        "textfont": {"color": "#ffffff" if s.name != "noise" else INK},
+        "constraintext": "none", "text": [f"{s.value:.3f} mm" if s.size > ROOM * longest else ""],
+        "hovertemplate": hover(f"{s.name}: {s.value:.5f} mm"),
     }  # fmt: skip
 
 
 def ranking_figure(d: Diagnosis) -> Figure:
     """Held-out RMS of the model with one effect more, best first; lines: the model alone, and the noise."""
     there = [c for c in d.candidates if c.where][:SHOWN]
-    names = [c.effect for c in there]
-    added = {a.effect for a in d.added}
+    names = [label(c.effect) for c in there]
+    added = {label(a.effect) for a in d.added}
     value = np.array([c.heldout_rms for c in there]) * 1e3
     bars: Figure = {
         "type": "bar", "orientation": "h", "x": numbers(value), "y": names, "showlegend": False, "width": 0.62,
         "marker": {"color": [AFTER if n in added else "#b9c4cd" for n in names]},
-        "hovertemplate": "%{y}: %{x:.4~g} mm<extra></extra>",
+        "hovertemplate": hover("%{y}: %{x:.4~g} mm"),
     }  # fmt: skip
     floor, bare = noise_of(d), model_alone(d)
     marks = [("noise", floor, NOISE)] + ([("the model alone", bare, BEFORE)] if bare else [])
@@ -144,14 +154,14 @@ def _clouds(p: Pattern) -> list[Figure]:
     kept = thin(np.column_stack([p.x, p.before, p.after]), POINTS)
     clouds = [
         (f"residual, {p.titles[0]}", p.before, BEFORE, "circle-open", 0),
-        *([("what the addition says", p.says, INK, "line-ew-open", 0)] if len(p.says) else []),
+        *([("what the addition says", p.explained, INK, "line-ew-open", 0)] if len(p.explained) else []),
         *([(f"residual, {p.titles[1]}", p.after, AFTER, "circle-open", 1)] if p.titles[1] else []),
     ]
     return [
         {
             "type": "scatter", "mode": "markers", "name": name, "x": numbers(p.x[kept]), "y": numbers(y[kept]),
             **on_panel(panel), "marker": {"size": 7, "color": colour, "symbol": symbol, "line": {"width": 1.6}},
-            "hovertemplate": f"{name}: %{{y:.4~g}} at %{{x:.4~g}}<extra></extra>",
+            "hovertemplate": hover(f"{name}: %{{y:.4~g}} at %{{x:.4~g}}"),
         }
         for name, y, colour, symbol, panel in clouds
     ]  # fmt: skip

@@ -1,6 +1,7 @@
 """What all figures share: their type, colours, headings, and panels beside and above each other.
 
-No text that comes from a file goes into a figure: plotly.js reads markup in labels.
+plotly.js reads markup of its own in labels, which stands in this file only. No text that comes from a file goes into a
+figure; the name of an effect goes through ``label``.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def number(k: int) -> str:
     return "" if k == 0 else str(k + 1)
 
 
-def axes(k: int, across: list[float], up: list[float], x: str, y: str) -> Figure:
+def axes(k: int, *, across: list[float], up: list[float], x: str, y: str) -> Figure:
     """The axes of panel ``k`` with their titles; ``across`` and ``up`` as shares of the figure."""
     name = number(k)
     return {
@@ -52,3 +53,13 @@ def heading(text: str, x: float, y: float = 1.0, *, above: bool = False) -> Figu
     """A title over a panel or a scene, hanging from ``y`` or standing on it, both as shares of the figure."""
     place = {"x": x, "y": y, "xref": "paper", "yref": "paper", "yanchor": "bottom" if above else "top"}
     return {"text": f"<b>{text}</b>", "showarrow": False, "xanchor": "center", **place}
+
+
+def hover(*lines: str) -> str:
+    """What plotly.js shows of the point under the cursor, with no second box for the name of the curve."""
+    return "<br>".join(lines) + "<extra></extra>"
+
+
+def label(text: str) -> str:
+    """Text in which plotly.js finds no markup."""
+    return text.replace("&", "&amp;").replace("<", "&lt;")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.figures.layout import FONT, Figure, heading, number
+from compensator.report.figures.layout import FONT, Figure, heading, hover, number
 from compensator.report.figures.thinning import Floats, Index, numbers, thin
 from compensator.solve.compensation import Compensation
 from toolpaths.toolpath import CUT
@@ -35,7 +35,7 @@ def path_figure(c: Compensation, views: list[tuple[str, Floats]]) -> Figure:
     for k, (title, value) in enumerate(views):
         name = number(k)
         left, right = k / len(views) + 0.005, (k + 1) / len(views) - 0.005
-        data += _path_traces(c, rows, xyz, value, name)
+        data += _path_traces(c, rows, value, scene=name)
         layout[f"scene{name}"] = _scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.9)
         layout[f"coloraxis{name}"] = _colours(top, 0.5 * (left + right), 0.8 / len(views))
         layout["annotations"].append(heading(title, 0.5 * (left + right)))
@@ -65,9 +65,10 @@ def _range_buttons(top: float, ranges: list[tuple[float, float]]) -> Figure:
     return {"type": "buttons", "direction": "right", "buttons": buttons, "font": {"size": 12}, **place}
 
 
-def _path_traces(c: Compensation, rows: Index, xyz: Floats, value: Floats, scene: str) -> list[Figure]:
+def _path_traces(c: Compensation, rows: Index, value: Floats, *, scene: str) -> list[Figure]:
     """Cuts coloured, rapids thin and grey; a segment belongs to the pose that it ends at."""
     cut = c.path.toolpath.kind[rows] == CUT
+    xyz = c.path.toolpath.position * 1e3
     traces = []
     for cutting in (False, True):
         at, end = _segments(cut == cutting)
@@ -81,9 +82,8 @@ def _path_traces(c: Compensation, rows: Index, xyz: Floats, value: Floats, scene
             line = c.path.toolpath.line[rows[end]].tolist()
             trace["line"] = {"width": 5, "color": colour, "coloraxis": f"coloraxis{scene}"}
             trace["customdata"] = [list(pair) for pair in zip(line, colour, strict=True)]
-            trace["hovertemplate"] = (
-                "line %{customdata[0]}<br>x %{x:.2f}, y %{y:.2f}, z %{z:.2f} mm"
-                "<br>error %{customdata[1]:.5~g} mm<extra></extra>"
+            trace["hovertemplate"] = hover(
+                "line %{customdata[0]}", "x %{x:.2f}, y %{y:.2f}, z %{z:.2f} mm", "error %{customdata[1]:.5~g} mm"
             )
         else:
             trace |= {"line": {"width": 1.5, "color": RAPID_COLOUR}, "hoverinfo": "skip"}

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from compensator.report.analysis.diagnosis import Looked, looked_at, postures
-from compensator.report.analysis.diagnosis_pattern import patterns
-from compensator.report.analysis.diagnosis_remainder import remainder
+from compensator.report.analysis.added_pattern import added_patterns
+from compensator.report.analysis.remainder import remainder
+from compensator.report.analysis.session_residuals import SessionResiduals, session_residuals
+from compensator.report.analysis.setup_residuals import largest_setups
 from compensator.report.figures.diagnosis import pattern_figure, ranking_figure, split_figure
 from compensator.report.figures.layout import Figure
 from compensator.report.figures.residual_map import enlargement, map_figure
@@ -41,16 +42,16 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
         model: the model at hand.
         report: the JSON report of the same diagnosis, as ``diagnosis_report`` makes it.
     """
-    looked = looked_at(d, model)
-    shown = postures(looked, SETUPS)
+    residuals = session_residuals(d, model)
+    setups = largest_setups(residuals, SETUPS)
     refined = bool(d.added or d.changed)
-    evidence = _evidence(d, looked)
+    evidence = _evidence(d, residuals)
     figures = {
-        "map": map_figure(shown, ["the model at hand", "the refined model"] if refined else ["the model at hand"]),
+        "map": map_figure(setups, ["the model at hand", "the refined model"] if refined else ["the model at hand"]),
         "split": split_figure(report),
         **({"ranking": ranking_figure(d)} if any(c.where for c in d.candidates) else {}),
         **{name: drawn for group in evidence for name, drawn in group.items()},
-        **_remainder(d, looked),
+        **_remainder(d, residuals),
     }
     verdict, _, verdict_is = words.verdict_sentence(d).partition(": ")
     sessions = [e.session for e in d.fit.evidence]
@@ -67,8 +68,8 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
         notes=d.notes,
         refined=refined,
         map={
-            "enlarged": f"{enlargement(shown):,.0f}",
-            "setups": len(shown),
+            "enlarged": f"{enlargement(setups):,.0f}",
+            "setups": len(setups),
             "reflectors": tables.reflectors(sessions),
         },
         split=tables.split(report),
@@ -95,22 +96,28 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _evidence(d: Diagnosis, looked: tuple[Looked, ...]) -> list[dict[str, Figure]]:
+def _evidence(d: Diagnosis, residuals: tuple[SessionResiduals, ...]) -> list[dict[str, Figure]]:
     """Of every addition its figures by their id."""
     out = []
     for k, a in enumerate(d.added):
-        drawn = [pattern_figure(p) for p in patterns(d, looked, a)]
+        drawn = [pattern_figure(p) for p in added_patterns(d, residuals, a)]
         out.append({f"pattern-{k + 1}" + (f"-{i + 1}" if i else ""): f for i, f in enumerate(drawn)})
     return out
 
 
-def _remainder(d: Diagnosis, looked: tuple[Looked, ...]) -> dict[str, Figure]:
-    rest = remainder(d, looked) if d.verdict == "unexplained" else None
+def _remainder(d: Diagnosis, residuals: tuple[SessionResiduals, ...]) -> dict[str, Figure]:
+    rest = remainder(d, residuals) if d.verdict == "unexplained" else None
     return {} if rest is None else {"remainder": pattern_figure(rest)}
 
 
 def _addition(a: Added, figures: tuple[str, ...]) -> Addition:
-    return Addition(a.effect, joined(a.where), words.added_sentence(a), joined(a.confused_with, "or"), figures)
+    return Addition(
+        effect=a.effect,
+        where=joined(a.where),
+        sentence=words.added_sentence(a),
+        alike=joined(a.confused_with, "or"),
+        figures=figures,
+    )
 
 
 def _candidates(d: Diagnosis) -> dict[str, Any]:

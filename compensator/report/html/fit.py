@@ -7,7 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.analysis.fit import KINDS, joints, looked_at, reflectors, standardised
+from compensator.report.analysis.by_joint import JointResiduals, joint_residuals
+from compensator.report.analysis.by_reflector import KINDS, reflector_residuals
+from compensator.report.analysis.precision import correlation
+from compensator.report.analysis.predicted import predicted_sessions
+from compensator.report.analysis.standardised import standardised
 from compensator.report.figures.fit import correlation_figure, joints_figure, normal_figure, reflectors_figure
 from compensator.report.figures.layout import Figure
 from compensator.report.html import fit_tables as tables
@@ -29,18 +33,14 @@ def fit_page(fit: Fit, report: Report) -> str:
     Args:
         report: the JSON report of the same fit, as ``fit_report`` makes it.
     """
-    seen = looked_at(fit)
-    at_joints, z, correlation = joints(fit, seen), standardised(fit), tables.correlation(fit)
-    kinds = {name: found for name, judge in KINDS if (found := reflectors(seen, judge))}
+    sessions = predicted_sessions(fit)
+    joints, z, correlations = joint_residuals(fit, sessions), standardised(fit), correlation(fit)
+    kinds = {kind: found for kind in KINDS if (found := reflector_residuals(sessions, kind))}
     figures: dict[str, Figure] = {
         **({"reflectors": reflectors_figure(kinds)} if kinds else {}),
-        **(
-            {"joints": joints_figure(at_joints), "joints-after": joints_figure(at_joints, enlarged=True)}
-            if any(len(a.torque) for a in at_joints)
-            else {}
-        ),
+        **(_joint_figures(joints) if any(len(j.torque) for j in joints) else {}),
         "normal": normal_figure(z),
-        "correlations": correlation_figure(fit, correlation),
+        "correlations": correlation_figure(fit, correlations),
     }
     geometric, others = _not_identified(report)
     return page(
@@ -56,15 +56,19 @@ def fit_page(fit: Fit, report: Report) -> str:
         overall=tables.overall(report["rms_mm"]),
         parameters=tables.parameters(fit),
         reflectors=[tables.reflectors(kind, at) for kind, at in kinds.items()],
-        joints=tables.joints(at_joints),
+        joints=tables.joints(joints),
         standardised=_standardised(z),
         design=tables.design(fit, float(report["condition_number"])),
         weakest=tables.weakest(fit),
-        correlated=tables.correlated(fit, correlation),
+        correlated=tables.correlated(fit, correlations),
         outliers=tables.outliers(fit),
         notes=report["notes"],
         inputs=tables.inputs(fit),
     )
+
+
+def _joint_figures(joints: list[JointResiduals]) -> dict[str, Figure]:
+    return {"joints": joints_figure(joints), "joints-after": joints_figure(joints, enlarged=True)}
 
 
 def _readings(report: Report) -> dict[str, str]:

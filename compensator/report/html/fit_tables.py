@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.analysis.fit import AtJoint, AtReflector
+from compensator.report.analysis.by_joint import JointResiduals
+from compensator.report.analysis.by_reflector import ReflectorResiduals
+from compensator.report.analysis.precision import interval, singular_values
 from compensator.report.html.table import DASH, Cell, OutlierRows, PageTable, Strong, outlier_rows
 from compensator.report.words.numbers import residual_mm, rounded, shown_unit
 from stiffness.identification.fit import Fit
@@ -17,22 +19,10 @@ from stiffness.identification.unknowns import Unknown
 
 Floats = npt.NDArray[np.float64]
 
-NORMAL_95 = 1.959964  # half width of a 95 % interval in standard deviations
 LISTED = 200  # rows that are written out
 STRONGEST = 8
 NO_BREAK_HYPHEN = "\u2011"
 IN_WORDS = 0.5  # correlations from here on are called large
-
-
-def interval(u: Unknown, value: float, sd: float) -> tuple[float, float]:
-    """95 % interval of a number as the model file has it, from ``value`` and ``sd`` as the solver sees them.
-
-    Where the solver sees the inverse, that is what is normally distributed: the interval is not symmetric.
-    """
-    low, high = value - NORMAL_95 * sd, value + NORMAL_95 * sd
-    if not u.inverse:
-        return low, high
-    return 1 / high, 1 / low if low > 0 else float("inf")
 
 
 def parameters(fit: Fit) -> PageTable:
@@ -97,7 +87,7 @@ def overall(rms_mm: dict[str, Any]) -> PageTable:
     return PageTable(rows, head, right=range(1, 5), caption="Residuals of the readings that were used")
 
 
-def reflectors(kind: str, at: list[AtReflector]) -> PageTable:
+def reflectors(kind: str, at: list[ReflectorResiduals]) -> PageTable:
     """RMS per reflector; the numbers are those of the figure."""
     rows = []
     for k, a in enumerate(at):
@@ -107,7 +97,7 @@ def reflectors(kind: str, at: list[AtReflector]) -> PageTable:
     return PageTable(rows, head, right=range(2, 7), caption=f"{kind.capitalize()}, RMS per axis, mm")
 
 
-def joints(at: list[AtJoint]) -> PageTable:
+def joints(at: list[JointResiduals]) -> PageTable:
     """How much of the displacements that load a joint is left along its motion."""
     rows = []
     for j, a in enumerate(at):
@@ -122,7 +112,7 @@ def joints(at: list[AtJoint]) -> PageTable:
 
 def design(fit: Fit, condition: float) -> PageTable:
     """Condition number and observability indices of the design."""
-    values = singular(fit)[0]
+    values = singular_values(fit)[0]
     count, smallest, largest = fit.solution.count, values[0], values[-1]
     rows = [
         ["condition number: largest over smallest singular value", f"{condition:.4g}"],
@@ -142,26 +132,9 @@ def _index(values: Floats, count: int) -> str:
     return f"{mean / np.sqrt(max(count, 1)):.4g}"
 
 
-def singular(fit: Fit) -> tuple[Floats, Floats]:
-    """Singular values (P,) of the scaled design, ascending, and their directions (P, P) as columns."""
-    n, scale = len(fit.unknowns), fit.unknowns.scale
-    squares, directions = np.linalg.eigh(fit.solution.information[:n, :n] * np.outer(scale, scale))
-    return np.sqrt(np.maximum(squares, squares[-1] * 1e-32)), directions
-
-
-def correlation(fit: Fit) -> Floats:
-    """(P, P) of the robot's numbers."""
-    n = len(fit.unknowns)
-    covariance = fit.solution.covariance[:n, :n]
-    sd = np.sqrt(np.diag(covariance))
-    # of the numbers as the model file has them: an inverse turns the sign
-    sign = np.where(fit.unknowns.inverse, -1.0, 1.0)
-    return np.asarray(covariance / np.outer(sd, sd) * np.outer(sign, sign))
-
-
 def weakest(fit: Fit) -> list[str]:
     """The combination of numbers that the readings determine least, as its largest parts."""
-    direction = singular(fit)[1][:, 0]
+    direction = singular_values(fit)[1][:, 0]
     share = direction**2
     top = [int(k) for k in np.argsort(-share, kind="stable")[:4] if share[k] > 0.05]
     return [f"{named(fit.unknowns.free[k])} ({100 * share[k]:.0f} %)" for k in top]

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from compensator.report.analysis.by_reflector import KINDS
+from compensator.report.analysis.predicted import predicted_sessions
 from compensator.report.json.text import MM, Report, known_numbers
 from stiffness.effects import BASE
 from stiffness.identification import scores
-from stiffness.identification.evaluate import place, rigid_evidence
 from stiffness.identification.fit import Fit
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.text import local_text
@@ -41,20 +42,15 @@ def fit_report(fit: Fit) -> Report:
 
 
 def _rms(fit: Fit) -> dict[str, Any]:
-    """Of each kind of evidence: what a rigid arm leaves, what the fit leaves, and what noise alone would leave."""
+    """Of each kind of reading: what a rigid arm leaves, what the fit leaves, and what noise alone would leave."""
     out: dict[str, Any] = {}
-    seen = [e.predict(fit.parameters, fit.station(k)) for k, e in enumerate(fit.evidence)]
-    rigid = []
-    for e in fit.evidence:
-        bare = rigid_evidence(e.session)
-        bare.used = e.used
-        rigid.append((bare, bare.predict(np.zeros(0), place(bare))))
-    for name, score in (("displacement", scores.displacement), ("absolute", scores.absolute)):
-        fitted = scores.pooled([score(e, s, e.used) for e, s in zip(fit.evidence, seen, strict=True)])
-        before = scores.pooled([score(e, s, e.used) for e, s in rigid])
-        out[name] = None
-        if fitted is not None and before is not None:
-            out[name] = {"rigid": before.rms * MM, "fitted": fitted.rms * MM, "noise_floor": fitted.noise_floor * MM}
+    sessions = predicted_sessions(fit)
+    for kind, judge in KINDS.items():
+        fitted = scores.pooled([judge(s.evidence, s.fitted, s.evidence.used) for s in sessions])
+        rigid = scores.pooled([judge(s.bare, s.rigid, s.evidence.used) for s in sessions])
+        out[kind] = None
+        if fitted is not None and rigid is not None:
+            out[kind] = {"rigid": rigid.rms * MM, "fitted": fitted.rms * MM, "noise_floor": fitted.noise_floor * MM}
     return out
 
 
