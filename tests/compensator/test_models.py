@@ -12,7 +12,8 @@ import pytest
 from compensator.errors import CompensatorError
 from compensator.tasks.models import clamped_file, datasheet_file
 from compensator.tasks.stiffness_map import map_file
-from compensator.terminal import models as shown
+from compensator.terminal import screen as terminal
+from compensator.terminal.made_model import show_made
 from stiffness.errors import StiffnessError
 from stiffness.model.model import load_model
 from stiffness.robot.robot import load_robot
@@ -89,8 +90,8 @@ def test_terminal_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         written(tmp_path, lines(cycle(branches=("loading",)), cycle()), HEADER), ABB, tmp_path / "m.toml"
     )
     screen = Console(record=True, force_terminal=True, width=120, file=open(tmp_path / "screen", "w"))  # noqa: SIM115
-    monkeypatch.setattr(shown, "Console", lambda **_: screen)
-    shown.show_made(done)
+    monkeypatch.setattr(terminal, "Console", lambda **_: screen)
+    show_made(done)
     text = screen.export_text()
     screen.file.close()
     assert "1.5e+06" in text and "not identified" in text and "joint 1: no unloading branch" in text
