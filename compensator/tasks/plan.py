@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv as csv_text
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy.typing as npt
 from compensator.cell.job import Job, load_job
 from compensator.errors import CompensatorError
 from compensator.path.planner import Planner
+from compensator.report.csv.plan import plan_csv
 from compensator.report.json.plan import plan_report
 from compensator.report.json.text import as_json
 from compensator.solve.solve import sampled, uncompensated
@@ -42,7 +41,6 @@ TWO_LEVELS = (0.4, 1.0)  # a gap and a softer flank are told apart by two
 INSTRUMENTS = Instruments(2e-5, None, 0.3, 0.1)  # the paper's tracker and force sensor
 OFFSET_POINT, ON_LINK_3 = (0.15, 0.0, 0.0), (0.1, 0.1, 0.1)  # m from the TCP, m in link 3
 POSES = 1000  # of a toolpath that are looked at
-WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
 @dataclass(frozen=True, repr=False)
@@ -97,7 +95,7 @@ def plan_file(
     plan = choose(design, postures, loading, count, before, matters)
     report = plan_report(plan, seed, [*notes, *more])
     with Outputs() as outputs:
-        outputs.text(output, plan_table(plan))
+        outputs.text(output, plan_csv(plan))
         if json:
             outputs.text(json, as_json(report))
         outputs.commit()
@@ -217,24 +215,3 @@ def _flanks(design: Design, job: Job, state: Floats) -> Floats:
         return np.zeros((len(state), design.reader.statics.n_state))
     half = [e.memory.bounds(job.values[e.name]) for e in theirs if e.memory]
     return np.asarray(state / np.maximum(np.concatenate(half), 1e-12)) if half else state
-
-
-def plan_table(plan: Plan) -> str:
-    """The plan as CSV: a row per reading, in the order of the day."""
-    n = plan.postures.q.shape[1]
-    text = io.StringIO()
-    writer = csv_text.writer(text, lineterminator="\n")
-    writer.writerow([
-        "setup", "state", "reflector", *(f"q{k + 1}_deg" for k in range(n)), *(f"approach{k + 1}" for k in range(n)),
-        *WRENCH, "pull_x_mm", "pull_y_mm", "pull_z_mm",
-    ])  # fmt: skip
-    pool = plan.candidates
-    for setup, c in enumerate(plan.chosen):
-        q = np.degrees(plan.postures.q[pool.posture[c]])
-        approach = plan.postures.approach[pool.posture[c]].astype(int)
-        name = plan.design.reflectors[pool.reflector[c]].name
-        for state, share in enumerate(plan.loading.steps):
-            load = [f"{v + 0.0:.4f}" for v in pool.wrench[c] * share]
-            at = [f"{v * 1e3:g}" for v in pool.pulled_at[c]]
-            writer.writerow([setup + 1, state, name, *(f"{v:.4f}" for v in q), *approach.tolist(), *load, *at])
-    return text.getvalue()

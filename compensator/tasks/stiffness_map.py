@@ -13,14 +13,16 @@ from pydantic import ValidationError
 
 from compensator.cell.cell import ToolTable
 from compensator.errors import CompensatorError
+from compensator.report.csv.stiffness_map import map_csv
 from compensator.report.json.stiffness_map import map_report
 from compensator.report.json.text import as_json
-from compensator.tasks.joint_grid import Grid, grid_of
+from compensator.tasks.joint_grid import grid_of
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
 
 Floats = npt.NDArray[np.float64]
@@ -32,7 +34,7 @@ PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
 class Mapped:
     """What a map made: the postures, its JSON report, the files."""
 
-    grid: Grid
+    grid: JointGrid
     result: Workspace
     report: dict[str, Any]
     files: tuple[Path, ...]
@@ -111,7 +113,7 @@ def map_file(
 
 
 def _write(
-    grid: Grid,
+    grid: JointGrid,
     result: Workspace,
     report: dict[str, Any],
     title: str,
@@ -130,15 +132,13 @@ def _write(
             draw(grid, result, title, staged)
             outputs.add(staged, png)
         if csv:
-            from compensator.report.figures.stiffness_map import table
-
-            outputs.text(csv, table(grid, result))
+            outputs.text(csv, map_csv(result))
         if json:
             outputs.text(json, as_json(report))
         outputs.commit()
 
 
-def _others(grid: Grid) -> str:
+def _others(grid: JointGrid) -> str:
     return ", ".join(f"joint {k + 1} {a:g}" for k, a in enumerate(grid.fixed) if k not in grid.joints) + " deg"
 
 

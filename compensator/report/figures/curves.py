@@ -14,7 +14,7 @@ from compensator.solve.compensation import Compensation
 JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")
 UNKNOWN = "#777777"
 LANE = 0.36  # half the height of a joint's lane, of 1 between two joints
-Panel = tuple[str, list[Figure]]
+_Panel = tuple[str, list[Figure]]
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def _curve(c: Compensation, rows: Index, value: Floats, pen: Pen) -> Figure:
     }
 
 
-def _stacked(panels: list[Panel], height: float = 220) -> Figure:
+def _stacked(panels: list[_Panel], height: float = 220) -> Figure:
     """Panels above each other over one path length, ``height`` px each, every panel with its own legend."""
     gap = 0.06
     share = (1 - gap * (len(panels) - 1)) / len(panels)
@@ -133,7 +133,7 @@ def _band(low: float, high: float) -> Figure:
 def flanks_figure(c: Compensation) -> Figure | None:
     """What every joint remembers, one lane per joint, one panel per effect; None when nothing remembers."""
     n = c.job.robot.n
-    panels: list[Panel] = []
+    panels: list[_Panel] = []
     for effect in c.job.effects:
         if effect.memory is not None:
             first = n * len(panels)
