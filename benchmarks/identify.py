@@ -22,7 +22,8 @@ from stiffness.effects import BY_NAME
 from stiffness.identification.identify import identify
 from stiffness.identification.session_fit import Evidence
 from stiffness.identification.unknowns import unknowns
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 from stiffness.session.session import Session, load_session
 
 Floats = npt.NDArray[np.float64]

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from benchmarks.naive import NaiveArm
 from stiffness.effects import BY_NAME
 from stiffness.kinematics.solvers import Inverse, inverse_kinematics
-from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.statics.predictor import Predictor, Tool
 
 Floats = npt.NDArray[np.float64]

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks import commands, job, paths, poses, reading, start, table, timing
 from benchmarks.rig import RICHER, WRENCH, Rig, rig, task
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from toolpaths.languages.read import read_toolpath
 from toolpaths.languages.write import read_back
 from toolpaths.toolpath import Toolpath

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from compensator.cli import main
-from stiffness.robot.robot import builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
 from tests.compensator.small_jobs import Files, files
 
 ROOT = Path(__file__).resolve().parents[1]

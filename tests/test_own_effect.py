@@ -22,7 +22,8 @@ from compensator.errors import CompensatorError
 from compensator.tasks.effects import effect_lines
 from stiffness.errors import ModelError
 from stiffness.model.model import load_model
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 
 Floats = npt.NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[1]
@@ -44,7 +45,7 @@ from compensator.tasks.effects import catalogue, effect_lines
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.model.model import load_model, model_text
 from stiffness.statics.predictor import Predictor, Tool
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from stiffness.identification.unknowns import numbers_of, start_values, unknowns
 
 given = json.loads(sys.argv[1])

@@ -16,7 +16,8 @@ from stiffness.errors import EquilibriumError, RobotError
 from stiffness.kinematics.solvers import Inverse, inverse_kinematics
 from stiffness.memory.preload import PreloadState, unknown
 from stiffness.model.model import ComplianceModel, load_model
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 from stiffness.statics.predictor import COLUMNS, Command, Near, Prediction, Predictor, Tool
 from toolpaths.toolpath import CUT, Toolpath
 

@@ -18,7 +18,8 @@ from stiffness.model.clamped import ABOVE, SCALE_SD, clamped_model, fit_clamped
 from stiffness.model.clamped_readings import read_clamped
 from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
-from stiffness.robot.robot import Robot, builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
+from stiffness.robot.robot import Robot
 
 Say = Callable[[str], None]
 

@@ -26,7 +26,8 @@ from stiffness.model.model import ComplianceModel, load_model
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose
 from stiffness.planning.postures import reachable
-from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
 from stiffness.statics.predictor import Tool

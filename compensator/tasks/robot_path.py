@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffness.errors import RobotError, StiffnessError
 from stiffness.model.model import ComplianceModel
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from stiffness.session.session import Session
 
 

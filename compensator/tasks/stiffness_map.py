@@ -21,7 +21,8 @@ from compensator.tasks.outputs import Outputs, refuse_clashes
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.model import ComplianceModel, load_model
-from stiffness.robot.robot import STANDARD_GRAVITY, Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
 

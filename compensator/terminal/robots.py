@@ -7,7 +7,7 @@ from rich.console import Console
 
 from compensator.terminal.screen import print_lines, table
 from stiffness.model.model import builtin_model
-from stiffness.robot.robot import builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
 
 WIDTH = 110
 

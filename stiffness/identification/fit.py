@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stiffness.effects.effect import Numbers
 from stiffness.identification.session_fit import Evidence
 from stiffness.identification.unknowns import Unknowns
-from stiffness.model.correlation import Correlations
+from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import Solution
 

@@ -15,6 +15,7 @@ from stiffness.kinematics.inverse import EXACT
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.kinematics.newton import Newton
 from stiffness.robot.robot import Robot
+from stiffness.rotation import antisymmetric
 
 Floats = npt.NDArray[np.float64]
 
@@ -68,12 +69,8 @@ class Postures:
         r, _, _ = self._newton.evaluate(q)
         # What is left is mostly a turn about the last axis.
         left, axis = np.einsum("nji,jk->nik", r, pose[:3, :3]), self._last_axis
-        spin = np.stack(
-            [left[:, 2, 1] - left[:, 1, 2], left[:, 0, 2] - left[:, 2, 0], left[:, 1, 0] - left[:, 0, 1]],
-            axis=1,
-        )
         q[:, -1] += np.arctan2(
-            spin @ axis, np.trace(left, axis1=1, axis2=2) - np.einsum("i,nij,j->n", axis, left, axis)
+            antisymmetric(left) @ axis, np.trace(left, axis1=1, axis2=2) - np.einsum("i,nij,j->n", axis, left, axis)
         )
         return q
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from stiffness.errors import RobotError
 from stiffness.robot.robot import Robot
+from stiffness.rotation import antisymmetric
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -106,8 +107,7 @@ def pose_error(robot: Robot, q: Floats, pose: Floats) -> float:
     """The larger of the distances, m and rad, between the flange at ``q`` and a pose (4, 4)."""
     got = robot.pose(q)
     turn = got[:3, :3].T @ pose[:3, :3]
-    spin = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    angle = np.arctan2(np.linalg.norm(spin), np.trace(turn) - 1)
+    angle = np.arctan2(np.linalg.norm(antisymmetric(turn)), np.trace(turn) - 1)
     return max(float(np.linalg.norm(got[:3, 3] - pose[:3, 3])), float(angle))
 
 

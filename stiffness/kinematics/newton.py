@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.kinematics.jacobian import geometric_jacobian, half_reach
-from stiffness.kinematics.waypoints import rotation_vector
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
+from stiffness.rotation import rotation_vector
 
 Floats = npt.NDArray[np.float64]
 
@@ -44,9 +44,7 @@ class Newton:
         active = np.arange(len(q))
         for _ in range(_STEPS):
             r, p, jacobian = self.evaluate(q[active])
-            gap = np.hstack(
-                [(origin[active] - p) / self.length, rotation_vector(rotation[active] @ r.swapaxes(1, 2))]
-            )
+            gap = np.hstack([(origin[active] - p) / self.length, rotation_vector(rotation[active] @ r.swapaxes(1, 2))])
             size = np.stack(
                 [np.linalg.norm(gap[:, :3], axis=1) * self.length, np.linalg.norm(gap[:, 3:], axis=1)], axis=1
             )

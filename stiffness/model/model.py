@@ -13,15 +13,13 @@ import numpy as np
 import numpy.typing as npt
 import tomli_w
 
-from stiffness.effects import BASE, BY_NAME, CATALOGUE
-from stiffness.effects.effect import Effect, Parameter
+from stiffness.effects import CATALOGUE
+from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
-from stiffness.model.correlation import Correlations, read_correlations
+from stiffness.model.correlations import Correlations
+from stiffness.model.file import SCHEMA, read_tables, sd_key
 
 Floats = npt.NDArray[np.float64]
-GRAVITY = ("uncompensated", "calibrated-out")
-SCHEMA = "model/1"
-_TOP = {"schema", "robot", "gravity", "reference_temperature", "base", "tip", "provenance", "effects", "correlations"}
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,126 +92,21 @@ def builtin_model(robot: str) -> Path | None:
 
 
 def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
-    _known(name, "", table, _TOP)
-    if table.get("schema") != SCHEMA:
-        raise ModelError(f"{name}: schema = {table.get('schema')!r}; expected {SCHEMA!r}")
-    _typed(name, table, "robot", str, "the name of a built-in robot or a path")
-    gravity = table.get("gravity", GRAVITY[0])
-    if gravity not in GRAVITY:
-        raise ModelError(f"{name}: gravity = {gravity!r}; expected one of {', '.join(GRAVITY)}")
-    (temperature,) = _array(name, "reference_temperature", table.get("reference_temperature", 20.0), 1)
-    for key in ("base", "tip"):
-        _typed(name, {key: "", **table}, key, str, "the name of a frame")
-    _typed(name, {"provenance": {}, **table}, "provenance", dict, "a table")
-    effects = table.get("effects")
-    if not isinstance(effects, dict) or not effects:
-        raise ModelError(f"{name}: no [effects.*] table; a model needs at least [effects.{BASE.name}]")
-    unknown = [e for e in effects if e not in BY_NAME]
-    if unknown:
-        raise ModelError(
-            f"{name}: unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}; an effect of another "
-            "package needs that package installed beside this program (entry point compensator.effects)"
-        )
-    if BASE.name not in effects:
-        raise ModelError(f"{name}: [effects.{BASE.name}] is missing: it is the base model of every other effect")
-    read = {e: _effect(name, BY_NAME[e], t, joints) for e, t in effects.items()}
+    file, effects, correlations = read_tables(name, table, joints)
     return ComplianceModel(
         source=name,
-        robot=table["robot"],
-        gravity=gravity,
-        reference_temperature=float(temperature),
-        base=table.get("base"),
-        tip=table.get("tip"),
-        values={e: r[0] for e, r in read.items()},
-        sd={e: r[1] for e, r in read.items() if r[1]},
-        identified={e: r[2] for e, r in read.items() if r[2] is not None},
-        tools={e: effects[e].get("tool", "tool") for e in read if BY_NAME[e].scope == "tool"},
-        provenance=table.get("provenance", {}),
-        correlations=read_correlations(name, table.get("correlations"), _counts(read)),
+        robot=file.robot,
+        gravity=file.gravity,
+        reference_temperature=file.reference_temperature,
+        base=file.base,
+        tip=file.tip,
+        values={e: read.values for e, read in effects.items()},
+        sd={e: read.sd for e, read in effects.items() if read.sd},
+        identified={e: read.identified for e, read in effects.items() if read.identified is not None},
+        tools={e: read.tool for e, read in effects.items() if read.tool is not None},
+        provenance=file.provenance,
+        correlations=correlations,
     )
-
-
-def _counts(read: Mapping[str, tuple[Mapping[str, Floats], Any, Any]]) -> dict[str, int]:
-    return {f"{e}.{p}": len(numbers) for e, (values, _, _) in read.items() for p, numbers in values.items()}
-
-
-def _known(name: str, place: str, table: Mapping[str, Any], keys: set[str]) -> None:
-    extra = [k for k in table if k not in keys]
-    if extra:
-        raise ModelError(f"{name}: unknown key {place}{extra[0]}; expected some of {', '.join(sorted(keys))}")
-
-
-def _typed(name: str, table: Mapping[str, Any], key: str, kind: type, expected: str, place: str = "") -> None:
-    if not isinstance(table.get(key), kind):
-        raise ModelError(f"{name}: {place}{key} = {table.get(key)!r}; expected {expected}")
-
-
-def _effect(
-    name: str, effect: Effect, table: Any, joints: int
-) -> tuple[dict[str, Floats], dict[str, Floats], npt.NDArray[np.bool_] | None]:
-    place = f"effects.{effect.name}"
-    if not isinstance(table, dict):
-        raise ModelError(f"{name}: {place} is not a table")
-    names = [p.name for p in effect.parameters]
-    tool = {"tool"} if effect.scope == "tool" else set()
-    allowed = {*names, *(f"sd_{_bare(p)}" for p in names), "identified"} | tool
-    _known(name, place + ".", table, allowed)
-    _typed(name, {"tool": "", **table}, "tool", str, "the name of the tool it was measured with", place + ".")
-    values, sd = {}, {}
-    for p in effect.parameters:
-        if p.name in table:
-            values[p.name] = _numbers(name, f"{place}.{p.name}", table[p.name], p, joints)
-        elif p.default is not None:
-            values[p.name] = np.full(p.count(joints), p.default)
-            values[p.name].setflags(write=False)
-        else:
-            raise ModelError(f"{name}: {place}.{p.name} is missing: {p.meaning}, {p.unit}")
-        key = f"sd_{_bare(p.name)}"
-        if key in table:
-            sd[p.name] = _array(name, f"{place}.{key}", table[key], p.count(joints))
-            if np.any(sd[p.name] < 0):
-                raise ModelError(f"{name}: {place}.{key}: a standard deviation is negative")
-    problem = effect.check(values)
-    if problem:
-        raise ModelError(f"{name}: {place}.{problem}")
-    identified = None
-    if "identified" in table:
-        flags = table["identified"]
-        if not isinstance(flags, list) or len(flags) != joints or not all(isinstance(f, bool) for f in flags):
-            raise ModelError(f"{name}: {place}.identified = {flags!r}; expected {joints} booleans")
-        identified = np.array(flags)
-        identified.setflags(write=False)
-    return values, sd, identified
-
-
-def _bare(parameter: str) -> str:
-    """k_nm_per_rad -> nm_per_rad: the interface writes sd_nm_per_rad."""
-    return parameter.removeprefix("k_")
-
-
-def _array(name: str, place: str, given: Any, count: int) -> Floats:
-    numbers = given if isinstance(given, list) else [given]
-    if len(numbers) != count or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in numbers):
-        raise ModelError(f"{name}: {place} = {given!r}; expected {count} number{'s' if count > 1 else ''}")
-    try:
-        array = np.array(numbers, dtype=float)
-    except OverflowError as e:
-        raise ModelError(f"{name}: {place} = {given!r}; a number is too large") from e
-    array.setflags(write=False)
-    if not np.all(np.isfinite(array)):
-        raise ModelError(f"{name}: {place} = {given!r}; every number must be finite")
-    return array
-
-
-def _numbers(name: str, place: str, given: Any, p: Parameter, joints: int) -> Floats:
-    array = _array(name, place, given, p.count(joints))
-    bad = np.flatnonzero((array < p.low) | (array > p.high))
-    if len(bad):
-        raise ModelError(
-            f"{name}: {place}[{bad[0] + 1}] = {array[bad[0]]:g} {p.unit} is outside {p.low:g} ... {p.high:g} "
-            f"({p.meaning})"
-        )
-    return array
 
 
 def save_model(model: ComplianceModel, path: str | Path) -> None:
@@ -244,7 +137,7 @@ def _effect_table(model: ComplianceModel, effect: Effect) -> dict[str, Any]:
         numbers = model.values[effect.name][p.name].tolist()
         table[p.name] = numbers if len(numbers) > 1 else numbers[0]
         if p.name in model.sd.get(effect.name, {}):
-            table[f"sd_{_bare(p.name)}"] = model.sd[effect.name][p.name].tolist()
+            table[sd_key(p.name)] = model.sd[effect.name][p.name].tolist()
     if effect.name in model.identified:
         table["identified"] = model.identified[effect.name].tolist()
     return table

@@ -9,9 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
-from importlib.resources.abc import Traversable
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -19,9 +16,6 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from stiffness.errors import RobotError
-from stiffness.robot import toml_file as dh
-from stiffness.robot import urdf
-from stiffness.robot.chain import Chain
 from stiffness.robot.reducer import Reducer
 
 Floats = npt.NDArray[np.float64]
@@ -29,7 +23,7 @@ Floats = npt.NDArray[np.float64]
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)  # m/s2, base axes (CGPM 1901)
 
 
-@dataclass(frozen=True, repr=False, eq=False)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Robot:
     """A rigid arm: placements, limits and masses. All arrays are read-only.
 
@@ -106,7 +100,8 @@ class Robot:
         """
         if self.mass is None:
             raise RobotError(f"robot {self.name}: no gravity torque without masses: {self.mass_problem}")
-        model, data, _ = self._pinocchio
+        shared, data, _ = self._pinocchio
+        model = shared.copy()  # the cached one belongs to all callers
         model.gravity.linear = np.asarray(gravity, dtype=float)
         return -np.array(pin.computeGeneralizedGravity(model, data, self._angles(q)))
 
@@ -148,6 +143,14 @@ class Robot:
         return model, model.createData(), frame
 
 
+def placement(rotation: Floats, origin: npt.ArrayLike) -> Floats:
+    """(4, 4) homogeneous matrix."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation
+    matrix[:3, 3] = origin
+    return matrix
+
+
 def constant(matrix: Floats) -> ca.SX:
     """Sparse constant without the rounding that cos(pi/2) leaves, so that zeros cost nothing."""
     return ca.SX(ca.sparsify(ca.DM(np.where(np.abs(matrix) < 1e-15, 0.0, matrix))))
@@ -158,71 +161,3 @@ def axis_rotation(axis: Floats, angle: ca.SX) -> ca.SX:
     x, y, z = (0.0 if abs(c) < 1e-15 else float(c) for c in axis)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return ca.SX.eye(3) + ca.sin(angle) * constant(cross) + (1 - ca.cos(angle)) * constant(cross @ cross)
-
-
-def builtin_robots() -> tuple[str, ...]:
-    """Names of the built-in robots, sorted."""
-    return tuple(sorted(_builtin_files()))
-
-
-def load_robot(
-    name_or_path: str, *, folder: Path | None = None, base: str | None = None, tip: str | None = None
-) -> Robot:
-    """Load a built-in robot, a robot TOML file or a URDF.
-
-    Args:
-        name_or_path: a name of ``builtin_robots()``, or a path to a .toml or .urdf file.
-        folder: what a relative path starts from; default the working folder.
-        base, tip: links of a URDF that poses lead from and to. Defaults: the link ``base`` if there
-            is one, else the root; the last moving link.
-
-    Raises:
-        RobotError: no such robot, or its file is refused.
-    """
-    builtin = _builtin_files().get(name_or_path)
-    if builtin is not None:
-        return _robot(dh.read(builtin, label=f"built-in robot {name_or_path}"), name_or_path, base, tip)
-    path = (folder or Path()) / name_or_path
-    if path.suffix not in (".toml", ".urdf"):
-        names = ", ".join(builtin_robots())
-        raise RobotError(
-            f"{name_or_path!r} is no robot: expected a path to a .toml or .urdf file, or one of {names}"
-        )
-    if path.suffix == ".urdf":
-        return _robot(urdf.read(path, base=base, tip=tip), path.stem, None, None)
-    return _robot(dh.read(path, label=str(path)), path.stem, base, tip)
-
-
-def _builtin_files() -> dict[str, Traversable]:
-    return {f.name[:-5]: f for f in (files("stiffness") / "robot" / "data").iterdir() if f.name.endswith(".toml")}
-
-
-def _robot(chain: Chain, name: str, base: str | None, tip: str | None) -> Robot:
-    for asked, has, key in ((base, chain.base, "base"), (tip, chain.tip, "tip")):
-        if key == "tip" and asked == "tool0":  # ROS's name of a maker's flange frame: the one there is
-            continue
-        if asked is not None and asked != has:
-            raise RobotError(
-                f"robot {name} has the {key} {has!r}, not {asked!r}: only a URDF has links to choose from"
-            )
-    count = len(chain.joint_names)
-    if count != 6:
-        raise RobotError(f"robot {name}: {count} joints between {chain.base} and {chain.tip}, expected 6")
-    return Robot(
-        name,
-        chain.joint_names,
-        chain.before,
-        chain.axis,
-        chain.after,
-        chain.lower,
-        chain.upper,
-        chain.velocity,
-        chain.mass,
-        chain.com,
-        chain.mass_problem,
-        chain.assumptions,
-        chain.sources,
-        chain.base,
-        chain.tip,
-        chain.reducers,
-    )

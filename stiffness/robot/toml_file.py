@@ -14,11 +14,13 @@ from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from stiffness.errors import RobotError
-from stiffness.robot.chain import Chain, placement, rpy_rotation
 from stiffness.robot.reducer import ARCMIN, Reducer
+from stiffness.robot.robot import Robot, placement
+from stiffness.rotation import rpy_rotation
+from stiffness.schema import Table, findings
 
 Floats = npt.NDArray[np.float64]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -31,11 +33,7 @@ Arcmin = Annotated[float, Field(ge=0, le=60, allow_inf_nan=False, strict=True)]
 _STIFFEST = 2e4  # N*m/arcmin
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class _Placement(_Strict):
+class _Placement(Table):
     xyz: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     rpy: tuple[Turn, Turn, Turn] = (0.0, 0.0, 0.0)
 
@@ -43,7 +41,7 @@ class _Placement(_Strict):
         return placement(rpy_rotation(*(math.radians(v) for v in self.rpy)), np.array(self.xyz) * 1e-3)
 
 
-class _Reducer(_Strict):
+class _Reducer(Table):
     rigidity_nm_per_arcmin: Annotated[tuple[Rigidity, ...], Field(min_length=1, max_length=5)] | None = None
     rigidity_nm_per_rad: Annotated[tuple[Rigidity, ...], Field(min_length=1, max_length=5)] | None = None
     breaks_nm: tuple[Positive, ...] = ()
@@ -54,7 +52,7 @@ class _Reducer(_Strict):
     source: Annotated[str, Field(min_length=1)]
 
 
-class _Joint(_Strict):
+class _Joint(Table):
     a: Length
     d: Length
     alpha: Turn
@@ -69,7 +67,7 @@ class _Joint(_Strict):
     reducer: _Reducer | None = None
 
 
-class _File(_Strict):
+class _File(Table):
     schema_: Literal["robot/1"] = Field(alias="schema")
     name: str
     convention: Literal["classic", "modified"]
@@ -80,7 +78,7 @@ class _File(_Strict):
     joints: tuple[_Joint, ...]
 
 
-def read(source: Path | Traversable, *, label: str) -> Chain:
+def read(source: Path | Traversable, *, label: str) -> Robot:
     """Read a robot TOML file.
 
     Args:
@@ -98,7 +96,7 @@ def read(source: Path | Traversable, *, label: str) -> Chain:
     try:
         file = _File.model_validate(raw)
     except ValidationError as error:
-        raise RobotError(f"{label}: " + "; ".join(_problem(dict(e)) for e in error.errors())) from error
+        raise RobotError(f"{label}: " + "; ".join(map(str, findings(error)))) from error
     stem = source.name.removesuffix(".toml")
     if file.name != stem:
         raise RobotError(f"{label}: name = {file.name!r}, expected the name of the file, {stem!r}")
@@ -106,21 +104,10 @@ def read(source: Path | Traversable, *, label: str) -> Chain:
         low, high = joint.limits
         if not low < high:
             raise RobotError(f"{label}: joints.{k + 1}.limits = [{low}, {high}]: the lower limit comes first, deg")
-    return _chain(file, label)
+    return _robot(file, label)
 
 
-def _problem(error: dict[str, object]) -> str:
-    place = error["loc"]
-    parts = [str(p + 1) if isinstance(p, int) else str(p) for p in place] if isinstance(place, tuple) else []
-    key = ".".join(parts)
-    if error["type"] == "extra_forbidden":
-        return f"unknown key {key}"
-    if error["type"] == "missing":
-        return f"key {key} is missing"
-    return f"{key} = {error['input']!r}: {error['msg']}"
-
-
-def _chain(file: _File, label: str) -> Chain:
+def _robot(file: _File, label: str) -> Robot:
     row = _classic if file.convention == "classic" else _modified
     rows = [row(joint) for joint in file.joints]
     before = np.array([b for b, _ in rows]).reshape(-1, 4, 4)
@@ -130,7 +117,8 @@ def _chain(file: _File, label: str) -> Chain:
         after[-1] = after[-1] @ file.flange.matrix()
     mass, com = _masses(file, label)
     reducers = tuple(_reducer(j.reducer, f"{label}: joints.{k + 1}.reducer") for k, j in enumerate(file.joints))
-    return Chain(
+    return Robot(
+        name=file.name,
         joint_names=tuple(j.name or f"joint-{k + 1}" for k, j in enumerate(file.joints)),
         before=before,
         axis=np.array([[0.0, 0.0, float(j.sign)] for j in file.joints]).reshape(-1, 3),

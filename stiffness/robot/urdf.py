@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import RobotError
-from stiffness.robot.chain import Chain
+from stiffness.robot.robot import Robot
 from stiffness.robot.urdf_tree import TURNING, Joint, Tree, parse
 
 Floats = npt.NDArray[np.float64]
@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 _FAR = 1.0  # m: a centre of mass farther than this beyond its link's own extent is no measured figure
 
 
-def read(path: Path, *, base: str | None, tip: str | None) -> Chain:
+def read(path: Path, *, base: str | None, tip: str | None) -> Robot:
     """Read a URDF.
 
     Args:
@@ -37,21 +37,22 @@ def read(path: Path, *, base: str | None, tip: str | None) -> Chain:
     before, after = _placements(offset, joints)
     mass, com, problem = _weights(tree, turning, after)
     limits = np.array([j.limits for j in turning]).reshape(-1, 3)
-    return Chain(
-        tuple(j.name for j in turning),
-        before,
-        np.array([j.axis for j in turning]).reshape(-1, 3),
-        after,
-        limits[:, 0],
-        limits[:, 1],
-        limits[:, 2],
-        mass,
-        com,
-        problem,
-        (),
-        (f"URDF {path.name}",),
-        start,
-        end,
+    return Robot(
+        name=path.stem,
+        joint_names=tuple(j.name for j in turning),
+        before=before,
+        axis=np.array([j.axis for j in turning]).reshape(-1, 3),
+        after=after,
+        lower=limits[:, 0],
+        upper=limits[:, 1],
+        velocity=limits[:, 2],
+        mass=mass,
+        com=com,
+        mass_problem=problem,
+        assumptions=(),
+        sources=(f"URDF {path.name}",),
+        base=start,
+        tip=end,
     )
 
 

@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import RobotError
-from stiffness.robot.chain import placement, rpy_rotation
+from stiffness.robot.robot import placement
+from stiffness.rotation import rpy_rotation
 
 Floats = npt.NDArray[np.float64]
 
@@ -137,14 +138,14 @@ def _joint(path: Path, element: ET.Element) -> Joint:
         raise RobotError(f"{path}: {place} has the axis 0 0 0")
     mimic = element.find("mimic")
     return Joint(
-        name,
-        kind,
-        ends[0],
-        ends[1],
-        _origin(path, element, place),
-        axis / (length or 1.0),
-        _limits(path, element, kind, place),
-        "" if mimic is None else _attribute(path, mimic, "joint"),
+        name=name,
+        kind=kind,
+        parent=ends[0],
+        child=ends[1],
+        origin=_origin(path, element, place),
+        axis=axis / (length or 1.0),
+        limits=_limits(path, element, kind, place),
+        mimics="" if mimic is None else _attribute(path, mimic, "joint"),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from stiffness.robot.chain import rpy_rotation
+from stiffness.rotation import rpy_rotation
 from stiffness.session.table import SessionError, decoded, meant
 from stiffness.statics.predictor import Tool
 

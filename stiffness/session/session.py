@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import RobotError
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 from stiffness.session.checks import check_agreement, check_fit
 from stiffness.session.file import (
     Instruments,

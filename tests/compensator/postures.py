@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.compensator.small_jobs import CELL, Files, files
 
 QUATERNION = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "feed_mm_min", "kind")

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from compensator.cell.cell import rpy_matrix
 from compensator.tasks.compensate import Done, compensate_file, preview_file
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.compensator.own_statics import Arm, compliance
 from tests.compensator.postures import frame
 from tests.compensator.small_jobs import CELL, MODEL, STIFFNESS, Files, columns, files, merged

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import Done, compensate_file, preview_file
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.compensator.own_statics import Arm
 from tests.compensator.small_jobs import ABB, CELL, ROWS, STIFFNESS, columns, files, merged
 

@@ -18,7 +18,8 @@ from compensator.report.figures.stiffness_map import draw, panels
 from compensator.tasks.joint_grid import grid_of
 from compensator.tasks.stiffness_map import Mapped, map_file, tool_of
 from stiffness.errors import StiffnessError
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 from tests.compensator.small_jobs import ABB, MODEL, STIFFNESS
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness.test_datasheet import robot_text

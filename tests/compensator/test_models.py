@@ -16,7 +16,7 @@ from compensator.terminal import screen as terminal
 from compensator.terminal.made_model import show_made
 from stiffness.errors import StiffnessError
 from stiffness.model.model import load_model
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.stiffness import arms
 from tests.stiffness.test_clamped import GAP, HEADER, K, cycle, lines, written
 from tests.stiffness.test_datasheet import BARE, RV, STRAIN_WAVE, robot_text

@@ -15,7 +15,7 @@ from compensator.program.export import program_of
 from compensator.solve.compensation import Compensation
 from compensator.tasks.compensate import compensate_file
 from stiffness.model.model import builtin_model
-from stiffness.robot.robot import builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
 from tests.compensator.postures import frame
 from tests.compensator.small_jobs import write_csv
 from tests.oracles import krl_reader, rapid_reader

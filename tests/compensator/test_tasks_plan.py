@@ -13,7 +13,7 @@ from compensator.errors import CompensatorError
 from compensator.tasks.plan import plan_file
 from stiffness.errors import StiffnessError
 from stiffness.model.model import load_model
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.stiffness.bench_lab import Lab
 
 ROBOT = "abb-irb6600-175-255"

@@ -14,7 +14,7 @@ from compensator.errors import PathError
 from compensator.path.free_turn import reference_rotation, varying_turn
 from compensator.path.planner import Path as Followed
 from compensator.path.planner import Planner
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.compensator.paths import angle, toolpath, wandering_axes
 from tests.compensator.postures import frame, job_at, poses_at
 from tests.compensator.small_jobs import ABB, CELL, ROWS, Files, files

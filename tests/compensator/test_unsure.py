@@ -14,7 +14,7 @@ from compensator.solve.unlearned_angles import Unsure, levers
 from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.compensator.small_jobs import ABB, STIFFNESS, files
 
 Floats = npt.NDArray[np.float64]

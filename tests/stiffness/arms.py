@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Numbers
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 from stiffness.statics.predictor import Predictor, Tool
 
 Floats = npt.NDArray[np.float64]

@@ -14,7 +14,7 @@ from stiffness.errors import StiffnessError
 from stiffness.model.clamped import JointFit, clamped_model, fit_clamped
 from stiffness.model.clamped_readings import ClampedError, read_clamped
 from stiffness.model.model import load_model, save_model
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 from tests.stiffness import arms
 from tests.stiffness.test_datasheet import RV, robot_text
 

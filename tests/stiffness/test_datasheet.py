@@ -11,8 +11,8 @@ from scipy import integrate
 from stiffness.errors import RobotError
 from stiffness.model.datasheet import SOFTEST, datasheet_model, gap, hardening, share
 from stiffness.model.model import load_model, save_model
+from stiffness.robot.load import load_robot
 from stiffness.robot.reducer import Reducer
-from stiffness.robot.robot import load_robot
 from tests.stiffness.test_robot_toml import KR500_MODIFIED, text
 
 ARCMIN = np.pi / 10800

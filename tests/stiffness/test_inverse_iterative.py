@@ -11,7 +11,8 @@ import pytest
 from stiffness.errors import RobotError
 from stiffness.kinematics.inverse import pose_error
 from stiffness.kinematics.solvers import IterativeInverse, inverse_kinematics
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 
 A2, A3, D1, D4, D5, D6 = -0.612, -0.5723, 0.1273, 0.163941, 0.1157, 0.0922
 START = np.array([0.3, -1.2, 1.4, -1.5, -1.3, 0.4])

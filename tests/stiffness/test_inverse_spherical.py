@@ -10,7 +10,8 @@ import pytest
 from stiffness.errors import RobotError
 from stiffness.kinematics.inverse import pose_error
 from stiffness.kinematics.solvers import SphericalInverse, inverse_kinematics
-from stiffness.robot.robot import Robot, builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
+from stiffness.robot.robot import Robot
 
 BUILTIN = tuple(n for n in builtin_robots() if n != "ur10")
 URDFS = (

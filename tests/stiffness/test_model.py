@@ -16,7 +16,7 @@ from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
 from stiffness.model import model as module
 from stiffness.model.model import ComplianceModel, builtin_model, load_model, model_text, save_model
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 
 K = [3.0e6, 2.7e6, 2.1e6, 4.2e5, 1.4e5, 5.6e4]
 LEAST: dict[str, Any] = {

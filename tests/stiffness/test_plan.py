@@ -16,7 +16,8 @@ from stiffness.identification.readings import Reader
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
 from stiffness.planning.postures import FLOOR, MARGIN, Postures, links, reachable
-from stiffness.robot.robot import STANDARD_GRAVITY, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import STANDARD_GRAVITY
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
 from stiffness.statics.predictor import Predictor, Tool

@@ -12,7 +12,8 @@ import pytest
 
 from stiffness.errors import RobotError
 from stiffness.numerics.kernel import Kernel
-from stiffness.robot.robot import Robot, builtin_robots, load_robot
+from stiffness.robot.load import builtin_robots, load_robot
+from stiffness.robot.robot import Robot
 
 NAMES = ("abb-irb6600-175-255", "kuka-kr210-r2700", "kuka-kr240-class", "kuka-kr500", "ur10")
 UPRIGHT = np.radians([0.0, -90, 90, 0, 0, 0])  # KUKA: lower arm up, forearm level

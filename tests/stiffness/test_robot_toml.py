@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffness.errors import RobotError
-from stiffness.robot.robot import load_robot
+from stiffness.robot.load import load_robot
 
 ROW = "d = {d}\na = {a}\nalpha = {alpha}\noffset = {offset}\nsign = {sign}\nlimits = [-180.0, 180.0]\n"
 

@@ -11,7 +11,8 @@ import pytest
 
 from stiffness.errors import RobotError
 from stiffness.numerics.kernel import Kernel
-from stiffness.robot.robot import Robot, load_robot
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 
 URDFS = (
     "abb_irb6600_225_255", "abb_irb6640_185_280", "fanuc_official_crx10ia_l", "fanuc_official_m710ic_50",
