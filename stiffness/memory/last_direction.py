@@ -18,6 +18,8 @@ def last_direction(move: Floats) -> Floats:
     Args:
         move: (N, n) rad, from the pose before to this one.
     """
+    if not len(move):
+        return np.zeros_like(move)
     one = np.ones_like(move)
     starts = np.outer([-1.0, 1.0, 0.0], np.ones(move.shape[1]))
     low, high, likely = scan(Clamp(move / (0.5 * REVERSAL), -one, one), starts)

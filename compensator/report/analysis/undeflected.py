@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from stiffness.robot.robot import Robot
+from stiffness.rotation import from_rotation_vector
 from toolpaths.frame import Frame
 
 Floats = npt.NDArray[np.float64]
@@ -45,7 +45,7 @@ def undeflected(robot: Robot, q: Floats) -> UndeflectedArm:
         at = at.then(Frame.of(robot.before[k]))
         axis.append(at.along(robot.axis[k]))
         pivot.append(at.origin)
-        turned = Rotation.from_rotvec(q[:, k, None] * robot.axis[k]).as_matrix()
+        turned = from_rotation_vector(q[:, k, None] * robot.axis[k])
         at = Frame(at.rotation @ turned, at.origin).then(Frame.of(robot.after[k]))
         links.append(at)
     every = Frame(np.stack([f.rotation for f in links], 1), np.stack([f.origin for f in links], 1))

@@ -1,4 +1,4 @@
-"""A diagnosis in words: what the terminal shows, and the sentences of the HTML report. Nothing is escaped here."""
+"""A diagnosis in words, as plain text: what the terminal shows, and the sentences of the page."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from compensator.report.words.numbers import LENGTHS, joined, parameter_words, residual_mm, rounded, shown_unit, with_sd
 from stiffness.diagnosis.attribution import Share
 from stiffness.diagnosis.result import Added, Changed, Diagnosis
+from stiffness.effects import BY_NAME
 
 WRITTEN = 6  # numbers of an addition that a line has room for
 LISTED = 3
@@ -191,7 +192,7 @@ def caution(d: Diagnosis, report: Report) -> str:
         told.append("what is left is in no model: a path compensated with it keeps that error")
     if report["not_applied"]:
         told.append(f"of another tool, so not judged: {joined(report['not_applied'])}")
-    instruments = [a.effect for a in d.added if any(p in ("tracker", "force-sensor") for p in a.where)]
+    instruments = [a.effect for a in d.added if BY_NAME[a.effect].scope == "instruments"]
     if instruments:
         told.append(f"{joined(instruments)} concerns the instruments and is never applied to a path")
     if d.outliers:

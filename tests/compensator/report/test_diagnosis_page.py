@@ -1,19 +1,15 @@
-"""The HTML report of a diagnosis: it shows the numbers of the diagnosis, and nothing from a file but as text."""
+"""The page of diagnose: the numbers of the diagnosis are in it, and the story is told in order."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from compensator.report.analysis.added_pattern import added_patterns
-from compensator.report.analysis.loads import place_wrench
 from compensator.report.analysis.session_residuals import session_residuals
 from compensator.report.analysis.setup_residuals import largest_setups
-from compensator.report.analysis.state_motion import joint_rotation, place_displacement
 from compensator.report.figures.diagnosis import model_alone, noise_of
 from compensator.report.figures.residual_map import enlargement
 from compensator.report.html.diagnosis import diagnosis_page
@@ -22,7 +18,7 @@ from compensator.report.words.numbers import residual_mm, rounded
 from stiffness.diagnosis.attribution import Share
 from stiffness.planning.next_setups import NextSetup
 from tests.compensator.conftest import Sick
-from tests.compensator.reports import Walk, figures_in, own
+from tests.compensator.report.page_reader import Walk, figures_in
 
 HOSTILE = '</script><img src=x onerror="alert(1)">&'
 
@@ -104,45 +100,6 @@ def test_the_map_has_the_largest_residuals_at_the_stated_scale(text: str, loose:
     assert len(shown[0].skeleton) == 13 and shown[0].skeleton[0].tolist() == [0.0, 0.0, 0.0]
 
 
-def test_the_pattern_of_backlash_is_a_step_that_is_gone_after(loose: Sick) -> None:
-    d = loose.done.diagnosis
-    (p,) = added_patterns(d, session_residuals(d, loose.model), d.added[0])
-    gap = float(d.added[0].parameters["gap_rad"][0][0]) * 1e6
-    assert p.x_name == "torque of joint 1, N·m" and p.y_name == "rotation of joint 1, µrad"
-    assert np.abs(p.explained).max() == pytest.approx(gap / 2, rel=0.02)  # either flank is half a gap away
-    assert p.before == pytest.approx(p.after + p.explained, abs=1e-9)
-    assert np.sqrt(np.mean(p.after**2)) < 0.35 * np.sqrt(np.mean(p.before**2))
-
-
-def test_motion_of_a_state_is_found_from_its_residuals(loose: Sick) -> None:
-    """Made-up residuals: a joint turned by 1 mrad; a place moved and turned."""
-    (seen,) = session_residuals(loose.done.diagnosis, loose.model)
-    g, rows = seen.arm, np.arange(len(seen.sound))
-    link = np.array([r.link for r in seen.session.reflectors])[seen.session.samples.reflector]
-    for j in (0, 2, 4):
-        moved = 1e-3 * np.cross(g.axis[:, j], seen.reflector - g.pivot[:, j]) * (link > j)[:, None]
-        angle, told = joint_rotation(seen, rows, j, moved)
-        assert told.sum() > 10 and angle[told] == pytest.approx(np.full(told.sum(), 1e-3), rel=1e-9)
-    shift, rotation = np.array([2e-4, -1e-4, 3e-4]), np.array([1e-4, 2e-4, -3e-4])
-    moved = shift + np.cross(rotation, seen.reflector)
-    found, _, told = place_displacement(seen, rows, 0, moved)
-    assert told.all() and found == pytest.approx(np.tile([*shift, *rotation], (len(found), 1)), abs=1e-9)
-
-
-def test_load_on_the_base_carries_the_weight_of_the_arm(loose: Sick) -> None:
-    (seen,) = session_residuals(loose.done.diagnosis, loose.model)
-    session, g = seen.session, seen.arm
-    wrench = place_wrench(session, g, 0)
-    robot, load = session.robot, session.samples.load
-    assert robot.mass is not None
-    weight = 9.80665 * (float(robot.mass.sum()) + (session.tool.mass or 0.0))
-    assert wrench[:, 2] - load.wrench[:, 2] == pytest.approx(np.full(len(wrench), -weight), rel=1e-12)
-    # about joint 1's axis, which is the base's z, no weight turns: only the load does
-    tcp = g.link(-1).at(session.tool.position)
-    moment = load.wrench[:, 5] + np.cross(tcp, load.wrench[:, :3])[:, 2]
-    assert not load.in_tool.any() and wrench[:, 5] == pytest.approx(moment, abs=1e-9)
-
-
 def test_unexplained_page_points_and_draws_what_is_left(healthy: Sick) -> None:
     q = np.radians([10.0, -20.0, 30.0, 40.0, -50.0, 60.0])
     d = replace(
@@ -166,11 +123,3 @@ def test_unexplained_page_points_and_draws_what_is_left(healthy: Sick) -> None:
     angles = np.degrees(seen.session.samples.q[seen.session.states.first, 2])
     assert all(np.abs(angles - x).min() < 1e-3 for x in cloud["x"])
     assert np.abs(cloud["y"]).max() < 200  # µrad of noise
-
-
-def test_page_reaches_for_nothing(text: str) -> None:
-    walk = Walk(text)
-    policy = next(v for _, name, v in walk.attributes if name == "content" and "default-src" in v)
-    assert "default-src 'none'" in policy and "http" not in policy
-    assert not {"link", "iframe", "img", "object", "embed", "base", "form"} & set(walk.tags)
-    assert re.findall(r"https?:|//[a-z]|@import|url\(", own(text)) == []

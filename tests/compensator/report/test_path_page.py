@@ -1,12 +1,7 @@
-"""The HTML report: its numbers are in it, and nothing in it reaches out or breaks out."""
+"""The page of compensate and preview: the numbers of the run are in it."""
 
 from __future__ import annotations
 
-import json
-import re
-from dataclasses import replace
-from html import unescape
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,43 +11,12 @@ from compensator.report.html.path import path_page
 from compensator.report.html.path_tables import LISTED
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
-from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.reports import Walk, figures_in, own, prepared
-
-HOSTILE = "</script><img src=x onerror=alert(1)>&\"'.csv"
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return prepared(tmp_path_factory.mktemp("report"))
-
-
-@pytest.fixture(scope="module")
-def run(folder: Path) -> tuple[Compensation, dict[str, Any]]:
-    done = compensate_file(folder / "circle.csv", folder / "cell.toml", folder / "out.csv")
-    return done.result, done.report
+from tests.compensator.report.page_reader import Walk, figures_in
 
 
 @pytest.fixture(scope="module")
 def text(run: tuple[Compensation, dict[str, Any]]) -> str:
     return path_page(*run)
-
-
-@pytest.fixture(scope="module")
-def preview(folder: Path) -> tuple[Compensation, dict[str, Any]]:
-    done = preview_file(folder / "circle.csv", folder / "cell.toml")
-    return done.result, done.report
-
-
-def test_page_is_well_formed(text: str) -> None:
-    walk = Walk(text)
-    assert walk.open == []
-    assert text.startswith("<!DOCTYPE html>\n")
-    for tag in ("html", "head", "title", "body", "h1"):
-        assert walk.tags.count(tag) == 1
-    ids = [value for _, name, value in walk.attributes if name == "id"]
-    assert ids == ["path", "along", "joints", "flanks", "figures"]
-    assert set(ids) - {"figures"} == set(figures_in(text))
 
 
 def test_numbers_of_the_summary_are_in_words_and_tables(
@@ -101,40 +65,6 @@ def test_after_is_what_the_caller_measured(run: tuple[Compensation, dict[str, An
     assert drawn["path"]["layout"]["coloraxis2"]["cmax"] == pytest.approx(1e3 * after[cut].max())
 
 
-def test_equal_results_give_equal_bytes(
-    folder: Path, text: str, run: tuple[Compensation, dict[str, Any]]
-) -> None:
-    again = compensate_file(folder / "circle.csv", folder / "cell.toml", folder / "out2.csv")
-    assert path_page(again.result, {**again.report, "seconds": 98765.432}) == text
-    assert path_page(*run) == text
-
-
-def test_page_reaches_for_nothing(text: str) -> None:
-    walk = Walk(text)
-    policy = next(v for _, name, v in walk.attributes if name == "content" and "default-src" in v)
-    assert "default-src 'none'" in policy and "http" not in policy and "unsafe-eval" not in policy
-    assert not {"link", "iframe", "img", "object", "embed", "base", "form"} & set(walk.tags)
-    assert not [a for a in walk.attributes if a[1] in ("src", "href", "action", "srcset")]
-    assert re.findall(r"https?:|//[a-z]|@import|url\(", own(text)) == []
-
-
-def test_hostile_names_stay_text(folder: Path, run: tuple[Compensation, dict[str, Any]]) -> None:
-    result, report = run
-    toolpath = replace(result.path.toolpath, source=HOSTILE)
-    robot = replace(result.job.robot, name="<b>arm</b>", joint_names=(HOSTILE,) * result.job.robot.n)
-    job = replace(result.job, robot=robot, cell=result.job.cell.model_copy(update={"source": "<i>cell&amp;"}))
-    hostile = replace(result, job=job, path=replace(result.path, toolpath=toolpath))
-    text = path_page(hostile, {**report, "notes": [HOSTILE], "not_applied": [HOSTILE]})
-    assert HOSTILE not in text
-    walk = Walk(text)
-    assert walk.open == []
-    assert not {"img", "i"} & set(walk.tags)
-    # heading, title, input table, note, not applied, and every joint
-    assert " ".join(walk.words).count(HOSTILE) == 5 + robot.n
-    assert "<b>arm</b>" in walk.said and "<i>cell&amp;" in walk.said
-    assert "onerror" not in json.dumps(figures_in(text))
-
-
 def test_preview_says_that_nothing_is_corrected(preview: tuple[Compensation, dict[str, Any]]) -> None:
     text = path_page(*preview)
     walk = Walk(text)
@@ -154,14 +84,3 @@ def test_long_lists_are_cut_with_a_count(run: tuple[Compensation, dict[str, Any]
     assert f"{70000 + LISTED - 1} ({80000 + LISTED - 1}) … and 1,030 more" in said
     assert str(70000 + LISTED) not in said
     assert "joint reversals 1,042 " in said
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (0.0, "0.0000"), (12.3456789, "12.3457"), (0.001, "0.0010"), (0.000999, "0.00100"),
-        (6.99e-5, "0.000070"), (3.2e-6, "0.000003"), (9e-10, "&lt; 0.000001"),
-    ],
-)  # fmt: skip
-def test_deflection_mm(value: float, shown: str) -> None:
-    assert deflection_mm(value) == unescape(shown)

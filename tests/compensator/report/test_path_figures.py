@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,37 +15,14 @@ from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT, numbers, path_length, thin
 from compensator.report.html.path import path_page
 from compensator.solve.compensation import Compensation
-from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.reports import Walk, figures_in, prepared, taken
+from tests.compensator.report.page_reader import Walk, figures_in
+from tests.compensator.report.small_path import taken
 from toolpaths.toolpath import RAPID
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return prepared(tmp_path_factory.mktemp("report"))
-
-
-@pytest.fixture(scope="module")
-def run(folder: Path) -> tuple[Compensation, dict[str, Any]]:
-    done = compensate_file(folder / "circle.csv", folder / "cell.toml", folder / "out.csv")
-    return done.result, done.report
 
 
 @pytest.fixture(scope="module")
 def text(run: tuple[Compensation, dict[str, Any]]) -> str:
     return path_page(*run)
-
-
-@pytest.fixture(scope="module")
-def preview(folder: Path) -> tuple[Compensation, dict[str, Any]]:
-    done = preview_file(folder / "circle.csv", folder / "cell.toml")
-    return done.result, done.report
-
-
-def test_figures_are_what_plotly_knows(text: str, preview: tuple[Compensation, dict[str, Any]]) -> None:
-    for drawn in (figures_in(text), figures_in(path_page(*preview))):
-        for figure in drawn.values():
-            go.Figure(figure)  # refuses a property that plotly does not have
 
 
 def test_colours_share_one_range_and_axes_are_equal(run: tuple[Compensation, dict[str, Any]]) -> None:
