@@ -14,13 +14,13 @@ from compensator.report.figures.layout import Figure
 from compensator.report.figures.residual_map import enlargement, map_figure
 from compensator.report.html import diagnosis_tables as tables
 from compensator.report.html.page import page
+from compensator.report.json.text import Report
 from compensator.report.words import diagnosis as words
 from compensator.report.words.numbers import joined, residual_mm
 from stiffness.diagnosis.result import Added, Diagnosis
 from stiffness.model.model import ComplianceModel
 
 SETUPS = 12  # in the menu of the map
-Report = dict[str, Any]
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from compensator.report.html.table import DASH, Cell, OutlierRows, PageTable, Strong, outlier_rows
-from compensator.report.words.diagnosis import WRITTEN, follows_words, in_words
+from compensator.report.json.text import Report
+from compensator.report.words.diagnosis import WRITTEN, followed_words, place_words
 from compensator.report.words.numbers import joined, parameter_words, residual_mm, rounded, shown_unit
 from stiffness.diagnosis.result import Added, Changed, Diagnosis
 from stiffness.model.model import ComplianceModel
@@ -15,7 +14,6 @@ from stiffness.session.session import Session
 
 LISTED = 200  # rows that are written out
 ALIKE = 3  # names that are written out
-Report = dict[str, Any]
 
 
 def scores(report: Report) -> PageTable:
@@ -81,7 +79,7 @@ def candidates(d: Diagnosis) -> PageTable:
 
 def attribution(d: Diagnosis) -> PageTable:
     """Where the structure sits and what it follows."""
-    rows = [[in_words(s.what), f"{100 * s.share:.0f} %", follows_words(s.follows) or DASH] for s in d.points_at]
+    rows = [[place_words(s.what), f"{100 * s.share:.0f} %", followed_words(s.follows) or DASH] for s in d.points_at]
     return PageTable(rows, ["place or column", "share of the structure", "follows"], right=[1])
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -16,12 +14,12 @@ from compensator.report.figures.fit import correlation_figure, joints_figure, no
 from compensator.report.figures.layout import Figure
 from compensator.report.html import fit_tables as tables
 from compensator.report.html.page import page
+from compensator.report.json.text import Report
 from compensator.report.words.numbers import residual_mm
 from stiffness.effects import CATALOGUE
 from stiffness.identification.fit import Fit
 
 Floats = npt.NDArray[np.float64]
-Report = dict[str, Any]
 
 FAR = 3  # standard deviations: beyond lie BEYOND of all values of a normal distribution
 BEYOND = 0.0027

@@ -21,8 +21,9 @@ Floats = npt.NDArray[np.float64]
 
 LISTED = 200  # rows that are written out
 STRONGEST = 8
+UNSEEN = "angles that no reading has"  # why a number of a table is not identified; Fit lists tables behind all others
 NO_BREAK_HYPHEN = "\u2011"
-IN_WORDS = 0.5  # correlations from here on are called large
+LARGE = 0.5  # correlations from here on are called large
 
 
 def parameters(fit: Fit) -> PageTable:
@@ -34,7 +35,7 @@ def parameters(fit: Fit) -> PageTable:
         unit, factor = shown_unit(u.parameter.unit, rates=False)
         head = [u.effect.replace("-", NO_BREAK_HYPHEN), _meaning(u), place_of(u), unit]
         if not ok:
-            why = next(reasons).rsplit(": ", 1)[-1]
+            why = UNSEEN if u.parameter.each > 1 else next(reasons).rsplit(": ", 1)[-1]
             rows.append([*head, DASH, DASH, DASH, Strong("not identified", f": {why}")])
             continue
         value = float(values[u.effect][u.parameter.name][u.index]) * factor
@@ -155,14 +156,14 @@ def correlated(fit: Fit, matrix: Floats) -> Correlated:
     """Pairs of numbers that the readings hardly tell apart, from their correlations (P, P)."""
     rows, columns = np.triu_indices(len(matrix), 1)
     size = np.abs(matrix[rows, columns])
-    order = [int(k) for k in np.argsort(-np.round(size, 9), kind="stable") if size[k] >= IN_WORDS]
+    order = [int(k) for k in np.argsort(-np.round(size, 9), kind="stable") if size[k] >= LARGE]
     free = fit.unknowns.free
     pairs = [
         f"{matrix[rows[k], columns[k]]:+.3f}: {named(free[rows[k]])} and {named(free[columns[k]])}"
         for k in order[:STRONGEST]
     ]
     more = f"{len(order) - STRONGEST:,}" if len(order) > STRONGEST else ""
-    return Correlated(f"{IN_WORDS}", pairs, more, f"{size.max():.2f}" if len(size) and not order else "")
+    return Correlated(f"{LARGE}", pairs, more, f"{size.max():.2f}" if len(size) and not order else "")
 
 
 def outliers(fit: Fit) -> OutlierRows:

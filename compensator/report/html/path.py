@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -14,13 +12,13 @@ from compensator.report.figures.thinning import LIMIT
 from compensator.report.html import path_tables as tables
 from compensator.report.html.page import page
 from compensator.report.html.path_tables import is_compensated
+from compensator.report.json.text import Report
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
 from stiffness.effects import CATALOGUE
 
 Floats = npt.NDArray[np.float64]
-Report = dict[str, Any]
 
 
 def path_page(c: Compensation, report: Report, after: Floats | None = None) -> str:

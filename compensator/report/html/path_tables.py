@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from compensator.report.html.table import PageTable
+from compensator.report.json.text import Report
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 
 LISTED = 12  # turnarounds that are written out per joint
-Report = dict[str, Any]
 
 
 def is_compensated(c: Compensation) -> bool:

@@ -63,13 +63,13 @@ def _sits(points: Sequence[Share]) -> str:
     place = next((s for s in points if not s.what.startswith("column:")), None)
     column = next((s for s in points if s.what.startswith("column:")), None)
     if place is None:
-        return f"; it follows {in_words(column.what)}" if column else ""
+        return f"; it follows {place_words(column.what)}" if column else ""
     leads = column is not None and column.share > place.share
-    follows = in_words(column.what) if column is not None and leads else follows_words(place.follows, 1)
+    follows = place_words(column.what) if column is not None and leads else followed_words(place.follows, 1)
     return f"; it sits at {place.what}" + (f" and follows {follows}" if follows else "")
 
 
-def follows_words(follows: str, most: int = 2) -> str:
+def followed_words(follows: str, most: int = 2) -> str:
     """What a share follows."""
     varying = [f for f in follows.split("; ") if f != CONSTANT]
     return joined(varying[:most]) or "nothing that varies"
@@ -82,7 +82,7 @@ def _moved(changed: Sequence[Changed]) -> str:
     return f"{', '.join(names[:LISTED])}{more} {verb}"
 
 
-def in_words(what: str) -> str:
+def place_words(what: str) -> str:
     """A place or a column as a reader says it."""
     if what.startswith("column:"):
         name = what.removeprefix("column:")
@@ -106,11 +106,11 @@ def split_sentence(report: Report, kind: str) -> str:
 
 def added_sentence(a: Added) -> str:
     """Where, how large, how much of the residual goes with it."""
-    text = f"{a.effect} in {joined(a.where)}: {sizes(a)}"
+    text = f"{a.effect} in {joined(a.where)}: {added_numbers(a)}"
     return f"{text}; it takes {100 * a.explains:.0f} % of what was above the noise" if a.explains > 0 else text
 
 
-def sizes(a: Added) -> str:
+def added_numbers(a: Added) -> str:
     """The numbers of an addition, as many as a line has room for."""
     told, left = [], 0
     for name, (values, sd, unit) in a.parameters.items():
@@ -165,15 +165,15 @@ def place_sentence(d: Diagnosis) -> str:
     """Where the rest sits, or where what was found had been."""
     if not d.points_at:
         return "no place and no column carries any structure: the rest is noise"
-    told = ", ".join(share(s) for s in d.points_at[:PLACES])
+    told = ", ".join(share_words(s) for s in d.points_at[:PLACES])
     before = "the rest sits at" if d.verdict == "unexplained" else "before, the structure sat at"
     return f"{before} {told}"
 
 
-def share(s: Share) -> str:
+def share_words(s: Share) -> str:
     """A place, its share, and what it follows."""
-    follows = f", follows {follows_words(s.follows)}" if s.follows else ""
-    return f"{in_words(s.what)} ({100 * s.share:.0f} %{follows})"
+    follows = f", follows {followed_words(s.follows)}" if s.follows else ""
+    return f"{place_words(s.what)} ({100 * s.share:.0f} %{follows})"
 
 
 def next_sentence(report: Report) -> str:

@@ -54,13 +54,29 @@ def test_correlations_are_those_of_the_model_files_numbers(fitted: tuple[Fit, li
     assert np.array(heat["z"]) == pytest.approx(matrix, abs=6e-4)
 
 
-def test_what_is_not_identified_has_no_value(fitted: tuple[Fit, list[int]]) -> None:
-    fit = fitted[0]
+def blinded(fit: Fit, k: int) -> Fit:
+    """The fit of readings that tell nothing of number ``k``."""
     n = len(fit.unknowns)
     covariance, information = fit.solution.covariance.copy(), fit.solution.information.copy()
-    covariance[3, :n] = covariance[:n, 3] = information[3, :n] = information[:n, 3] = 0.0
-    covariance[3, 3] = (30 * fit.unknowns.scale[3]) ** 2
-    blind = replace(fit, solution=replace(fit.solution, covariance=covariance, information=information))
+    covariance[k, :n] = covariance[:n, k] = information[k, :n] = information[:n, k] = 0.0
+    covariance[k, k] = (30 * fit.unknowns.scale[k]) ** 2
+    return replace(fit, solution=replace(fit.solution, covariance=covariance, information=information))
+
+
+def test_what_is_not_identified_has_no_value(fitted: tuple[Fit, list[int]]) -> None:
+    blind = blinded(fitted[0], 3)
     said = Walk(fit_page(blind, fit_report(blind))).said
     assert re.search(r"joint 4 N·m/rad – – – not identified : no reading loads it", said)  # noqa: RUF001
     assert "5 of 6 joint stiffnesses are identified" in said
+
+
+def test_a_number_of_a_table_that_is_not_identified_says_why(fitted: tuple[Fit, list[int]]) -> None:
+    fit = fitted[0]
+    free = list(fit.unknowns.free)
+    free[3] = replace(free[3], parameter=replace(free[3].parameter, each=2, fit="direct"))
+    fit = replace(fit, unknowns=replace(fit.unknowns, free=tuple(free)))
+    blind = blinded(blinded(fit, 3), 4)
+    said = Walk(fit_page(blind, fit_report(blind))).said
+    reasons = ("angles that no reading has", "no reading loads it")
+    for joint, why in zip((4, 5), reasons, strict=True):
+        assert re.search(rf"joint {joint} N·m/rad – – – not identified : {why}", said)  # noqa: RUF001
