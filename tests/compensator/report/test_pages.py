@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import copy
 import json
 import re
@@ -236,6 +237,18 @@ def test_only_plotly_goes_into_a_template_unescaped(template: Path) -> None:
     raw = re.findall(r"\{\{[^}]*\|\s*safe[^}]*\}\}", template.read_text())
     assert raw == (["{{ plotly_js | safe }}"] if template.name == "base.html" else [])
     assert "autoescape" not in template.read_text()
+
+
+def test_no_python_of_the_package_writes_markup() -> None:
+    """But for what plotly.js reads in labels."""
+    root = Path(compensator.__file__).parent
+    found = [
+        f"{path.relative_to(root)}:{node.lineno}"
+        for path in sorted(root.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and re.search(r"</?[a-z]+[ />]", node.value)
+    ]
+    assert {place.partition(":")[0] for place in found} == {"report/figures/layout.py"}
 
 
 def test_an_effect_of_another_package_is_named_and_drawn(
