@@ -135,7 +135,7 @@ def _approached(sessions: Sequence[Session]) -> bool:
 
 
 def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
-    sessions = [e.session for e in fit.evidence]
+    sessions = [s.session for s in fit.sessions]
     forces = [float(np.linalg.norm(s.samples.load.wrench[:, :3], axis=1).max()) for s in sessions]
     out: dict[str, Any] = {
         "kind": "static",

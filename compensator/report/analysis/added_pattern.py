@@ -24,7 +24,8 @@ CLEAR = 0.02  # of the largest motion that an addition explains: below, it has n
 def added_patterns(d: Diagnosis, sessions: tuple[SessionResiduals, ...], added: Added) -> list[Pattern]:
     """What is drawn of one addition: of joints one each, the one that moves the reflectors most first."""
     effect = BY_NAME[added.effect]
-    shares = [added_share(d, one, effect) for one in sessions]
+    without = d.fit.predicted_without(effect)
+    shares = [added_share(one, without[one.number]) for one in sessions]
     turned = turned_joints(effect, added, shares)
     if turned:
         return [joint_pattern(effect, j, shares) for j in turned]

@@ -1,7 +1,4 @@
-"""What one addition explains of the residuals of a session: the prediction with it minus that without it.
-
-The refined fit is predicted once more without the addition, all other numbers as they are.
-"""
+"""What one addition explains of the residuals of a session: the prediction with it minus that without it."""
 
 from __future__ import annotations
 
@@ -11,10 +8,7 @@ import numpy as np
 
 from compensator.report.analysis.session_residuals import Floats, Index, SessionResiduals, in_base
 from compensator.report.analysis.state_motion import lever_of
-from stiffness.diagnosis.result import Diagnosis
-from stiffness.effects.effect import Effect
-from stiffness.identification.session_fit import Evidence
-from stiffness.identification.unknowns import Unknowns
+from stiffness.identification.prediction import PredictedReadings
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -38,18 +32,8 @@ class AddedShare:
         return np.asarray(self.one.predicted.torque[self.one.session.states.first, j])
 
 
-def added_share(d: Diagnosis, one: SessionResiduals, effect: Effect) -> AddedShare:
-    """Of one session."""
-    fit, number = d.fit, one.number
-    keep = [i for i, u in enumerate(fit.unknowns.free) if u.effect != effect.name]
-    layout = Unknowns(
-        effects=tuple(e for e in fit.unknowns.effects if e is not effect),
-        joints=fit.unknowns.joints,
-        free=tuple(fit.unknowns.free[i] for i in keep),
-    )
-    bare = Evidence(one.session, layout, {e.name: fit.fixed[e.name] for e in layout.effects})
-    bare.station, bare.placed = one.evidence.station, True
-    without = bare.predict(fit.parameters[keep], fit.station(number))
+def added_share(one: SessionResiduals, without: PredictedReadings) -> AddedShare:
+    """Of one session; ``without``: predicted by the refined fit without the addition, all other numbers as they are."""
     rows = np.flatnonzero(one.sound)
     first, n = one.session.states.first, one.session.robot.n
     return AddedShare(

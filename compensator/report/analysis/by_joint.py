@@ -52,7 +52,7 @@ def _joined(columns: list[Floats]) -> Floats:
 
 def _of_session(s: PredictedSession, column: dict[int, int]) -> dict[int, JointResiduals]:
     """By joint; ``column``: where the derivative by the stiffness of a joint stands."""
-    session, used = s.evidence.session, s.evidence.used
+    session, used, seen = s.fit.session, s.fit.used, s.fit.predicted
     pairs = session.pairs
     keep = used[pairs.row] & used[pairs.reference] & session.counts[pairs.row]
     row, reference = pairs.row[keep], pairs.reference[keep]
@@ -60,8 +60,8 @@ def _of_session(s: PredictedSession, column: dict[int, int]) -> dict[int, JointR
     torque = torque[row] - torque[reference]
     measured = pairs.displacement[keep]
     rigid = measured - (s.rigid.position[row] - s.rigid.position[reference])
-    fitted = measured - (s.fitted.position[row] - s.fitted.position[reference])
-    way = s.fitted.by_parameter[row] - s.fitted.by_parameter[reference]
+    fitted = measured - (seen.position[row] - seen.position[reference])
+    way = seen.by_parameter[row] - seen.by_parameter[reference]
     return {j: _along(torque[:, j], way[:, :, p], rigid, fitted) for j, p in column.items()}
 
 

@@ -10,10 +10,12 @@ import numpy.typing as npt
 
 from compensator.report.analysis.predicted import PredictedSession
 from stiffness.identification import scores
+from stiffness.identification.prediction import PredictedReadings
 from stiffness.identification.scores import Score
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.session.session import Session
 
-Judge = Callable[[Evidence, Predicted, npt.NDArray[np.bool_]], Score | None]
+Bools = npt.NDArray[np.bool_]
+Judge = Callable[[Session, PredictedReadings, Bools, Bools], Score | None]
 
 KINDS: dict[str, Judge] = {"displacement": scores.displacement, "absolute": scores.absolute}
 
@@ -35,9 +37,10 @@ def reflector_residuals(sessions: tuple[PredictedSession, ...], kind: str) -> li
     judge = KINDS[kind]
     found: dict[tuple[str, int], list[tuple[Score, Score]]] = {}
     for s in sessions:
-        for k, r in enumerate(s.evidence.session.reflectors):
-            rows = s.evidence.used & (s.evidence.samples.reflector == k)
-            before, after = judge(s.bare, s.rigid, rows), judge(s.evidence, s.fitted, rows)
+        session, used = s.fit.session, s.fit.used
+        for k, r in enumerate(session.reflectors):
+            rows = used & (session.samples.reflector == k)
+            before, after = judge(session, s.rigid, rows, used), judge(session, s.fit.predicted, rows, used)
             if before is not None and after is not None:
                 found.setdefault((r.name, r.link), []).append((before, after))
     out = []

@@ -1,32 +1,23 @@
-"""The sessions of a fit as measured, as a rigid arm predicts them, and as the fit does."""
+"""The sessions of a fit: as the fit left them, and as a rigid arm predicts them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from stiffness.identification.evaluate import place, rigid_evidence
+from stiffness.identification.evaluate import predicted_rigid
 from stiffness.identification.fit import Fit
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.session_fit import SessionFit
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class PredictedSession:
-    """One session: ``evidence`` with the readings that the fit has ``fitted``, and against the ``bare`` rigid arm."""
+    """One session: ``fit`` has its readings and what the fit predicts of them, ``rigid`` what a rigid arm does."""
 
-    evidence: Evidence
-    fitted: Predicted
-    bare: Evidence
-    rigid: Predicted
+    fit: SessionFit
+    rigid: PredictedReadings
 
 
 def predicted_sessions(fit: Fit) -> tuple[PredictedSession, ...]:
     """All sessions; the rigid arm is placed by the same readings that the fit has used."""
-    out = []
-    for k, e in enumerate(fit.evidence):
-        bare = rigid_evidence(e.session)
-        bare.used = e.used
-        fitted = e.predict(fit.parameters, fit.station(k))
-        out.append(PredictedSession(e, fitted, bare, bare.predict(np.zeros(0), place(bare))))
-    return tuple(out)
+    return tuple(PredictedSession(s, predicted_rigid(s.session, s.used).predicted) for s in fit.sessions)

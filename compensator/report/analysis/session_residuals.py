@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from compensator.report.analysis.undeflected import UndeflectedArm, undeflected
 from stiffness.diagnosis.result import Diagnosis
-from stiffness.identification.evaluate import evidence_of, place
+from stiffness.identification.evaluate import predicted_by
 from stiffness.identification.fit import Fit
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.identification.prediction import PredictedReadings
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
 
@@ -41,17 +41,12 @@ class SessionResiduals:
     sound: Bools
     before: Floats
     after: Floats
-    predicted: Predicted
-
-    @property
-    def evidence(self) -> Evidence:
-        """The session with the readings that the fit uses."""
-        return self.fit.evidence[self.number]
+    predicted: PredictedReadings
 
     @property
     def session(self) -> Session:
         """The session as measured."""
-        return self.evidence.session
+        return self.fit.sessions[self.number].session
 
     @property
     def link(self) -> Ints:
@@ -61,33 +56,30 @@ class SessionResiduals:
 
 def session_residuals(d: Diagnosis, model: ComplianceModel) -> tuple[SessionResiduals, ...]:
     """All sessions; where nothing was found, before and after are the same."""
-    return tuple(_residuals(d, model, k) for k in range(len(d.fit.evidence)))
+    return tuple(_residuals(d, model, k) for k in range(len(d.fit.sessions)))
 
 
 def _residuals(d: Diagnosis, model: ComplianceModel, number: int) -> SessionResiduals:
-    e = d.fit.evidence[number]
-    s = e.samples
-    at_hand = evidence_of(e.session, model)
-    at_hand.used = e.used
-    station = place(at_hand)
-    before = at_hand.predict(np.zeros(0), station)
-    after = e.predict(d.fit.parameters, d.fit.station(number)) if d.added or d.changed else before
+    refined = d.fit.sessions[number]
+    session, s = refined.session, refined.samples
+    at_hand = predicted_by(model, session, refined.used)
+    before = at_hand.predicted
+    after = refined.predicted if d.added or d.changed else before
     outliers = set(d.outliers)
-    arm = undeflected(e.session.robot, s.q)
-    places = at_hand.station.reflectors(station)
-    link = np.array([r.link for r in e.session.reflectors])[s.reflector]
+    arm = undeflected(session.robot, s.q)
+    link = np.array([r.link for r in session.reflectors])[s.reflector]
     return SessionResiduals(
         fit=d.fit,
         number=number,
         arm=arm,
-        reflector=arm.link_of_each(link).at(places[s.reflector]),
-        sound=np.array([(e.session.source, int(line)) not in outliers for line in s.line]),
+        reflector=arm.link_of_each(link).at(at_hand.reflectors[s.reflector]),
+        sound=np.array([(session.source, int(line)) not in outliers for line in s.line]),
         before=in_base(s.position - before.position, before),
         after=in_base(s.position - after.position, after),
         predicted=after,
     )
 
 
-def in_base(read: Floats, predicted: Predicted) -> Floats:
+def in_base(read: Floats, predicted: PredictedReadings) -> Floats:
     """Differences (N, 3) of readings, turned from the axes that they were read in to those of the base."""
     return np.asarray(np.linalg.solve(predicted.back, read[:, :, None])[:, :, 0])

@@ -16,10 +16,8 @@ def standardised(fit: Fit) -> Floats:
     The number that carries the free offset of a reflector in its set-up is no residual: it is left out.
     """
     out = []
-    at = len(fit.unknowns)
-    for k, e in enumerate(fit.evidence):
-        columns = slice(at, at + e.station.size)
-        for block in e.blocks(fit.parameters, fit.station(k), fit.offset, columns=columns, width=columns.stop):
-            out.append(block.residual[np.diag(block.factor) < 0.5 * fit.offset] if fit.offset else block.residual)
-        at = columns.stop
+    for s in fit.sessions:
+        offset = s.observations.weighting.offset
+        for block in s.blocks():
+            out.append(block.residual[np.diag(block.factor) < 0.5 * offset] if offset else block.residual)
     return np.concatenate(out) if out else np.empty(0)

@@ -54,7 +54,7 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
         **_remainder(d, residuals),
     }
     verdict, _, verdict_is = words.verdict_sentence(d).partition(": ")
-    sessions = [e.session for e in d.fit.evidence]
+    sessions = [e.session for e in d.fit.sessions]
     return page(
         "diagnosis",
         f"Diagnosis: {sessions[0].robot.name}",

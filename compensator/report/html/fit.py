@@ -43,7 +43,7 @@ def fit_page(fit: Fit, report: Report) -> str:
     geometric, others = _not_identified(report)
     return page(
         "fit",
-        f"Identified stiffness: {fit.evidence[0].session.robot.name}",
+        f"Identified stiffness: {fit.sessions[0].session.robot.name}",
         figures,
         readings=_readings(report),
         stiffnesses={"identified": sum(report["identifiable"]), "all": len(report["identifiable"])},

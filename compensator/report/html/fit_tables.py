@@ -169,7 +169,7 @@ def correlated(fit: Fit, matrix: Floats) -> Correlated:
 def outliers(fit: Fit) -> OutlierRows:
     """Rows that were left out."""
     rows = []
-    for e in fit.evidence:
+    for e in fit.sessions:
         s = e.samples
         for k in np.flatnonzero(~e.used):
             name = e.session.reflectors[int(s.reflector[k])].name
@@ -181,7 +181,7 @@ def outliers(fit: Fit) -> OutlierRows:
 def inputs(fit: Fit) -> PageTable:
     """Sessions."""
     rows = []
-    for e in fit.evidence:
+    for e in fit.sessions:
         s = e.session
         place = "in the base" if s.registered else f"tracker placed {len(np.unique(s.samples.block))} times by the fit"
         counts = [f"{len(np.unique(s.samples.setup))}", f"{len(s.states)}", f"{len(s):,}", f"{int(e.used.sum()):,}"]

@@ -32,7 +32,7 @@ def fit_report(fit: Fit) -> Report:
         "stiffness_sd_nm_per_rad": known_numbers(sd, known),
         "identifiable": known.tolist(),
         "rms_mm": _rms(fit),
-        "n_readings": sum(len(e.samples) for e in fit.evidence),
+        "n_readings": sum(len(s.samples) for s in fit.sessions),
         "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
         "condition_number": fit.condition_number(),
         "observability": fit.observability(),
@@ -46,8 +46,8 @@ def _rms(fit: Fit) -> dict[str, Any]:
     out: dict[str, Any] = {}
     sessions = predicted_sessions(fit)
     for kind, judge in KINDS.items():
-        fitted = scores.pooled([judge(s.evidence, s.fitted, s.evidence.used) for s in sessions])
-        rigid = scores.pooled([judge(s.bare, s.rigid, s.evidence.used) for s in sessions])
+        fitted = scores.pooled([judge(s.fit.session, s.fit.predicted, s.fit.used, s.fit.used) for s in sessions])
+        rigid = scores.pooled([judge(s.fit.session, s.rigid, s.fit.used, s.fit.used) for s in sessions])
         out[kind] = None
         if fitted is not None and rigid is not None:
             out[kind] = {"rigid": rigid.rms * MM, "fitted": fitted.rms * MM, "noise_floor": fitted.noise_floor * MM}

@@ -29,9 +29,9 @@ def test_per_joint_the_rigid_arm_leaves_a_slope_and_the_fit_none(fitted: tuple[F
 
 
 def test_torque_of_a_load_is_that_of_the_jacobian(fitted: tuple[Fit, list[int]]) -> None:
-    e = fitted[0].evidence[0]
-    s, robot = e.samples, e.session.robot
-    torque = load_torque(e.session, undeflected(robot, s.q))
+    session = fitted[0].sessions[0].session
+    s, robot = session.samples, session.robot
+    torque = load_torque(session, undeflected(robot, s.q))
     loaded = np.flatnonzero(np.linalg.norm(s.load.wrench, axis=1) > 100)[::17]
     assert len(loaded) > 3
     for k in loaded:
@@ -44,7 +44,7 @@ def test_torque_of_a_load_is_that_of_the_jacobian(fitted: tuple[Fit, list[int]])
 
 def test_residuals_of_a_good_session_are_standard_normal(fitted: tuple[Fit, list[int]]) -> None:
     z = standardised(fitted[0])
-    used = int(fitted[0].evidence[0].used.sum())
+    used = int(fitted[0].sessions[0].used.sum())
     assert 2 * used < len(z) < 3 * used  # a reading has three numbers, one of a reflector's states carries the offset
     assert np.std(z) == pytest.approx(1, abs=4 / np.sqrt(2 * len(z)))
     assert abs(np.mean(z)) < 4 / np.sqrt(len(z))

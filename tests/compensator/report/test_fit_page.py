@@ -74,7 +74,7 @@ def test_a_number_of_a_table_that_is_not_identified_says_why(fitted: tuple[Fit, 
     fit = fitted[0]
     free = list(fit.unknowns.free)
     free[3] = replace(free[3], parameter=replace(free[3].parameter, each=2, fit="direct"))
-    fit = replace(fit, unknowns=replace(fit.unknowns, free=tuple(free)))
+    fit = replace(fit, problem=replace(fit.problem, unknowns=replace(fit.unknowns, free=tuple(free))))
     blind = blinded(blinded(fit, 3), 4)
     said = Walk(fit_page(blind, fit_report(blind))).said
     reasons = ("angles that no reading has", "no reading loads it")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import copy
 import json
 import re
 from collections.abc import Callable
@@ -95,7 +94,7 @@ def previewed(ask: Callable[[str], Any]) -> Page:
 
 def identified(ask: Callable[[str], Any]) -> Page:
     fit, report = ask("fitted")[0], fit_report(ask("fitted")[0])
-    again = identify([e.session for e in fit.evidence], ["joint-stiffness"])
+    again = identify([e.session for e in fit.sessions], ["joint-stiffness"])
     notes = {"notes": [HOSTILE], "not_identified": [HOSTILE, f"joint zero (kinematic-offset) of {HOSTILE}"]}
     return Page(
         text=fit_page(fit, report),
@@ -109,14 +108,16 @@ def identified(ask: Callable[[str], Any]) -> Page:
 
 def renamed(fit: Fit) -> Fit:
     """The fit of a session whose every name is hostile."""
-    (e,) = (copy.copy(e) for e in fit.evidence)
-    e.session = replace(
-        e.session,
+    (observations,) = (s.observations for s in fit.sessions)
+    kept = observations.session
+    session = replace(
+        kept,
         source=HOSTILE,
-        robot=replace(e.session.robot, name=HOSTILE),
-        reflectors=tuple(replace(r, name=HOSTILE + r.name) for r in e.session.reflectors),
+        robot=replace(kept.robot, name=HOSTILE),
+        reflectors=tuple(replace(r, name=HOSTILE + r.name) for r in kept.reflectors),
     )
-    return replace(fit, evidence=(e,))
+    named = replace(observations, data=replace(observations.data, session=session))
+    return replace(fit, problem=replace(fit.problem, observations=(named,)))
 
 
 def diagnosed(ask: Callable[[str], Any]) -> Page:
@@ -261,7 +262,8 @@ def test_an_effect_of_another_package_is_named_and_drawn(
     layout = fit.unknowns
     free = tuple(replace(u, effect=HOSTILE) for u in layout.free)
     known = {HOSTILE: fit.fixed[effects.BASE.name], **fit.fixed}
-    renamed = replace(fit, unknowns=replace(layout, effects=(stranger,), free=free), fixed=known)
+    layout = replace(layout, effects=(stranger,), free=free)
+    renamed = replace(fit, problem=replace(fit.problem, unknowns=layout, fixed=known))
     text = fit_page(renamed, fit_report(fit))
     walk = Walk(text)
     assert HOSTILE not in text and walk.open == []
