@@ -78,8 +78,7 @@ def compensate(folder: Path) -> int:
 def text(folder: Path) -> int:
     """The same text read and written, with nothing in between."""
     from compensator.path.free_turn import reference_rotation
-    from toolpaths.languages.read import read_toolpath
-    from toolpaths.languages.write import write_program
+    from toolpaths.files import read_toolpath, write_program
     from toolpaths.writing.program import Program, ToolFrame
 
     path = read_toolpath(folder / "path.csv", chord=1e-5)

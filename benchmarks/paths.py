@@ -15,7 +15,7 @@ from benchmarks.table import Row
 from benchmarks.timing import interleaved, ratio
 from stiffness.effects.backlash import EFFECT as BACKLASH
 from stiffness.memory.preload import PreloadState, walk
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 GAP = {"gap_rad": np.full(6, 1e-4), "breakaway_nm": np.full(6, 20.0), "side": np.ones(6)}
 START = PreloadState(np.full(6, -5e-5), np.full(6, 5e-5))

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from benchmarks.table import Row
 from benchmarks.timing import interleaved, ratio
-from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
+from toolpaths.machine import Machine, RotaryAxis
 
 MOVES, ROUNDS = 200_000, 1
 GOAL = "10 s"

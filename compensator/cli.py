@@ -11,11 +11,13 @@ from typing import Any
 
 import click
 
+from toolpaths.languages.table import WRITTEN
+
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 _FILE = click.Path(path_type=Path)
-_FORMATS = ("rapid", "krl", "fanuc", "urscript", "val3", "inform", "gcode", "csv")
+_LANGUAGES = [language.name for language in WRITTEN]
 
 
 def _refusals(task: Callable[..., None]) -> Callable[..., None]:
@@ -57,7 +59,7 @@ def main() -> None:
 @click.argument("toolpath", type=_FILE)
 @click.option("--cell", required=True, type=_FILE, help="cell/1 file: robot, tool, work object, process.")
 @click.option("-o", "--output", "program", required=True, type=_FILE, help="Program to write.")
-@click.option("--format", "language", type=click.Choice(_FORMATS), help="Language, where the suffix does not say it.")
+@click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Language, where the suffix does not say it.")
 @click.option("--report", type=_FILE, help="HTML report.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")

@@ -28,10 +28,13 @@ with atheris.instrument_imports(include=["toolpaths"]):
     from tests.toolpaths.test_apt_second_reader import Writer
     from tests.toolpaths.test_gcode_fuzz import MACHINE, WORDS
     from toolpaths.errors import ReadError
-    from toolpaths.languages.read import ON_A_MACHINE, SUFFIXES
+    from toolpaths.languages.table import LANGUAGES, READ
     from toolpaths.toolpath import CUT, Toolpath
 
-    READERS = {name: import_module(f"toolpaths.languages.{name}.reader") for name in SUFFIXES}
+    for language in READ:
+        import_module(f"toolpaths.languages.{language.name}.reader")
+
+SUFFIXES = {language.name: language.reads for language in READ}
 
 ROOT = Path(__file__).parents[1]
 DAT = b"\n;;;; beside it: .dat\n"  # a KRL input is two files
@@ -72,7 +75,7 @@ def words(language: str) -> list[bytes]:
 def reader(language: str, folder: Path) -> Callable[[bytes], Toolpath]:
     """The reader, for the content of a file; G-code of odd length stands on a machine with rotary axes."""
     file = folder / f"part{SUFFIXES[language][0]}"
-    read = READERS[language].read
+    machined = LANGUAGES[language].on_a_machine
 
     def run(data: bytes) -> Toolpath:
         main, _, beside = data.partition(DAT) if language == "krl" else (data, b"", b"")
@@ -80,9 +83,7 @@ def reader(language: str, folder: Path) -> Callable[[bytes], Toolpath]:
         if language == "krl":
             dat = file.with_suffix(".dat")
             dat.write_bytes(beside) if beside else dat.unlink(missing_ok=True)
-        if language in ON_A_MACHINE:
-            return read(file, "part", CHORD, MACHINE if len(data) % 2 else None)
-        return read(file, "part", CHORD)
+        return LANGUAGES[language].read(file, "part", CHORD, MACHINE if machined and len(data) % 2 else None)
 
     return run
 

@@ -13,8 +13,7 @@ import pytest
 from benchmarks import commands, job, paths, poses, reading, start, table, timing
 from benchmarks.rig import RICHER, WRENCH, Rig, rig, task
 from stiffness.robot.load import load_robot
-from toolpaths.languages.read import read_toolpath
-from toolpaths.languages.write import read_back
+from toolpaths.files import read_back, read_toolpath
 from toolpaths.toolpath import Toolpath
 
 ABB = "abb-irb6600-175-255"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 from toolpaths.toolpath import CUT
 
 pytest.importorskip("opencamlib", reason="opencamlib (extra `example`) is not installed")

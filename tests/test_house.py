@@ -55,6 +55,44 @@ def test_a_forbidden_arrow_is_seen(package: str, text: str) -> None:
     assert len(forbidden_arrows(Path("x.py"), package, text)) == 1
 
 
+def arrows(path: Path) -> set[str]:
+    """Modules of the project that a file imports, those for types alone and those inside functions included."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return {name for name in found if name.split(".")[0] in PACKAGES}
+
+
+def module(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def circles(graph: dict[str, set[str]]) -> list[str]:
+    """What is left of a graph when all that imports only what is below is taken away."""
+    left = {name: to & graph.keys() - {name} for name, to in graph.items()}
+    while done := {name for name, to in left.items() if not to & left.keys()}:
+        left = {name: to for name, to in left.items() if name not in done}
+    return sorted(left)
+
+
+def test_no_circles_of_files() -> None:
+    assert circles({module(p): arrows(p) for p in FILES}) == []
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
+
+
+def test_no_language_imports_another_or_the_table() -> None:
+    languages = "toolpaths.languages"
+    found = []
+    for path in (ROOT / "toolpaths" / "languages").glob("*/*.py"):
+        own = f"{languages}.{path.parent.name}"
+        found += [f"{path}: {name}" for name in arrows(path) if name.startswith(languages) and name != own
+                  and not name.startswith(f"{own}.")]  # fmt: skip
+    assert found == []
+
+
 def test_packages_raise_and_do_not_assert() -> None:
     found = [
         f"{p}:{node.lineno}"

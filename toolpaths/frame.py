@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Vector = tuple[float, float, float]  # plain numbers, where there is one place a line and arrays take too long
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -23,6 +24,11 @@ class Frame:
     def __repr__(self) -> str:
         count = self.origin.shape[:-1]
         return f"Frame({'x'.join(map(str, count)) + ' poses' if count else np.round(self.origin, 6).tolist()})"
+
+    @classmethod
+    def identity(cls) -> Frame:
+        """The outer frame itself."""
+        return cls(np.eye(3), np.zeros(3))
 
     @classmethod
     def of(cls, matrix: Floats) -> Frame:
@@ -42,7 +48,14 @@ class Frame:
 
     def along(self, direction: Floats) -> Floats:
         """Directions (..., 3) of the inner frame, in the outer one."""
-        return np.asarray((self.rotation @ np.asarray(direction)[..., None])[..., 0])
+        if self.rotation.ndim == 2:
+            return np.asarray(direction @ self.rotation.T)
+        return np.asarray(np.einsum("...ij,...j->...i", self.rotation, direction))
+
+    def inward(self, point: Floats) -> Floats:
+        """Points (..., 3) of the outer frame, in the inner one."""
+        out = np.asarray(point - self.origin)
+        return out @ self.rotation if self.rotation.ndim == 2 else np.einsum("...ji,...j->...i", self.rotation, out)
 
     def then(self, inner: Frame) -> Frame:
         """A frame that is given in this one, in the outer one."""
@@ -51,8 +64,12 @@ class Frame:
     def inverse(self) -> Frame:
         """The outer frame in the inner one."""
         back = np.swapaxes(self.rotation, -1, -2)
-        return Frame(back, -(back @ self.origin[..., None])[..., 0])
+        return Frame(back, -Frame(back, self.origin).along(self.origin))
 
-    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice) -> Frame:
-        """Some of N frames."""
+    def relative_to(self, other: Frame) -> Frame:
+        """This frame in another one; both are given in the same outer one."""
+        return Frame(np.swapaxes(other.rotation, -1, -2) @ self.rotation, other.inward(self.origin))
+
+    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice | int) -> Frame:
+        """Some of N frames, or one."""
         return Frame(self.rotation[rows], self.origin[rows])

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from toolpaths.errors import ReadError, ToolpathError
-from toolpaths.toolpath import Event, Floats, Toolpath, tool_axis
+from toolpaths.rotation import slerp, slerp_quaternion
+from toolpaths.toolpath import Floats, Rows, Toolpath
 
 ANGLE = math.radians(0.1)
 MOST_POSES = 50_000_000
 _ROUNDING = 1e-6  # a move may be longer than allowed by this share, so that sampling twice changes nothing
 _OPPOSITE = math.pi - 1e-4  # rad; two axes this far apart have no shortest turn
-
-Index = npt.NDArray[np.intp]
 
 
 def resample(path: Toolpath, *, spacing: float, angle: float = ANGLE) -> Toolpath:
@@ -47,7 +44,7 @@ def resample(path: Toolpath, *, spacing: float, angle: float = ANGLE) -> Toolpat
     if parts.sum() > MOST_POSES:
         raise ToolpathError(f"{path.source}: a spacing of {spacing * 1e3:g} mm makes {parts.sum():.3g} poses")
     count = np.maximum(np.ceil(parts - _ROUNDING), 1.0).astype(np.intp)
-    return path if count.max() == 1 else _inserted(path, count, turn)
+    return path if count.max() == 1 else _inserted(path, count)
 
 
 def _turns(path: Toolpath) -> Floats:
@@ -66,50 +63,15 @@ def _turns(path: Toolpath) -> Floats:
     return turn
 
 
-def _inserted(path: Toolpath, count: Index, turn: Floats) -> Toolpath:
+def _inserted(path: Toolpath, count: Rows) -> Toolpath:
     """The path with move m (from pose m to m + 1) in ``count[m]`` parts."""
-    last = np.concatenate([[0], np.cumsum(count)])  # where each pose of the path ends up
-    end = np.repeat(np.arange(1, len(path)), count)
-    end = np.concatenate([[0], end])  # the pose that the move of each new pose leads to
-    new = np.ones(len(end), dtype=bool)
-    new[last] = False
-    move = end[new] - 1
-    share = (np.flatnonzero(new) - last[move]) / count[move]
-    position, row = path.position[end], path.row[end]
-    position[new] = path.position[move] + share[:, None] * (path.position[move + 1] - path.position[move])
-    row[new] = path.row[move] + share * (path.row[move + 1] - path.row[move])
-    axis, quaternion = path.axis[end], None
-    if path.quaternion is not None:
-        quaternion = path.quaternion[end]
-        quaternion[new] = _slerp(path.quaternion, move, share, turn[move] / 2.0)
-        axis[new] = tool_axis(quaternion[new])
+    move = np.repeat(np.arange(len(count)), count - 1)
+    first = np.concatenate([[0], np.cumsum(count - 1)])[:-1]  # of the poses of each move
+    share = (np.arange(len(move)) - first[move] + 1) / count[move]
+    position = path.position[move] + share[:, None] * (path.position[move + 1] - path.position[move])
+    row = path.row[move] + share * (path.row[move + 1] - path.row[move])
+    if path.quaternion is None:
+        orientation = slerp(path.axis[move], path.axis[move + 1], share)
     else:
-        axis[new] = _slerp(path.axis, move, share, turn[move])
-    first = np.concatenate([[0], last[:-1] + 1, [len(end)]])
-    return replace(
-        path,
-        position=position,
-        axis=axis,
-        quaternion=quaternion,
-        feed=path.feed[end],
-        kind=path.kind[end],
-        tool=path.tool[end],
-        line=path.line[end],
-        row=row,
-        events=tuple(Event(int(first[e.pose]), e.word, e.line) for e in path.events),
-    )
-
-
-def _slerp(unit: Floats, move: Index, share: Floats, turn: Floats) -> Floats:
-    """Unit vectors (or quaternions) at ``share`` of the way of each move; ``turn`` rad between its ends."""
-    a, b = unit[move], unit[move + 1]
-    b = np.where(np.einsum("ij,ij->i", a, b)[:, None] < 0, -b, b) if unit.shape[1] == 4 else b
-    small = turn < 1e-6
-    sine = np.where(small, 1.0, np.sin(turn))
-    left = np.where(small, 1.0 - share, np.sin((1.0 - share) * turn) / sine)
-    right = np.where(small, share, np.sin(share * turn) / sine)
-    way = left[:, None] * a + right[:, None] * b
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    still = turn == 0.0
-    way[still] = a[still]
-    return way
+        orientation = slerp_quaternion(path.quaternion[move], path.quaternion[move + 1], share)
+    return path.with_points(move + 1, row, position, orientation)

@@ -25,6 +25,8 @@ Floats = npt.NDArray[np.float64]
 
 #: Below this cosine of the middle angle the other two are no longer told apart; forcing that costs 1e-9 rad.
 GIMBAL_COSINE = 1e-9
+#: Below this sine of the angle between two unit vectors the way between them is straight.
+SMALL_SINE = 1e-9
 
 
 def quaternion_from_matrix(matrix: Floats) -> Floats:
@@ -63,13 +65,36 @@ def positive_quaternion(quaternion: Floats) -> Floats:
 def matrix_from_quaternion(quaternion: Floats) -> Floats:
     """(..., 3, 3) of quaternions w, x, y, z (..., 4); they are normalised first."""
     q = np.asarray(quaternion, dtype=np.float64)
-    w, x, y, z = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
+    return matrix_from_unit_quaternion(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
+def matrix_from_unit_quaternion(quaternion: Floats) -> Floats:
+    """(..., 3, 3) of quaternions w, x, y, z (..., 4) of length 1."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
     rows = (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
         (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
         (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
     )
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def slerp_quaternion(a: Floats, b: Floats, share: Floats) -> Floats:
+    """Unit quaternions (M, 4) at ``share`` (M,) of the shorter way from ``a`` to ``b``."""
+    return slerp(a, np.where(np.sum(a * b, axis=1, keepdims=True) < 0.0, -b, b), share)
+
+
+def slerp(a: Floats, b: Floats, share: Floats) -> Floats:
+    """Unit vectors (M, n) at ``share`` (M,) of the great circle from ``a`` to ``b``; where both are equal, ``a``."""
+    chord = np.linalg.norm(b - a, axis=1)
+    angle = 2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
+    small = np.sin(angle) < SMALL_SINE
+    sine = np.where(small, 1.0, np.sin(angle))
+    left = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
+    right = np.where(small, share, np.sin(share * angle) / sine)
+    out = left[:, None] * a + right[:, None] * b
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    return np.where(chord[:, None] == 0.0, a, out)
 
 
 def rpy_from_matrix(matrix: Floats) -> Floats:
@@ -169,6 +194,28 @@ def turn_between(matrix: Floats) -> Floats:
     sine = 0.5 * np.linalg.norm(np.stack(skew, axis=-1), axis=-1)
     cosine = 0.5 * (np.einsum("nii->n", step) - 1.0)
     return np.asarray(np.arctan2(sine, cosine), dtype=np.float64)
+
+
+def rotation_of_axis(axis: Floats) -> Floats:
+    """(N, 3, 3) with z = -axis, of tool axes (N, 3), and x as near to the x axis (where that fails, y) as can be."""
+    z = -np.asarray(axis)
+    side = np.where(np.abs(z[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    x = side - np.einsum("ni,ni->n", side, z)[:, None] * z
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack((x, np.cross(z, x), z), axis=-1)
+
+
+def aligned(rotation: Floats, axis: Floats) -> Floats:
+    """(N, 3, 3) orientations turned by the least angle that gives them the tool axes (N, 3).
+
+    That is what a controller does that keeps the turn about the tool; opposite vectors have no such turn.
+    """
+    z, to = rotation[:, :, 2], -np.asarray(axis)
+    v, cosine = np.cross(z, to), np.einsum("ni,ni->n", z, to)
+    skew = np.zeros_like(rotation)
+    skew[:, [2, 0, 1], [1, 2, 0]], skew[:, [1, 2, 0], [2, 0, 1]] = v, -v
+    turn = np.eye(3) + skew + skew @ skew / (1.0 + cosine)[:, None, None]
+    return np.asarray(turn @ rotation)
 
 
 def _cosines_and_sines(angles: Floats) -> tuple[Floats, Floats]:

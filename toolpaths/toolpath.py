@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # programs import this module
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
+Rows = npt.NDArray[np.intp]
 
 RAPID = np.uint8(0)
 CUT = np.uint8(1)
@@ -113,22 +114,41 @@ class Toolpath:
     def __repr__(self) -> str:
         return f"Toolpath({self.source!r}, {len(self)} poses, {int(np.sum(self.kind))} cutting)"
 
-    def take(self, index: Sequence[int] | npt.NDArray[np.intp]) -> Toolpath:
+    def _columns(self) -> dict[str, npt.NDArray[Any]]:
+        """What has a row per pose, by name."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+
+    def take(self, index: Sequence[int] | Rows) -> Toolpath:
         """The poses of ``index``, in that order; events move to the next pose kept."""
         chosen = np.asarray(index, dtype=np.intp)
-        at = {e: int(np.searchsorted(chosen, e.pose)) for e in self.events}
-        return replace(
-            self,
-            position=self.position[chosen],
-            axis=self.axis[chosen],
-            quaternion=None if self.quaternion is None else self.quaternion[chosen],
-            feed=self.feed[chosen],
-            kind=self.kind[chosen],
-            tool=self.tool[chosen],
-            line=self.line[chosen],
-            row=self.row[chosen],
-            events=tuple(replace(e, pose=at[e]) for e in self.events),
-        )
+        events = tuple(replace(e, pose=int(np.searchsorted(chosen, e.pose))) for e in self.events)
+        columns: dict[str, Any] = {name: values[chosen] for name, values in self._columns().items()}
+        return replace(self, **columns, events=events)
+
+    def with_points(self, end: Rows, row: Floats, position: Floats, orientation: Floats) -> Toolpath:
+        """The path with M poses put into its moves; everything else of a new pose is that of its move's end.
+
+        Events that stand before a move stay before it, ahead of the poses put into it.
+
+        Args:
+            end: (M,) the pose that each move leads to, ascending; poses of one move in their order along it.
+            row: (M,) as in ``Toolpath.row``.
+            position: (M, 3) m.
+            orientation: (M, 4) quaternions where this path has them, else (M, 3) tool axes.
+        """
+        grown = self.take(np.insert(np.arange(len(self)), end, end))
+        new = np.zeros(len(grown), dtype=np.bool_)
+        new[end + np.arange(len(end))] = True
+        own: dict[str, Floats] = {"row": row, "position": position}
+        if self.quaternion is None:
+            own["axis"] = orientation
+        else:
+            own |= {"quaternion": orientation, "axis": tool_axis(orientation)}
+        columns: dict[str, Any] = {name: getattr(grown, name).copy() for name in own}
+        for name, values in own.items():
+            columns[name][new] = values
+        return replace(grown, **columns)
 
 
 def tool_axis(quaternion: Floats) -> Floats:

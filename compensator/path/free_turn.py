@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
+from toolpaths.rotation import matrix_from_unit_quaternion
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -16,38 +18,6 @@ GRID = 72  # turns per pose, 5 deg apart
 FASTEST = 3  # grid steps that the turn may change between two keys
 
 
-def quaternion_matrix(q: Floats) -> Floats:
-    """(N, 4) w, x, y, z -> (N, 3, 3)."""
-    w, x, y, z = q.T
-    return np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], -1),
-            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], -1),
-            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1),
-        ],
-        -2,
-    )
-
-
-def slerp_axis(a: Floats, b: Floats, fraction: Floats) -> Floats:
-    """Unit vectors (M, 3) on the great circle from ``a`` to ``b``."""
-    cosine = np.clip(np.sum(a * b, axis=1), -1.0, 1.0)
-    angle = np.arccos(cosine)
-    sine = np.sin(angle)
-    small = sine < 1e-9
-    safe = np.where(small, 1.0, sine)
-    wa = np.where(small, 1 - fraction, np.sin((1 - fraction) * angle) / safe)
-    wb = np.where(small, fraction, np.sin(fraction * angle) / safe)
-    out = wa[:, None] * a + wb[:, None] * b
-    return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
-
-
-def slerp_quaternion(a: Floats, b: Floats, fraction: Floats) -> Floats:
-    """Unit quaternions (M, 4) on the shorter way from ``a`` to ``b``."""
-    near = np.where(np.sum(a * b, axis=1, keepdims=True) < 0, -b, b)
-    return slerp_axis(a, near, fraction)
-
-
 def reference_rotation(toolpath: Toolpath) -> Floats:
     """TCP rotation (N, 3, 3) in the work object: the file's, or one with z = -axis and a continuous x.
 
@@ -55,7 +25,7 @@ def reference_rotation(toolpath: Toolpath) -> Floats:
     axis; where the axis passes every one of them x is carried along without turning about z.
     """
     if toolpath.quaternion is not None:
-        return quaternion_matrix(toolpath.quaternion)
+        return matrix_from_unit_quaternion(toolpath.quaternion)
     z = -toolpath.axis
     nearest = np.abs(toolpath.axis).max(axis=0)
     best = int(np.argmin(nearest))
@@ -79,6 +49,18 @@ def _carried(z: Floats) -> Floats:
         guide /= np.linalg.norm(guide)
         x[k] = guide
     return np.asarray(x[np.maximum.accumulate(np.where(changed, np.arange(len(z)), 0))])
+
+
+def about_tool_axis(tcp: Frame, turn: float | Floats) -> Frame:
+    """TCP frames (N) turned about their own z by one angle or (N,), rad."""
+    return Frame(tcp.rotation @ about_z(turn), tcp.origin)
+
+
+def about_z(angle: float | Floats) -> Floats:
+    """Rotation(s) about z: (3, 3), or (N, 3, 3) for an array."""
+    c, s = np.cos(angle), np.sin(angle)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    return np.stack([np.stack([c, -s, zero], -1), np.stack([s, c, zero], -1), np.stack([zero, zero, one], -1)], -2)
 
 
 def varying_turn(

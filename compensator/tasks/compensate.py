@@ -12,22 +12,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.cell import load_cell
+from compensator.cell.cell_file import load_cell
 from compensator.cell.external_axes import without_external
 from compensator.cell.job import Job
-from compensator.path.planner import Planner
 from compensator.program.export import program_of
-from compensator.program.filter import Filtered, filter_for, filter_program, verify_filtered
+from compensator.program.filter import Filtered, filter_program, filtered_in_place, verify_filtered
 from compensator.program.robot_program import completed, job_for
 from compensator.report.json.path import path_report
 from compensator.report.json.text import as_json
+from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
-from compensator.solve.solve import compensate, sampled, uncompensated
+from compensator.solve.planned import planned
 from compensator.solve.verify import verify
 from compensator.tasks.outputs import Outputs, refuse_clashes
-from toolpaths.languages.read import READERS, read_toolpath
-from toolpaths.languages.write import Written, format_of, write_program
-from toolpaths.rewriting.filters import refuse_compensated
+from toolpaths.files import Written, language_of, read_toolpath, refuse_own, write_program
 from toolpaths.toolpath import Toolpath
 from toolpaths.writing.program import Finding
 
@@ -65,29 +63,27 @@ def compensate_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    if language is None and program.suffix.lower() == toolpath.suffix.lower():
-        language = READERS.get(program.suffix.lower())  # part.ngc becomes part_c.ngc
-    language = format_of(program, language)
+    written_in = language_of(program, language, like=toolpath)
     refuse_clashes((toolpath, cell), (program, report, json))
-    _refuse_compensated(toolpath)
+    refuse_own(toolpath)
     job, path, source = _loaded(toolpath, cell, say)
-    in_place = filter_for(source, language, toolpath)
+    in_place = filtered_in_place(source, written_in, toolpath)
     say("solving")
-    result = compensate(job, path, rapids_stay=in_place is not None)
+    result = compensate(job, planned(job, path), rapids_stay=in_place)
     with Outputs() as outputs:
-        say(f"writing {language}")
+        say(f"writing {written_in.name}")
         with outputs.writing(program) as staged:
             written: Written | Filtered
-            if in_place is not None:
-                written = filter_program(result, source.row, toolpath, staged, in_place)
+            if in_place:
+                written = filter_program(result, source.row, toolpath, staged, written_in)
                 result = written.result
                 say("verifying the written program")
                 checked = verify_filtered(result, written, program)
             else:
-                alone = without_external(program_of(result), job.cell, source, language)
-                written = write_program(alone, staged, language)
+                alone = without_external(program_of(result), job.placement, source, written_in.name)
+                written = write_program(alone, staged, written_in.name)
                 say("verifying the written program")
-                checked = verify(result, staged, language)
+                checked = verify(result, staged, written_in.name)
         for file in written.files:
             outputs.add(file, program.parent / file.name)
         seconds = time.monotonic() - began
@@ -129,8 +125,7 @@ def preview_file(
     refuse_clashes((toolpath, cell), (csv, report, json))
     job, path, _ = _loaded(toolpath, cell, say)
     say("predicting")
-    planner = Planner(job.cell, job.robot, job.inverse, job.tools)
-    result = uncompensated(job, planner.plan(sampled(job, path)))
+    result = uncompensated(job, planned(job, path))
     error = np.linalg.norm(result.error_before, axis=1)
     seconds = time.monotonic() - began
     numbers = path_report(result, error, result.path.q, seconds=seconds, corrected=False)
@@ -155,19 +150,7 @@ def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Toolpath, Toolpa
     say(f"reading {toolpath.name}")
     source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     job, path = job_for(table, source)
-    return job, path, completed(job, source)
-
-
-def _refuse_compensated(toolpath: Path) -> None:
-    try:
-        data = toolpath.read_bytes()
-    except OSError:
-        return  # the reader says what is wrong with it
-    refuse_compensated(data, str(toolpath))
-    if toolpath.suffix.lower() == ".ls":  # a remark holds 32 characters: the marker takes two of them
-        from toolpaths.languages.fanuc.reader import refuse_written
-
-        refuse_written(data, str(toolpath))
+    return job, path, completed(job.placement, job.arm.robot, source)
 
 
 def _report(

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
 
-from compensator.cell.cell import ToolTable
+from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
 from compensator.report.csv.stiffness_map import map_csv
 from compensator.report.json.stiffness_map import map_report

@@ -15,7 +15,7 @@ def show_path(done: Done) -> None:
         return
     console.print(
         Text(result.path.toolpath.source, "bold"),
-        f"on {result.job.robot.name}: {report['n_poses']} poses, {report['n_cut']} cutting, {report['seconds']} s",
+        f"on {result.job.arm.robot.name}: {report['n_poses']} poses, {report['n_cut']} cutting, {report['seconds']} s",
     )
     errors = table("", "mean", "95 %", "max", right=range(1, 4), title="predicted TCP error, mm")
     error = report["predicted_error_mm"]

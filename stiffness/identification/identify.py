@@ -79,11 +79,7 @@ def one_robot(sessions: Sequence[Session]) -> None:
     """Refuse sessions of different robots."""
     first = sessions[0]
     for s in sessions[1:]:
-        same = all(
-            np.allclose(a, b, atol=1e-9)
-            for a, b in ((s.robot.before, first.robot.before), (s.robot.after, first.robot.after))
-        )
-        if not same or s.gravity != first.gravity:
+        if not s.robot.same_kinematics(first.robot) or s.gravity != first.gravity:
             raise StiffnessError(
                 f"{s.source}: robot {s.robot.name} with gravity {s.gravity!r} is not that of {first.source} "
                 f"({first.robot.name}, {first.gravity!r}); identify takes several sessions of one robot"

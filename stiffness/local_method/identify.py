@@ -71,8 +71,7 @@ def _check_one_robot(sessions: Sequence[Session]) -> None:
         raise ModelError("the local method needs a session")
     first = sessions[0]
     for s in sessions[1:]:
-        placements = zip((s.robot.before, s.robot.after), (first.robot.before, first.robot.after), strict=True)
-        if not all(np.allclose(a, b, atol=1e-9) for a, b in placements) or s.gravity != first.gravity:
+        if not s.robot.same_kinematics(first.robot) or s.gravity != first.gravity:
             raise ModelError(
                 f"{s.source}: robot {s.robot.name} with gravity {s.gravity!r} is not that of {first.source} "
                 f"({first.robot.name}, {first.gravity!r})"

@@ -16,7 +16,7 @@ from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.small_jobs import CELL, WORN, files, merged
 from tests.oracles.robot_programs import RAPID, TURN
 from toolpaths.errors import ToolpathError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 WORK = np.array([1500.0, -150.0, 800.0])
 WORK_TURN = Rotation.from_euler("z", 20, degrees=True)

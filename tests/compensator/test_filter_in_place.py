@@ -20,8 +20,8 @@ from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.small_jobs import CELL, MODEL, WORN, files, merged
 from tests.oracles.robot_programs import KRL, KRL_DAT, RAPID
 from toolpaths.errors import ReadError, ToolpathError
-from toolpaths.languages.read import read_toolpath
-from toolpaths.rewriting.filters import MARKER
+from toolpaths.files import read_toolpath
+from toolpaths.writing.marker import MARKER
 
 PAGE = Path(__file__).parents[2] / "docs" / "filter.md"
 STIFF = {"effects": {"joint-stiffness": {"k_nm_per_rad": [1e12] * 6}}}

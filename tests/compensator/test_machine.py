@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from compensator.cell.cell import load_cell
+from compensator.cell.cell_file import load_cell
 from compensator.errors import CellError
 from compensator.tasks import compensate as tasks
 from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.small_jobs import columns, files
 from toolpaths.errors import ReadError, WriteError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 TABLES: dict[str, Any] = {
     "kinematics": "table-table",

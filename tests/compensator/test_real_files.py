@@ -19,7 +19,7 @@ from stiffness.robot.load import builtin_robots, load_robot
 from tests.compensator.postures import frame
 from tests.compensator.small_jobs import write_csv
 from tests.oracles import krl_reader, rapid_reader
-from toolpaths.languages.write import write_program
+from toolpaths.files import write_program
 
 FUSION, NX, OWN = "gcode_fusion/1110_wall_265bit.nc", "clsf_nx/ust_a.cls", "own.csv"
 TOOL_NUMBER = {FUSION: 1, NX: 2, OWN: 1}

@@ -12,7 +12,7 @@ import tomli_w
 
 from compensator.tasks.compensate import compensate_file
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 FANUC = "fanuc_official_m710ic_50.urdf"
 ROBOTS = {".ls": FANUC, ".script": "ur10"}

@@ -194,7 +194,7 @@ def test_a_compensated_path_lies_on_the_part(tmp_path: Path) -> None:
     job = files(tmp_path, {"gravity": "uncompensated"}, {"effects": effects})
     done = compensate_file(job.toolpath, job.cell, job.out / "a.csv")
     result, cut = done.result, done.result.cutting
-    q, wanted, point = result.command.q[cut], result.path.position[cut], result.job.tools[0].position
+    q, wanted, point = result.command.q[cut], result.path.tcp.origin[cut], result.job.arm.tools.first.position
     poses = np.array([arms.robot(ABB).pose(a) for a in q + oracle(q, table)])
     reached = poses[:, :3, 3] + poses[:, :3, :3] @ point
     assert np.linalg.norm(reached - wanted, axis=1).max() < 2e-7

@@ -15,7 +15,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from toolpaths.errors import ReadError, ToolpathError
-from toolpaths.languages.read import READERS, SUFFIXES, read_toolpath
+from toolpaths.files import read_toolpath
+from toolpaths.languages.table import READ
+
+SUFFIXES = {language.name: language.reads for language in READ}
+READERS = {suffix: name for name, group in SUFFIXES.items() for suffix in group}
 
 SAMPLES = {  # the same four poses in every language; the cuts are those at Z 0, at 600 mm/min
     "gcode": "G21 G90\nG0 X0 Y0 Z5\nG1 X10 Z0 F600\nY-4\nG0 Z5\nM30\n",
@@ -217,13 +221,28 @@ def test_only_refusals_escape(tmp_path: Path, name: str, data: st.DataObject) ->
     attempt(write(tmp_path, suffix, "\n".join(lines)))
 
 
-def test_readers_are_imported_only_when_used() -> None:
-    code = (
-        "import sys, toolpaths.languages.read as r; "
-        "names = [m for m in sys.modules if m.endswith('.reader')]; sys.exit(len(names))"
-    )
+def imported(code: str) -> set[str]:
+    """Modules that are there after ``code``, in a Python of its own."""
     root = Path(__file__).parents[2]
-    assert subprocess.run([sys.executable, "-c", code], cwd=root, timeout=60).returncode == 0
+    command = [sys.executable, "-c", f"import sys; {code}; print(*sys.modules)"]
+    return set(subprocess.run(command, cwd=root, timeout=60, check=True, capture_output=True, text=True).stdout.split())
+
+
+def test_the_table_is_light() -> None:
+    """The command line reads it to show its help."""
+    assert "numpy" not in imported("import toolpaths.languages.table")
+
+
+def test_languages_are_imported_only_when_used(tmp_path: Path) -> None:
+    def folders(modules: set[str]) -> set[str]:
+        return {m.split(".")[2] for m in modules if m.startswith("toolpaths.languages.")} - {"table"}
+
+    assert folders(imported("import toolpaths.files")) == set()
+    for name, group in SUFFIXES.items():
+        file = write(tmp_path, group[0], SAMPLES[name])
+        found = imported(f"from toolpaths.files import read_toolpath; read_toolpath({str(file)!r})")
+        assert folders(found) == {name} and "scipy" not in found
+        assert not [m for m in found if m.endswith((".writer", ".filter")) and m.startswith("toolpaths.languages")]
 
 
 PAGE = Path(__file__).parents[2] / "docs" / "toolpaths-in.md"

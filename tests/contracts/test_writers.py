@@ -14,11 +14,12 @@ import pytest
 
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.errors import WriteError
-from toolpaths.languages.write import FORMATS, SUFFIXES, format_of, read_back, write_program
+from toolpaths.files import language_of, read_back, write_program
+from toolpaths.languages import table
 
 GOLDEN = Path(__file__).parent.parent / "golden"
-WRITTEN = sorted(name for name, module in FORMATS.items() if module)
-SUFFIX = {name: suffix for suffix, name in SUFFIXES.items()}
+SUFFIX = {language.name: language.writes for language in table.WRITTEN}
+WRITTEN = sorted(SUFFIX)
 
 #: What a language loses by printing: m, entries of the rotation, share of the feed. INFORM prints 0.001 mm, 0.0001 deg
 #: and 0.1 mm/s in the robot's frame; a TP program says 0.0333333 m/s as cm/min.
@@ -37,8 +38,8 @@ def target(folder: Path, language: str) -> Path:
 
 
 def test_every_language_of_the_interface_has_a_row():
-    assert set(FORMATS) == {"rapid", "krl", "fanuc", "urscript", "val3", "inform", "gcode", "csv"}
-    assert set(SUFFIXES.values()) == set(FORMATS)
+    assert sorted(["rapid", "krl", "fanuc", "urscript", "val3", "inform", "gcode", "csv"]) == WRITTEN
+    assert len(set(SUFFIX.values())) == len(WRITTEN)
 
 
 @pytest.mark.parametrize("language", WRITTEN)
@@ -140,13 +141,17 @@ def test_all_findings_are_listed_at_once(tmp_path):
     assert "without a feed" in str(caught.value) and "tool 9" in str(caught.value)
 
 
-def test_format_of():
-    assert format_of("X/PART.MOD") == "rapid"
-    assert format_of("part.txt", "krl") == "krl"
+def test_language_of():
+    assert language_of("X/PART.MOD").name == "rapid"
+    assert language_of("part.txt", "krl").name == "krl"
+    assert language_of("part_c.ngc", like=Path("part.NGC")).name == "gcode"
+    assert language_of("part_c.ngc", "csv", like=Path("part.NGC")).name == "csv"
+    with pytest.raises(WriteError, match="no format 'apt'; known: rapid"):
+        language_of("part_c.cls", like=Path("part.cls"))
     with pytest.raises(WriteError, match=r"'.txt' is no language's \(.mod rapid"):
-        format_of("part.txt")
+        language_of("part.txt")
     with pytest.raises(WriteError, match="no format 'basic'; known: rapid"):
-        format_of("part.mod", "basic")
+        language_of("part.mod", "basic")
 
 
 # --- the disk ---------------------------------------------------------------------------------------------
@@ -217,7 +222,7 @@ def test_memory_is_bounded_by_blocks(language, tmp_path):
     script = (
         "import resource, sys\n"
         "from tests.oracles.sample_programs import random_program\n"
-        "from toolpaths.languages.write import write_program\n"
+        "from toolpaths.files import write_program\n"
         "p = random_program(200_000, 1, lock=False)\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "write_program(p, sys.argv[1])\n"

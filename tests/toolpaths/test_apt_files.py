@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 CHORD = 1e-6

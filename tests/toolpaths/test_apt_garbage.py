@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from tests.oracles.patience import not_hanging
 from tests.toolpaths.test_apt_second_reader import Writer
 from toolpaths.errors import ReadError
+from toolpaths.files import read_toolpath
 from toolpaths.languages.apt import reader as apt
 from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED
-from toolpaths.languages.read import read_toolpath
 
 QUIET = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 ACTS = tuple(apt._Reader("").acts)

@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 from toolpaths.errors import ReadError
+from toolpaths.files import read_toolpath
 from toolpaths.languages.apt.cycle import KINDS
 from toolpaths.languages.apt.reader import _Reader
 from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED
-from toolpaths.languages.read import SUFFIXES, read_toolpath
+from toolpaths.languages.table import LANGUAGES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "apt.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^```(\w+) (?:(\d+) poses|refused in line (\d+))\n(.*?)^```$", PAGE, re.M | re.S)
@@ -41,7 +42,7 @@ def test_every_example_is_run_and_every_list_is_whole() -> None:
     assert listed("Kept as events:") == EVENTS
     assert listed("Let pass, because") == PASSED
     assert listed("- **Words**:") == set(REFUSED)
-    assert all(f"`{suffix}`" in PAGE for suffix in SUFFIXES["apt"])
+    assert all(f"`{suffix}`" in PAGE for suffix in LANGUAGES["apt"].reads)
     table = PAGE[PAGE.index("## What is read") : PAGE.index("Kept as events")]
     acts = set(_Reader("").acts) - {"$$"}
     assert {word for word in acts if word not in table} == set()

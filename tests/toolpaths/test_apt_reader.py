@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from toolpaths.errors import ReadError
+from toolpaths.files import read_toolpath
 from toolpaths.languages.apt.words import EVENTS, PASSED
 from toolpaths.languages.apt.words import REFUSED as REFUSED_WORDS
-from toolpaths.languages.read import read_toolpath
 from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 INCH = {"IPM": 25.4, "IPR": 25.4, "MMPM": 1.0, "MMPR": 1.0}
 PROGRAMS = 150

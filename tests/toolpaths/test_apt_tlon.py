@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 from toolpaths.toolpath import CUT, Toolpath
 
 HEAD = "UNITS/MM\nFEDRAT/600,MMPM\n"

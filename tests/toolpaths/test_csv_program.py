@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.oracles.sample_programs import changed, random_program, small
-from toolpaths.languages.write import read_back, write_program
+from toolpaths.files import read_back, write_program
 
 HEADER = (
     "index,kind,x_mm,y_mm,z_mm,qw,qx,qy,qz,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,feed_mm_min,"

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 HEADER = "x_mm,y_mm,z_mm,i,j,k,feed_mm_min,kind\n"

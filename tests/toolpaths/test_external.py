@@ -12,13 +12,14 @@ from scipy.spatial.transform import Rotation
 from tests.toolpaths.test_rapid_filter import SHIFT, changed, commanded
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.external_axes import refuse_moving, unmodelled, whole_moves
+from toolpaths.files import read_toolpath
 from toolpaths.languages.krl import filter as krl_filter
 from toolpaths.languages.krl import reader as krl
 from toolpaths.languages.rapid import filter as rapid_filter
 from toolpaths.languages.rapid import reader as rapid
-from toolpaths.languages.read import read_toolpath
-from toolpaths.rewriting.filters import MARKER, Rewritten
+from toolpaths.rewriting.filter import Rewritten
 from toolpaths.toolpath import Toolpath
+from toolpaths.writing.marker import MARKER
 
 #: Where the first external axis stands at a rapid and four cuts; None: the pose does not say.
 Places = list[float | str | None]

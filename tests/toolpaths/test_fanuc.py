@@ -9,9 +9,10 @@ import robodk.robomath as robomath
 from tests.oracles import fanuc_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
+from toolpaths.files import read_back, write_program
 from toolpaths.languages.fanuc.config import bits_of, config_texts, controller_joints, model_joints
 from toolpaths.languages.fanuc.motion import speed_texts
-from toolpaths.languages.write import ToolFrame, read_back, write_program
+from toolpaths.writing.program import ToolFrame
 
 
 def written(program, tmp_path, name="part1.ls"):

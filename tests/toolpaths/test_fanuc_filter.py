@@ -15,7 +15,7 @@ from tests.toolpaths.test_fanuc_reader import JOINTS, POSE, program
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.languages.fanuc.filter import rewrite
 from toolpaths.languages.fanuc.reader import read
-from toolpaths.languages.write import Program
+from toolpaths.writing.program import Program
 
 LINES = [
     "  !face ;mill",

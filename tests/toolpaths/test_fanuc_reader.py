@@ -13,9 +13,10 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.patience import not_hanging
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
+from toolpaths.files import write_program
 from toolpaths.languages.fanuc.motion import speed_texts
-from toolpaths.languages.fanuc.reader import read, refuse_written
-from toolpaths.languages.write import write_program
+from toolpaths.languages.fanuc.reader import read
+from toolpaths.writing.marker import refuse_compensated_remarks
 
 POSE = """P[{n}]{{
    GP1:
@@ -234,7 +235,7 @@ def test_what_is_written_is_read(tmp_path):
     write_program(p, tmp_path / "p.ls")
     text = (tmp_path / "p.ls").read_bytes()
     with pytest.raises(ReadError, match="compensated already") as caught:
-        refuse_written(text, "p.ls")
+        refuse_compensated_remarks(text, "p.ls")
     assert caught.value.line == 22
     t = read_text(tmp_path, text)
     np.testing.assert_allclose(t.position[1:], p.position, atol=0.51e-7)

@@ -8,7 +8,7 @@ import pytest
 from tests.toolpaths.test_fanuc_reader import plain, pose, program, read_text
 from toolpaths.errors import ReadError
 from toolpaths.external_axes import refuse_moving, unmodelled
-from toolpaths.languages.fanuc import reader as fanuc
+from toolpaths.languages.fanuc import interpreter as fanuc
 
 
 def test_calls(tmp_path):

@@ -13,7 +13,10 @@ import pytest
 
 from tests.oracles.patience import not_hanging
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import SUFFIXES, read_toolpath
+from toolpaths.files import read_toolpath
+from toolpaths.languages.table import READ
+
+SUFFIXES = {language.name: language.reads for language in READ}
 
 ROOT = Path(__file__).parents[2]
 atheris = pytest.mark.skipif(

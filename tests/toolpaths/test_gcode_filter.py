@@ -18,10 +18,11 @@ from tests.toolpaths.test_rs274_reader import PRINTED_INCH, check, reference
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.languages.gcode.filter import rewrite
 from toolpaths.languages.gcode.reader import parse
-from toolpaths.languages.gcode.rotary import Machine
-from toolpaths.languages.gcode.writer import rotation_of
-from toolpaths.rewriting.filters import MARKER, Rewritten
+from toolpaths.machine import Machine
+from toolpaths.rewriting.filter import Rewritten
+from toolpaths.rotation import rotation_of_axis
 from toolpaths.toolpath import CUT, Toolpath
+from toolpaths.writing.marker import MARKER
 from toolpaths.writing.program import Program
 
 HEAD = "G21 G90 G17\nG0 X0 Y0 Z5\nF600\n"
@@ -37,8 +38,8 @@ def program_of(path: Toolpath, position: np.ndarray | None = None, axis: np.ndar
     n = len(path)
     return Program(
         name="A", position=np.array(path.position if position is None else position),
-        rotation=rotation_of(path.axis if axis is None else axis), joints=np.zeros((n, 6)), feed=np.array(path.feed),
-        kind=np.array(path.kind), tool=np.array(path.tool), line=np.array(path.line),
+        rotation=rotation_of_axis(path.axis if axis is None else axis), joints=np.zeros((n, 6)),
+        feed=np.array(path.feed), kind=np.array(path.kind), tool=np.array(path.tool), line=np.array(path.line),
         tools={int(t): SPINDLE for t in set(path.tool)}, workobject=np.eye(4), rapid_speed=0.5, source="a.nc",
     )  # fmt: skip
 
@@ -274,7 +275,8 @@ def test_systems_of_the_machine() -> None:
     text = HEAD + "G54 G1 X10 Z-1\nG55 X10 Y1 Z0\nG91 X5\nG0 Z9\nM30\n"
     path = parse(text.split("\n"), "a.nc", machine).toolpath(1e-5)
     moved = path.position + np.where((path.kind == CUT)[:, None], [[0.0003, -0.0002, 0.00004]], 0.0)
-    program = replace(program_of(path, moved), nominal_position=path.position, nominal_rotation=rotation_of(path.axis))
+    planned = program_of(path, moved)
+    program = replace(planned, nominal_position=path.position, nominal_rotation=rotation_of_axis(path.axis))
     new = rewrite(text.encode(), program, path.row, Path("a.nc"), machine)
     assert "\nG54 G1 X10.3 Y-0.2 Z-0.96\nG55 X10.3 Y0.8 Z0.04\nG91 X5\nG0 Z9\n" in new.text.decode()
     again = parse(new.text.decode().split("\n"), "a.nc", machine).toolpath(1e-5)

@@ -14,7 +14,7 @@ from tests.oracles.patience import not_hanging
 from tests.oracles.random_gcode import RandomProgram
 from toolpaths.errors import ReadError
 from toolpaths.languages.gcode import reader as gcode
-from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
+from toolpaths.machine import Machine, RotaryAxis
 
 MACHINE = Machine(
     "head-table", (RotaryAxis("B", (0.0, 1.0, 0.0)), RotaryAxis("C", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))), 0.2

@@ -13,10 +13,9 @@ import pytest
 
 from tests.toolpaths.test_gcode_filter import program_of
 from toolpaths.errors import ReadError
+from toolpaths.files import read_toolpath, write_program
 from toolpaths.languages.gcode.filter import rewrite
-from toolpaths.languages.gcode.writer import rotation_of
-from toolpaths.languages.read import read_toolpath
-from toolpaths.languages.write import write_program
+from toolpaths.rotation import rotation_of_axis
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import Program, ToolFrame
 
@@ -69,7 +68,7 @@ def test_what_is_written(tmp_path: Path) -> None:
     tilted = [0.1, 0.0, np.sqrt(0.99)]
     program = Program(
         name="slot", position=np.array([[0, 0, 20], [0, 0, -1], [60, 0, -1], [60, 0, 20]]) * 1e-3,
-        rotation=rotation_of(np.array([[0, 0, 1], [0, 0, 1], tilted, tilted])), joints=np.zeros((4, 6)),
+        rotation=rotation_of_axis(np.array([[0, 0, 1], [0, 0, 1], tilted, tilted])), joints=np.zeros((4, 6)),
         feed=np.array([np.nan, 0.005, 0.02, np.nan]), kind=np.array([0, 1, 1, 0], dtype=np.uint8),
         tool=np.ones(4, dtype=np.int32), line=np.arange(4, 8, dtype=np.int32),
         tools={1: ToolFrame("spindle", np.array([0, 0, 0.15]), np.eye(3))}, workobject=workobject, rapid_speed=0.5,

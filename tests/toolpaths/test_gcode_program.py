@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from tests.toolpaths.test_rs274_reader import reference
-from toolpaths.languages.gcode import writer as gcode
-from toolpaths.languages.write import read_back, write_program
+from toolpaths.files import read_back, write_program
+from toolpaths.rotation import aligned, rotation_of_axis
 from toolpaths.toolpath import CUT
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "part1.nc"
@@ -72,7 +72,7 @@ def test_read_back_to_the_printed_digits(tmp_path, seed):
 
 def test_rotation_of_any_tool_vector():
     axis = np.vstack([Rotation.random(500, rng=1).as_matrix()[:, :, 0], np.eye(3), -np.eye(3)])
-    r = gcode.rotation_of(axis)
+    r = rotation_of_axis(axis)
     np.testing.assert_allclose(r[:, :, 2], -axis, atol=1e-15)
     np.testing.assert_allclose(r @ np.swapaxes(r, 1, 2), np.tile(np.eye(3), (len(axis), 1, 1)), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(r), 1)
@@ -83,7 +83,7 @@ def test_printed_vectors_onto_commanded_orientations():
     rotation = Rotation.random(200, rng=2)
     turn = g.normal(scale=0.3, size=(200, 3))
     axis = -(Rotation.from_rotvec(turn) * rotation).as_matrix()[:, :, 2]
-    out = gcode.aligned(rotation.as_matrix(), axis)
+    out = aligned(rotation.as_matrix(), axis)
     np.testing.assert_allclose(out[:, :, 2], -axis, atol=1e-12)
     least = np.arccos(np.clip(np.sum(-axis * rotation.as_matrix()[:, :, 2], axis=1), -1, 1))
     np.testing.assert_allclose((Rotation.from_matrix(out) * rotation.inv()).magnitude(), least, atol=1e-7)

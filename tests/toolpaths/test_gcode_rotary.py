@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from toolpaths.errors import ReadError
 from toolpaths.languages.gcode import reader as gcode
-from toolpaths.languages.gcode.rotary import Machine, RotaryAxis
+from toolpaths.machine import Machine, RotaryAxis
 from toolpaths.toolpath import Toolpath
 
 TILTED = (0.0, -np.sqrt(0.5), np.sqrt(0.5))  # a 45 deg axis, as of nutating heads and tables

@@ -12,8 +12,9 @@ import robodk.robomath as robomath
 from tests.oracles import inform_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
+from toolpaths.files import write_program
 from toolpaths.languages.inform.moves import rconf
-from toolpaths.languages.write import ToolFrame, write_program
+from toolpaths.writing.program import ToolFrame
 
 
 def written(program, folder, name="part1.jbi"):

@@ -9,8 +9,9 @@ import robodk.robomath as robomath
 from tests.oracles import krl_reader
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.errors import WriteError
+from toolpaths.files import write_program
 from toolpaths.languages.krl.writer import status_and_turn
-from toolpaths.languages.write import ToolFrame, write_program
+from toolpaths.writing.program import ToolFrame
 
 
 def written(program, tmp_path, name="part1.src"):

@@ -11,10 +11,11 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.robot_programs import KRL, KRL_DAT
 from tests.toolpaths.test_rapid_filter import SHIFT, TURN, bent, changed, commanded, whole, without_marker
 from toolpaths.errors import ReadError
+from toolpaths.files import read_toolpath
 from toolpaths.languages.krl.filter import rewrite
-from toolpaths.languages.read import read_toolpath
-from toolpaths.rewriting.filters import MARKER, Rewritten, refuse_compensated
+from toolpaths.rewriting.filter import Rewritten
 from toolpaths.toolpath import Toolpath
+from toolpaths.writing.marker import MARKER, refuse_compensated
 
 
 def written(folder: Path, end: str = "\r\n") -> Path:

@@ -17,8 +17,7 @@ from tests.oracles.patience import not_hanging
 from tests.oracles.robot_programs import KRL, KRL_DAT, KRL_ENDS, KRL_LINES
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
-from toolpaths.languages.write import write_program
+from toolpaths.files import read_toolpath, write_program
 from toolpaths.toolpath import Toolpath
 
 PAGE = Path(__file__).parents[2] / "docs" / "krl.md"

@@ -8,7 +8,10 @@ import pytest
 
 from tests.contracts.test_readers import SAMPLES
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import SUFFIXES, read_toolpath
+from toolpaths.files import read_toolpath
+from toolpaths.languages.table import READ
+
+SUFFIXES = {language.name: language.reads for language in READ}
 
 PRINTS = {  # G-code of 3D printers: by a word of its firmware, by the extruder, and named as another language
     "slicer": ";FLAVOR:Marlin\nM140 S60\nM104 S200\nG28 ;Home\nG1 Z15.0 F6000\nG1 X10 Y10 E0.5\nM84\n",

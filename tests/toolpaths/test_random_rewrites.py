@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from tests.toolpaths.test_rapid_filter import without_marker
 from toolpaths.errors import WriteError
+from toolpaths.files import read_toolpath
 from toolpaths.languages.krl import filter as krl_filter
 from toolpaths.languages.rapid import filter as rapid_filter
-from toolpaths.languages.read import read_toolpath
 from toolpaths.toolpath import Toolpath
 from toolpaths.writing.program import Program
 

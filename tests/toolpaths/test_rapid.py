@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 from tests.oracles import rapid_reader
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.errors import WriteError
+from toolpaths.files import write_program
 from toolpaths.languages.rapid.writer import confdata
-from toolpaths.languages.write import ToolFrame, write_program
+from toolpaths.writing.program import ToolFrame
 
 
 def written(program, tmp_path, name="part1.mod"):

@@ -14,10 +14,11 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.patience import not_hanging
 from tests.oracles.robot_programs import RAPID, TAIL, target
 from toolpaths.errors import ReadError, WriteError
+from toolpaths.files import read_toolpath
 from toolpaths.languages.rapid.filter import rewrite
-from toolpaths.languages.read import read_toolpath
-from toolpaths.rewriting.filters import MARKER, Rewritten, refuse_compensated
+from toolpaths.rewriting.filter import Rewritten
 from toolpaths.toolpath import Toolpath
+from toolpaths.writing.marker import MARKER, refuse_compensated
 from toolpaths.writing.program import Program
 
 SHIFT = np.array([1.2e-4, -3.4e-4, 5.6e-4])

@@ -17,8 +17,7 @@ from tests.oracles.patience import not_hanging
 from tests.oracles.robot_programs import RAPID, RAPID_ENDS, RAPID_LINES, TAIL, TOOL, WORK, target
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
-from toolpaths.languages.write import write_program
+from toolpaths.files import read_toolpath, write_program
 from toolpaths.toolpath import Toolpath
 
 PAGE = Path(__file__).parents[2] / "docs" / "rapid.md"
@@ -113,6 +112,11 @@ def test_constants_offsets_loops_and_calls(tmp_path: Path) -> None:
     read_turn = Rotation.from_quat(path.quaternion[0], scalar_first=True)
     expected = turn * Rotation.from_euler("XYZ", [10, 20, 30], degrees=True)
     assert (read_turn.inv() * expected).magnitude() < 1e-9
+
+
+def test_a_loop_that_never_runs(tmp_path: Path) -> None:
+    move = f"MoveL {target(1, 2, 3)},v10,z1,tool0;"
+    assert len(read(tmp_path, module(f"FOR i FROM 1 TO 5 STEP -1 DO\n{move}\nENDFOR\n{move}"))) == 1
 
 
 def test_joint_moves_are_left_to_the_robot(tmp_path: Path) -> None:

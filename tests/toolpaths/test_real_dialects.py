@@ -11,7 +11,7 @@ import pytest
 
 from tests.oracles import inform_reader, val3_reader
 from tests.oracles.sample_programs import changed, random_program, small
-from toolpaths.languages.write import write_program
+from toolpaths.files import write_program
 
 JOBS = ["robodk/PROGRAM.JBI", "robodk_posts/Motoman_test_post.jbi"]
 LISTINGS = ["robodk/Program.LS", "robodk_posts/Fanuc_R30iA_test_post.ls"]

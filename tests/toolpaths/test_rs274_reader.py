@@ -15,7 +15,8 @@ import pytest
 
 from tests.oracles.random_gcode import RandomProgram, joined
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import SUFFIXES, read_toolpath
+from toolpaths.files import read_toolpath
+from toolpaths.languages.table import LANGUAGES
 from toolpaths.toolpath import CUT, Toolpath
 
 pytestmark = pytest.mark.skipif(
@@ -174,7 +175,7 @@ REFUSED = {
 
 def test_every_real_file_is_compared_or_refused_by_both(shared: Path) -> None:
     cam = shared / "data/cam"
-    files = {str(f.relative_to(cam)) for f in cam.rglob("*") if f.suffix in SUFFIXES["gcode"]}
+    files = {str(f.relative_to(cam)) for f in cam.rglob("*") if f.suffix in LANGUAGES["gcode"].reads}
     assert files == {*REAL, *(f"gcode_cncjs/{name}.gcode" for name in ENDED), *REFUSED}
     for name, (line, words) in REFUSED.items():
         with pytest.raises(ReadError, match=re.escape(words)) as caught:

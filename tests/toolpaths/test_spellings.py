@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
+from toolpaths.files import read_toolpath
 
 MOVEJ, MOVEL = "movej(p[0,0,0.05,3.14159265,0,0])", "movel(P,v=0.02)"
 CUT = "def cut():\n  movel(p[0,0,0,3.1,0,0],v=0.02)\n  return 1\nend\n"

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from tests.oracles import urscript_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
-from toolpaths.languages.write import ToolFrame, read_back, write_program
+from toolpaths.files import read_back, write_program
+from toolpaths.writing.program import ToolFrame
 
 
 def written(program, tmp_path, name="part1.script"):

@@ -9,11 +9,11 @@ import pytest
 
 from tests.oracles.sample_programs import small
 from toolpaths.errors import ReadError
-from toolpaths.languages.read import read_toolpath
-from toolpaths.languages.write import SUFFIXES, write_program
+from toolpaths.files import read_toolpath, write_program
+from toolpaths.languages.table import LANGUAGES
 
 LANGUAGE = "urscript"
-SUFFIX = next(s for s, name in SUFFIXES.items() if name == LANGUAGE)
+SUFFIX = LANGUAGES[LANGUAGE].writes
 PAGE = (Path(__file__).parents[2] / "docs" / f"{LANGUAGE}.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^```(\w+) (?:(\d+) poses|refused in line (\d+))\n(.*?)^```$", PAGE, re.M | re.S)
 WRITTEN = re.findall(rf"^```{LANGUAGE} written\n(.*?)^```$", PAGE, re.M | re.S)

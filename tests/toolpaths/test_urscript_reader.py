@@ -13,10 +13,10 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.patience import not_hanging
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
+from toolpaths.files import write_program
 from toolpaths.interpreting.arcs import with_arcs
 from toolpaths.languages.urscript.reader import read
-from toolpaths.languages.write import write_program
-from toolpaths.rewriting.filters import refuse_compensated
+from toolpaths.writing.marker import refuse_compensated
 
 A, B, C = "p[0.1, 0, 0, 3.14159265, 0, 0]", "p[0.2, 0.05, 0, 0, 3, 0]", "p[.3,0,0,1e-1,0,0]"
 Q = "[0, -1.57, 1.57, 0, 0.5, -0.1]"

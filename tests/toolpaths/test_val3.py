@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 from tests.oracles import val3_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
-from toolpaths.languages.write import ToolFrame, write_program
+from toolpaths.files import write_program
+from toolpaths.writing.program import ToolFrame
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 

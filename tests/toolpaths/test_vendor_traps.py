@@ -1,7 +1,7 @@
 """Known traps of robot languages, over every language that is written.
 
-Numbers and refusals go over all of FORMATS; what needs a reader of the language (names, zones, tools, angles) goes
-over READERS in tests/oracles/vendor_moves.py: a new robot language needs a line there.
+Numbers and refusals go over all of them; what needs a reader of the language (names, zones, tools, angles) goes over
+READERS in tests/oracles/vendor_moves.py: a new robot language needs a line there.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from tests.oracles.vendor_moves import READERS
 from toolpaths.errors import WriteError
-from toolpaths.languages.write import FORMATS, SUFFIXES, Finding, ToolFrame, read_back, write_program
-from toolpaths.writing.program import ERROR, WARNING, merged
+from toolpaths.files import read_back, write_program
+from toolpaths.languages import table
+from toolpaths.writing.program import ERROR, WARNING, Finding, ToolFrame, merged
 
-WRITTEN = sorted(FORMATS)
+SUFFIX = {language.name: language.writes for language in table.WRITTEN}
+WRITTEN = sorted(SUFFIX)
 ROBOTS = [name for name in WRITTEN if name in READERS]
-SUFFIX = {name: suffix for suffix, name in SUFFIXES.items()}
 
 #: Languages whose rounding is the controller's own choice: they are told to stand or to pass.
 CHOOSE = {"fanuc", "inform"}

@@ -2,38 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
 from toolpaths.reading.arc_points import arc_points, chord_count
 from toolpaths.reading.move_buffer import LIMIT, most_poses
-from toolpaths.toolpath import Floats, Toolpath, tool_axis
+from toolpaths.rotation import slerp_quaternion
+from toolpaths.toolpath import Floats, Toolpath
 
 Ints64 = npt.NDArray[np.int64]
 _FLAT = 1e-9  # sine below which three points of an arc are on a line
 
 
-def expanded(
-    source: str, line: npt.NDArray[np.integer], ends: Floats, turned: Floats, arcs: Ints64, via: Floats, chord: float
-) -> tuple[Floats, Floats, npt.NDArray[np.intp], Floats]:
-    """Positions and quaternions with the points of arcs put in, the move of each, and its row.
+def with_arc_points(toolpath: Toolpath, arcs: Ints64, via: Floats, chord: float) -> Toolpath:
+    """A toolpath of whole moves, with quaternions, with the points of those that are arcs put in.
 
     Args:
-        source, line: for messages; (N,) line of each move.
-        ends, turned: (N, 3) m and (N, 4) of the ends of the moves.
-        arcs: (K,) the moves that are arcs from the pose before.
+        arcs: (K,) the poses that an arc from the pose before leads to.
         via: (K, 3) m, what they pass.
         chord: m, within which the points stay.
 
     Raises:
         ReadError: points on a line, or arcs that would fill the memory.
     """
-    move, row = np.arange(len(ends)), np.arange(len(ends), dtype=np.float64)
-    if not len(arcs):
-        return ends, turned, move, row
+    turned = toolpath.quaternion
+    if turned is None or not len(arcs):
+        return toolpath
+    source, line, ends = toolpath.source, toolpath.line, toolpath.position
     center, normal, sweep, _, flat = circle_through(ends[arcs - 1], via, ends[arcs])
     if flat.any():
         problem = "start, via point and end of the arc are on one line"
@@ -46,34 +42,23 @@ def expanded(
         raise ReadError(source, int(line[at]), problem, "Use a straight move instead.")
     points = arc_points(ends[arcs - 1], ends[arcs], center, normal, sweep, chord)
     end = arcs[points.arc]
-    quaternion = slerped(turned[end - 1], turned[end], points.fraction)
-    row = np.concatenate([row, end - 1 + points.fraction])
-    order = np.argsort(row, kind="stable")
-    return (
-        np.concatenate([ends, points.position])[order], np.concatenate([turned, quaternion])[order],
-        np.concatenate([move, end])[order], row[order],
-    )  # fmt: skip
+    quaternion = slerp_quaternion(turned[end - 1], turned[end], points.fraction)
+    return toolpath.with_points(end, toolpath.row[end] - 1 + points.fraction, points.position, quaternion)
 
 
 def with_arcs(toolpath: Toolpath) -> Toolpath:
     """A toolpath whose poses are all known by now, with the points of the arcs that started from joint angles.
 
     Raises:
-        ReadError: as ``expanded``.
+        ReadError: as ``with_arc_points``.
     """
-    setting, turned = toolpath.setting, toolpath.quaternion
-    if setting is None or turned is None or not setting.arcs:
+    setting = toolpath.setting
+    if setting is None or not setting.arcs:
         return toolpath
     at = np.searchsorted(toolpath.row, np.array(list(setting.arcs), dtype=np.float64))
     via = np.array([point for point, _ in setting.arcs.values()])
     chord = min(tolerance for _, tolerance in setting.arcs.values())
-    position, quaternion, pose, row = expanded(
-        toolpath.source, toolpath.line, toolpath.position, turned, at.astype(np.int64), via, chord
-    )
-    made = row != pose
-    rows = toolpath.row[pose]
-    rows[made] += row[made] - pose[made]
-    return replace(toolpath.take(pose), position=position, quaternion=quaternion, axis=tool_axis(quaternion), row=rows)
+    return with_arc_points(toolpath, at.astype(np.int64), via, chord)
 
 
 def circle_through(
@@ -98,17 +83,3 @@ def circle_through(
     with np.errstate(divide="ignore", invalid="ignore"):
         share = angles[0] / angles[1]
     return center, normal, angles[1], share, flat | ~(angles[1] > 0.0)
-
-
-def slerped(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Unit quaternions (M, 4) on the shorter way from ``a`` to ``b``."""
-    cosine = np.sum(a * b, axis=1)
-    b = np.where(cosine[:, None] < 0, -b, b)
-    chord = np.linalg.norm(b - a, axis=1)
-    angle = 2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
-    small = angle < 1e-9
-    sine = np.where(small, 1.0, np.sin(angle))
-    left = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
-    right = np.where(small, share, np.sin(share * angle) / sine)
-    out = left[:, None] * a + right[:, None] * b
-    return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))

@@ -1,34 +1,19 @@
-"""What expressions of robot languages share: tokens, comparisons, and values that only the controller knows."""
+"""Tokens: what expressions of KRL and RAPID share; an expression works them out from left to right."""
 
 from __future__ import annotations
 
 import operator
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
+
+from toolpaths.interpreting.values import ExpressionError, first_runtime
 
 _DEEPEST = 40
 _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq, "==": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le,
     ">=": operator.ge,
 }  # fmt: skip
-
-
-class ExpressionError(Exception):
-    """What stands there is no expression that can be worked out."""
-
-
-@dataclass(frozen=True)
-class Runtime:
-    """A value that only the controller knows while the program runs; ``reason`` says where it comes from."""
-
-    reason: str
-
-
-def runtime(*values: Any) -> Runtime | None:
-    """The first value that only the controller knows."""
-    return next((v for v in values if isinstance(v, Runtime)), None)
 
 
 class Tokens:
@@ -93,13 +78,21 @@ class Tokens:
         value = primary()
         return value if sign > 0 else negative(value)
 
+    def chained(self, part: Callable[[], Any], signs: tuple[str, ...], combine: Callable[[str, Any, Any], Any]) -> Any:
+        """Values with ``signs`` between them, combined from left to right."""
+        left = part()
+        while self.peek() in signs:
+            sign = self.take().upper()
+            left = combine(sign, left, part())
+        return left
+
     def compared(self, part: Callable[[], Any], words: tuple[str, ...]) -> Any:
         """A value, or the truth of a comparison of two."""
         left = part()
         if self.peek() not in words:
             return left
         compare, right = _COMPARE[self.take()], part()
-        if unknown := runtime(left, right):
+        if unknown := first_runtime(left, right):
             return unknown
         try:
             return compare(left, right)

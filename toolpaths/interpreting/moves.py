@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
-from toolpaths.interpreting.arcs import expanded
+from toolpaths.interpreting.arcs import with_arc_points
 from toolpaths.reading.move_buffer import LIMIT
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
@@ -111,7 +111,7 @@ class RobotMoves:
     def toolpath(self, chord: float) -> Toolpath:
         """The poses in the main frame, arcs as points; ``row`` counts moves.
 
-        Arcs that start from joint angles stay one pose each, and are in ``Setting.arcs``: see robot_arcs.with_arcs.
+        Arcs that start from joint angles stay one pose each, and are in ``Setting.arcs``: see ``with_arcs``.
 
         Raises:
             ReadError: an arc through points on a line, or as the first move.
@@ -123,25 +123,22 @@ class RobotMoves:
             problem = "an arc whose start is not given"
             raise ReadError(self.source, int(self.mark["line"][0]), problem, "Put a straight move before it.")
         known = np.isfinite(position[arcs - 1]).all(axis=1)
-        via, line = self.in_main(self.via), self.mark["line"]
-        position, quaternion, move, row = expanded(
-            self.source, line, position, quaternion, arcs[known], via[arcs[known]], chord
-        )
-        first = np.searchsorted(move, np.arange(len(self) + 1))
-        return Toolpath(
+        via, mark = self.in_main(self.via), self.mark
+        ends = Toolpath(
             source=self.source,
             language=self.language,
             position=position,
             axis=tool_axis(quaternion),
             quaternion=quaternion,
-            feed=self.feed[move],
-            kind=self.mark["kind"][move].astype(np.uint8),
-            tool=self.mark["tool"][move].astype(np.int32),
-            line=self.mark["line"][move].astype(np.int32),
-            row=row,
-            events=tuple(Event(int(first[e.pose]), e.word, e.line) for e in self.events),
+            feed=self.feed,
+            kind=mark["kind"].astype(np.uint8),
+            tool=mark["tool"].astype(np.int32),
+            line=mark["line"].astype(np.int32),
+            row=np.arange(len(self), dtype=np.float64),
+            events=self.events,
             setting=self._setting({int(k): (via[k], chord) for k in arcs[~known]}),
         )
+        return with_arc_points(ends, arcs[known], via[arcs[known]], chord)
 
     def _setting(self, arcs: dict[int, tuple[Floats, float]]) -> Setting:
         configuration: Ints = self.mark["configuration"].astype(np.int32)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from toolpaths.toolpath import Floats
 
 COARSEST = np.pi / 4  # rad a chord may span however small the arc is
+FULL_CIRCLE = 1e-6  # rad; an arc with a smaller sweep is the whole circle
 
 
 @dataclass(frozen=True, repr=False)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from array import array
 
 import numpy as np
-import numpy.typing as npt
 
 from toolpaths.errors import ReadError
+from toolpaths.frame import Vector
 from toolpaths.reading.arc_points import arc_points, chord_count
 from toolpaths.toolpath import CUT, RAPID, Event, Floats, Ints, Toolpath
 
@@ -15,7 +15,6 @@ LIMIT = 1e3  # m; a coordinate beyond it is a mistake, and arcs of such size wou
 MOST_POSES = 50_000_000
 POSES_OF_A_FILE, POSES_OF_A_MOVE = 1_000_000, 3000  # so that a short file cannot fill the memory
 RAPID_MARK, CUT_MARK = int(RAPID), int(CUT)
-Vector = tuple[float, float, float]
 
 
 def most_poses(moves: int) -> int:
@@ -61,23 +60,20 @@ class Track:
         kind, tool, line = np.frombuffer(self.marks, dtype=np.int32).reshape(n, 3).T
         position = moves[:, :3] * scale
         self._check_reach(position, line)
-        index, row = np.arange(n), np.arange(n, dtype=np.float64)
-        if self.arc_moves:
-            position, index, row = self._expanded(position, line, chord, scale)
-        starts = np.searchsorted(index, np.arange(n + 1))
-        return Toolpath(
+        ends = Toolpath(
             source=self.source,
             language=self.language,
             position=position,
-            axis=moves[index, 3:6],
+            axis=moves[:, 3:6].copy(),
             quaternion=None,
-            feed=moves[index, 6],
-            kind=kind[index].astype(np.uint8),
-            tool=tool[index],
-            line=line[index],
-            row=row,
-            events=tuple(Event(int(starts[e.pose]), e.word, e.line) for e in self.events),
+            feed=moves[:, 6].copy(),
+            kind=kind.astype(np.uint8),
+            tool=tool.copy(),
+            line=line.copy(),
+            row=np.arange(n, dtype=np.float64),
+            events=tuple(self.events),
         )
+        return self._with_arc_points(ends, chord, scale) if self.arc_moves else ends
 
     def _check_reach(self, position: Floats, line: Ints) -> None:
         far = ~(np.abs(position) <= LIMIT).all(axis=1)
@@ -87,24 +83,20 @@ class Track:
             problem = f"position {x:g}, {y:g}, {z:g} m is beyond {LIMIT:g} m"
             raise ReadError(self.source, int(line[at]), problem, "Check the number and the units.")
 
-    def _expanded(
-        self, ends: Floats, line: Ints, chord: float, scale: float
-    ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:
-        """Positions with the points of arcs put in, the move of each, and its row."""
-        moves = np.frombuffer(self.arc_moves, dtype=np.int64)
+    def _with_arc_points(self, path: Toolpath, chord: float, scale: float) -> Toolpath:
+        """Arcs as points: with the tool axis of their end."""
+        moves, ends = np.frombuffer(self.arc_moves, dtype=np.int64), path.position
         arcs = np.frombuffer(self.arcs, dtype=np.float64).reshape(-1, 7)
         center, sweep = arcs[:, :3] * scale, arcs[:, 6]
         start = ends[moves - 1]
         radius = np.linalg.norm(start - center, axis=1)
         if (far := np.flatnonzero(~(radius <= LIMIT))).size:
             problem = f"an arc of radius {radius[far[0]]:g} m, at most {LIMIT:g} m"
-            raise ReadError(self.source, int(line[moves[far[0]]]), problem, "Post a line instead.")
+            raise ReadError(self.source, int(path.line[moves[far[0]]]), problem, "Post a line instead.")
         total = int(chord_count(radius, sweep, chord).sum()) + len(ends)
         if total > (most := most_poses(len(ends))):
             problem = f"its arcs make {total} poses; at most {most} of {len(ends)} moves"
             raise ReadError(self.source, None, problem, "Take a larger chord tolerance.")
         points = arc_points(start, ends[moves], center, arcs[:, 3:6], sweep, chord)
-        move = np.concatenate([np.arange(len(ends)), moves[points.arc]])
-        row = np.concatenate([np.arange(len(ends)), moves[points.arc] - 1 + points.fraction])
-        order = np.argsort(row, kind="stable")
-        return np.concatenate([ends, points.position])[order], move[order], row[order]
+        end = moves[points.arc]
+        return path.with_points(end, end - 1 + points.fraction, points.position, path.axis[end])

@@ -63,3 +63,11 @@ def comment_word(text: str) -> str:
     """A comment of the file as one short printable line."""
     plain = "".join(c if c.isprintable() else " " for c in text)
     return " ".join(plain.split())[:80]
+
+
+def plain_text(text: str) -> str:
+    """Text that was read byte by byte, as UTF-8 where it is."""
+    try:
+        return text.encode("latin-1").decode("utf-8")
+    except UnicodeDecodeError:
+        return text

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.interpreting.arcs import circle_through, slerped
+from toolpaths.interpreting.arcs import circle_through
 from toolpaths.interpreting.moves import RobotMoves
-from toolpaths.rewriting.filters import SAME_PLACE
-from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.rewriting.filter import SAME_PLACE
+from toolpaths.rotation import quaternion_from_matrix, slerp_quaternion
 from toolpaths.writing.program import Floats, Program
 
 ARC_PLACE = 1e-5  # m that commanded poses may lie off one arc
@@ -63,7 +63,7 @@ class Arcs:
 
     def _one_turn(self, k: Rows, t: Floats) -> bool:
         q = quaternion_from_matrix(self.program.rotation[k])
-        way = slerped(np.repeat(q[:1], len(k), axis=0), np.repeat(q[-1:], len(k), axis=0), t)
+        way = slerp_quaternion(np.repeat(q[:1], len(k), axis=0), np.repeat(q[-1:], len(k), axis=0), t)
         return bool(2.0 * np.sqrt(np.maximum(0.0, 1.0 - np.sum(way * q, axis=1) ** 2)).max() <= ARC_TURN)
 
 

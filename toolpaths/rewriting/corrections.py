@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.rewriting.filters import SAME_PLACE, SAME_TURN
+from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import Floats, Program

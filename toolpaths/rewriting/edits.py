@@ -1,9 +1,30 @@
-"""Numbers and lines of a program's text, changed with as little trace as can be."""
+"""Edits: numbers and lines of a program's text, changed with as little trace as can be."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Edit:
+    """``text[start:end]`` becomes ``new``; with ``start == end`` it is put in."""
+
+    start: int
+    end: int
+    new: str
+
+
+def edited(text: str, edits: Iterable[Edit]) -> str:
+    """The text with edits made; of edits at one place the first given comes first."""
+    pieces, at = [], 0
+    for e in sorted(edits, key=lambda e: e.start):
+        if e.start < at:
+            raise ValueError(f"edits overlap at {e.start}")
+        pieces += [text[at : e.start], e.new]
+        at = e.end
+    return "".join([*pieces, text[at:]])
 
 
 def respelled(match: re.Match[str], values: Sequence[float], decimals: Sequence[int], first: int = 1) -> str:

@@ -16,23 +16,16 @@ import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
+from toolpaths.interpreting.program_text import Declaration
 from toolpaths.rewriting.arc_fit import Arcs
-from toolpaths.rewriting.filters import SAME_PLACE, SAME_TURN, Edit
+from toolpaths.rewriting.edits import Edit
+from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import WARNING, Finding, Floats, Program
 
 _ROW = 1e-9
 _WORDS = re.compile(r"[A-Za-z_$][\w$]*")
-
-
-@dataclass(frozen=True)
-class Declared:
-    """A declared target: its name and the place of the whole declaration."""
-
-    name: str
-    start: int
-    end: int
 
 
 class Style(Protocol):
@@ -68,7 +61,7 @@ class Style(Protocol):
     def straight(self, move: int) -> Iterator[Edit]:
         """What makes the move a straight one to a target of its own: its word; of an arc the via point goes."""
 
-    def declared(self) -> Sequence[Declared]:
+    def declared(self) -> Sequence[Declaration]:
         """Declared targets by ``start``."""
 
     def free_name(self, name: str, taken: set[str]) -> str:
@@ -271,7 +264,7 @@ class Placing:
             self.edits.append(Edit(*place, stays))
         self._split(target, place, stays, uses)
 
-    def _split(self, target: Declared, place: tuple[int, int], stays: str, uses: dict[int, _Use]) -> None:
+    def _split(self, target: Declaration, place: tuple[int, int], stays: str, uses: dict[int, _Use]) -> None:
         names: dict[str, str] = {}
         for use in uses.values():
             if use.wanted == stays:
@@ -283,7 +276,7 @@ class Placing:
                 self._note(use.move, f"{target.name} is used by several moves: {name} was declared beside it")
             self.edits.append(Edit(*use.reference, names[use.wanted]))
 
-    def _declare(self, target: Declared, place: tuple[int, int], name: str, wanted: str) -> None:
+    def _declare(self, target: Declaration, place: tuple[int, int], name: str, wanted: str) -> None:
         text = self.style.text
         begin = max(text.rfind("\n", 0, target.start), text.rfind("\r", 0, target.start)) + 1
         head = re.sub(rf"(?<![\w$]){re.escape(target.name)}(?![\w$])", name, text[begin : place[0]], count=1)
@@ -291,7 +284,7 @@ class Placing:
         at = line_end.start() if line_end else len(text)
         self.edits.append(Edit(at, at, self.style.newline + head + wanted + text[place[1] : target.end]))
 
-    def _declaration(self, at: int) -> Declared:
+    def _declaration(self, at: int) -> Declaration:
         if not hasattr(self, "_targets"):
             self._targets = list(self.style.declared())
             self._starts = np.array([d.start for d in self._targets])
@@ -299,6 +292,6 @@ class Placing:
             self._taken = set(self._counts)
         return self._targets[int(np.searchsorted(self._starts, at, side="right")) - 1]
 
-    def _others(self, target: Declared, uses: int) -> bool:
+    def _others(self, target: Declaration, uses: int) -> bool:
         """Whether something else than these uses names the target: rapids, Offs(...), other routines."""
         return self._counts[target.name.upper()] - 1 > uses

@@ -154,6 +154,7 @@ class ReadBack:
         start_joints: (n,) rad of the joint move to the start, or None.
         feed: (N,) m/s, NaN where none is printed.
         configuration: (N,) bits as in Program, or None where the language has none.
+        turn_known: whether the turn about the tool is printed; where it is not, that of ``rotation`` is any.
     """
 
     position: Floats
@@ -162,6 +163,7 @@ class ReadBack:
     start_joints: Floats | None = None
     feed: Floats | None = None
     configuration: Ints | None = None
+    turn_known: bool = True
 
     def __repr__(self) -> str:
         return f"ReadBack({len(self.position)} poses)"

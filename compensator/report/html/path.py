@@ -36,7 +36,7 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         "path",
         f"{title}: {c.path.toolpath.source}",
         _figures(c, before, left),
-        robot=c.job.robot.name,
+        robot=c.job.arm.robot.name,
         corrected=corrected,
         before=_errors(c, report, "before", before),
         after=None if left is None else _errors(c, report, "after", left),
@@ -57,8 +57,10 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
 def _left(c: Compensation, after: Floats | None) -> Floats:
     """(N,) mm: what is left with the commands."""
     if after is None:
-        prediction, _ = follow(c.job, c.path.toolpath, c.command.q, c.wrench)
-        after = np.linalg.norm(prediction.position - c.target_position, axis=1)
+        prediction, _ = follow(
+            c.job.arm, c.job.placement.start, c.path.toolpath, q=c.command.q, wrench=c.wrench
+        )
+        after = np.linalg.norm(prediction.position - c.target.origin, axis=1)
     return np.asarray(after * 1e3)
 
 

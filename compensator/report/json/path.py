@@ -23,7 +23,7 @@ def path_report(c: Compensation, after: Floats, q: Floats, *, seconds: float, co
         seconds: how long the run took.
     """
     cut = c.cutting
-    spread = spread_of_unknown(c.job, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
+    spread = spread_of_unknown(c.job.arm, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
     not_learned, left_open = unsure_of(c, q)
     return {
         "n_poses": len(c),
@@ -40,7 +40,7 @@ def path_report(c: Compensation, after: Floats, q: Floats, *, seconds: float, co
         "unknown_state": {"n_cut": int(np.sum(spread > 0)), "max_spread_mm": float(spread.max(initial=0.0) * MM)},
         "not_learned": [part.as_dict() for part in not_learned],
         "left_open_mm": statistics(left_open),
-        "not_applied": list(c.job.not_applied),
+        "not_applied": list(c.job.arm.not_applied),
         "notes": [*c.job.notes, *map(str, not_learned)],
         "seconds": round(seconds, 3),
     }

@@ -50,18 +50,17 @@ class Page:
 
 def with_hostile_names(run: Run) -> Run:
     result, report = run
-    job = result.job
-    robot = replace(job.robot, name=HOSTILE, joint_names=(HOSTILE,) * job.robot.n)
-    plug_in = tuple(replace(e, name=HOSTILE) if e.memory else e for e in job.effects)
-    job = replace(
-        job,
-        robot=robot,
-        cell=job.cell.model_copy(update={"source": HOSTILE}),
-        model=replace(job.model, source=HOSTILE),
-        tools={k: replace(tool, name=HOSTILE) for k, tool in job.tools.items()},
-        effects=plug_in,
-        values={**job.values, HOSTILE: job.values["backlash"]},
+    arm, placement = result.job.arm, result.job.placement
+    numbered = {k: replace(tool, name=HOSTILE) for k, tool in placement.tools.by_number.items()}
+    named = replace(
+        arm,
+        robot=replace(arm.robot, name=HOSTILE, joint_names=(HOSTILE,) * arm.robot.n),
+        model=replace(arm.model, source=HOSTILE),
+        effects=tuple(replace(e, name=HOSTILE) if e.memory else e for e in arm.effects),
+        values={**arm.values, HOSTILE: arm.values["backlash"]},
     )
+    tools = replace(placement.tools, by_number=numbered)
+    job = replace(result.job, arm=named, placement=replace(placement, source=HOSTILE, tools=tools))
     path = replace(result.path, toolpath=replace(result.path.toolpath, source=HOSTILE))
     hostile = replace(result, job=job, path=path)
     return hostile, {**report, "notes": [HOSTILE], "not_applied": [HOSTILE]}

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from toolpaths.frame import Frame, Vector
+from toolpaths.languages.apt.frames import point, vector
 from toolpaths.languages.apt.words import UNIT_TOLERANCE, Statement, number, numbers, refusal
-from toolpaths.languages.gcode.arc import FULL_CIRCLE
-from toolpaths.reading.cam_frames import Frame
-from toolpaths.reading.move_buffer import Vector
+from toolpaths.reading.arc_points import FULL_CIRCLE
 
 ENDS = 2e-3, 1e-3  # file units, share of the radius: by how much an end may miss the circle
 MOST_TURNS = 100.0
@@ -56,9 +56,7 @@ def sweep(
     Raises:
         ReadError: the ends do not lie on the circle, or TIMES does not fit them.
     """
-    center, axis = arc.center, arc.axis
-    if frame:
-        center, axis = frame.point(center), frame.vector(axis)
+    center, axis = point(frame, arc.center), vector(frame, arc.axis)
     norm = math.hypot(*axis)
     if not abs(norm - 1.0) <= UNIT_TOLERANCE:
         raise refusal(source, s, f"the axis of the circle has length {norm:.6g}, 1 expected")

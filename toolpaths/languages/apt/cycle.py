@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from toolpaths.frame import Vector
 from toolpaths.languages.apt.feed import FEED_WORDS, Feeds, Rate
 from toolpaths.languages.apt.words import LARGEST, Statement, number, refusal
-from toolpaths.reading.move_buffer import Vector
 
 KINDS = {"DRILL": "DRILL", "CSINK": "DRILL", "FACE": "DRILL", "DEEP": "DEEP", "DEEP2": "DEEP", "BRKCHP": "BRKCHP"} | {
     "BORE": "BORE",

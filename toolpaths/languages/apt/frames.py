@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpaths.frame import Frame, Vector
 from toolpaths.languages.apt.words import CREO, UNIT_TOLERANCE, Statement, number, numbers, refusal
-from toolpaths.reading.cam_frames import Frame, frame_from_msys
 
+TOLERANCE = 1e-3  # how far given axes may be from unit length and from right angles
 _CATIA = "*CATIA0"
 _REMEDY = "Output in one coordinate system."
 
 
-class Frames:
+class CamFrames:
     """The frame in force and the way from it to the first one."""
 
     def __init__(self, source: str) -> None:
@@ -42,7 +43,7 @@ class Frames:
 
     def _msys(self, s: Statement, poses: bool) -> bool:
         try:
-            here = frame_from_msys(numbers(s, (9,), self.source))
+            here = _frame_from_msys(numbers(s, (9,), self.source))
         except ValueError as problem:
             raise refusal(self.source, s, str(problem)) from None
         if self.first is None or self.msys is None:
@@ -50,9 +51,9 @@ class Frames:
                 raise refusal(self.source, s, "the first MSYS comes after poses: their frame is not known")
             self.first = self.msys = here
             return False
-        changed = not here.same(self.msys)
+        changed = not _same(here, self.msys)
         self.msys = here
-        self.way = None if here.same(self.first) else self.first.inverse().times(here)
+        self.way = None if _same(here, self.first) else self.first.inverse().then(here)
         return changed
 
     def _csys(self, s: Statement, poses: bool) -> bool:
@@ -87,3 +88,41 @@ class Frames:
     def _only(self, s: Statement, name: str, values: list[float]) -> None:
         if self.named.setdefault(name, values) != values:
             raise refusal(self.source, s, "a second coordinate system in a comment of the CAM system", _REMEDY)
+
+
+def point(frame: Frame | None, p: Vector) -> Vector:
+    """A place of the frame in force, in the first one; in file units, as frames here are."""
+    if frame is None:
+        return p
+    x, y, z = frame.at(np.array(p)).tolist()
+    return x, y, z
+
+
+def vector(frame: Frame | None, v: Vector) -> Vector:
+    """A direction of the frame in force, in the first one."""
+    if frame is None:
+        return v
+    x, y, z = frame.along(np.array(v)).tolist()
+    return x, y, z
+
+
+def _same(a: Frame, b: Frame) -> bool:
+    """Whether both are the same to the digits that files carry."""
+    near = np.allclose(a.origin, b.origin, rtol=0, atol=1e-9)
+    return near and np.allclose(a.rotation, b.rotation, rtol=0, atol=1e-12)
+
+
+def _frame_from_msys(values: list[float]) -> Frame:
+    """The frame of origin, x axis and y axis, 9 numbers.
+
+    Raises:
+        ValueError: the axes are not of unit length or not at right angles.
+    """
+    origin, x, y = np.array(values).reshape(3, 3)
+    lengths = np.linalg.norm([x, y], axis=1)
+    if not np.all(np.abs(lengths - 1.0) <= TOLERANCE) or not abs(np.dot(x, y)) <= TOLERANCE:
+        raise ValueError(f"axes of length {lengths[0]:.6g} and {lengths[1]:.6g}, or not at right angles")
+    x = x / lengths[0]
+    z = np.cross(x, y)
+    z /= np.linalg.norm(z)
+    return Frame(np.column_stack([x, np.cross(z, x), z]), origin)

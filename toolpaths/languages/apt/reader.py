@@ -8,10 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from toolpaths.errors import ReadError
+from toolpaths.frame import Vector
 from toolpaths.languages.apt.circle import Circle, circle, sweep
 from toolpaths.languages.apt.cycle import SAME, Cycle, cycle, hole
 from toolpaths.languages.apt.feed import Feeds
-from toolpaths.languages.apt.frames import Frames
+from toolpaths.languages.apt.frames import CamFrames, point, vector
 from toolpaths.languages.apt.tlon import direction, tlon
 from toolpaths.languages.apt.tool import Tool
 from toolpaths.languages.apt.words import (
@@ -24,7 +25,7 @@ from toolpaths.languages.apt.words import (
     refusal,
     statements,
 )
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track, Vector
+from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import Toolpath
 
@@ -48,7 +49,7 @@ class _Reader:
     def __init__(self, source: str) -> None:
         self.source = source
         self.track = Track(source, "apt")
-        self.feeds, self.frames, self.tool = Feeds(source), Frames(source), Tool(source)
+        self.feeds, self.frames, self.tool = Feeds(source), CamFrames(source), Tool(source)
         self.axis, self.axis_stale = UPRIGHT, False  # in the frame in force
         self.at: Vector | None = None  # in the first frame, as what follows
         self.at_axis = UPRIGHT
@@ -117,10 +118,8 @@ class _Reader:
     def _goto(self, s: Statement) -> None:
         values = numbers(s, (3, 6), self.source)
         axis = self._axis(s, values[3:])
-        end = (values[0], values[1], values[2])
-        if frame := self.frames.way:
-            end, axis = frame.point(end), frame.vector(axis)
-        self._go(s, end, axis)
+        frame = self.frames.way
+        self._go(s, point(frame, (values[0], values[1], values[2])), vector(frame, axis))
 
     def _go(self, s: Statement, end: Vector, axis: Vector) -> None:
         """To ``end`` in the first frame: straight, along the circle announced, or into a hole."""
@@ -176,9 +175,7 @@ class _Reader:
         values = numbers(s, (1, 3, 6), self.source)
         axis, frame = self._axis(s, values[3:]), self.frames.way
         x, y, z = values[:3] if len(values) > 1 else (values[0] * a for a in axis)
-        delta = (x, y, z)
-        if frame:
-            delta, axis = frame.vector(delta), frame.vector(axis)
+        delta, axis = vector(frame, (x, y, z)), vector(frame, axis)
         self._go(s, (self.at[0] + delta[0], self.at[1] + delta[1], self.at[2] + delta[2]), axis)
 
     def _rapid(self, s: Statement) -> None:
@@ -222,7 +219,7 @@ class _Reader:
             raise refusal(self.source, s, "an arc, but no GOTO before it says where it starts")
         self._inside(s)
         axis, frame = self._axis(s, []), self.frames.way
-        if math.dist(frame.vector(axis) if frame else axis, self.at_axis) > SAME_AXIS:
+        if math.dist(vector(frame, axis), self.at_axis) > SAME_AXIS:
             raise refusal(self.source, s, "the tool axis turns along a circle", "Output GOTO points.")
         arc = tlon(s, self.way[1], axis, self.at, frame, self.source)
         self.track.arc(*arc[1:])

@@ -11,10 +11,10 @@ import math
 import re
 from typing import NamedTuple
 
+from toolpaths.frame import Frame, Vector
 from toolpaths.languages.apt.circle import ENDS, Circle, sweep
+from toolpaths.languages.apt.frames import point, vector
 from toolpaths.languages.apt.words import Statement, numbers, refusal
-from toolpaths.reading.cam_frames import Frame
-from toolpaths.reading.move_buffer import Vector
 
 TANGENT = 0.1  # sine, by how much INDIRV may miss the tangent: at small radii the rounding of files is seen
 MOST_SLACK = 0.1  # rad
@@ -62,8 +62,7 @@ def tlon(s: Statement, way: Vector, axis: Vector, start: Vector, frame: Frame | 
     center, end = (cx, cy, cz), (ex, ey, ez)
     if math.dist(begin, center) > ENDS[0]:
         raise refusal(source, s, "the line does not begin at the centre of the circle", _REMEDY)
-    if frame:
-        center, end, way, axis = frame.point(center), frame.point(end), frame.vector(way), frame.vector(axis)
+    center, end, way, axis = point(frame, center), point(frame, end), vector(frame, way), vector(frame, axis)
     _check_plane(s, center, axis, (start, end), source)
     clockwise = _clockwise(s, way, axis, start, center, source)
     found = sweep(s, Circle(center, axis, radius, clockwise, None), start, end, None, source)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from toolpaths.errors import WriteError
-from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
-from toolpaths.writing.program import Finding, Floats, Program, ReadBack
+from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.writing.program import Finding, Floats, Program
 
 _POSE = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
 _WRENCH = ("fx_n", "fy_n", "fz_n", "mx_nm", "my_nm", "mz_nm")
@@ -74,23 +72,3 @@ def _nominal(program: Program, block: slice) -> Floats:
     position = program.position if program.nominal_position is None else program.nominal_position
     rotation = program.rotation if program.nominal_rotation is None else program.nominal_rotation
     return np.column_stack((position[block] * 1e3, quaternion_from_matrix(rotation[block])))
-
-
-def read_back(path: Path) -> ReadBack:
-    """Command poses, joints and feeds of a file that ``files`` wrote."""
-    with open(path, encoding="ascii", newline="") as stream:
-        header = next(csv.reader([stream.readline()]), [])
-        n = sum(name.startswith("q") and name.endswith("_deg") for name in header)
-        if tuple(header) != columns(n):
-            raise WriteError(f"{path}: the header is not that of a program as csv")
-        last = 2 + 7 + n
-        text = np.loadtxt(stream, delimiter=",", dtype=np.float64, usecols=range(2, last), ndmin=2)
-    with open(path, encoding="ascii", newline="") as stream:
-        stream.readline()
-        feed = np.array([float(row.split(",", last + 1)[last] or "nan") for row in stream]) / 6e4
-    return ReadBack(
-        position=text[:, :3] * 1e-3,
-        rotation=matrix_from_quaternion(text[:, 3:7]),
-        joints=np.radians(text[:, 7:]),
-        feed=feed,
-    )

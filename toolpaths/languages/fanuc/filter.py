@@ -17,13 +17,16 @@ from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.languages.fanuc.calls import called
 from toolpaths.languages.fanuc.config import continued_turns, letters, turn_numbers
-from toolpaths.languages.fanuc.reader import BESIDES, moves_of, refuse_written
+from toolpaths.languages.fanuc.interpreter import BESIDES
+from toolpaths.languages.fanuc.reader import moves_of
 from toolpaths.rewriting.arc_fit import Arcs
 from toolpaths.rewriting.corrections import Correction, corrections
-from toolpaths.rewriting.filters import Edit, Rewritten, edited
+from toolpaths.rewriting.edits import Edit, edited
+from toolpaths.rewriting.filter import Filter, Rewritten
 from toolpaths.rewriting.kept_arcs import via_point
 from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.toolpath import CUT
+from toolpaths.writing.marker import refuse_compensated_remarks
 from toolpaths.writing.program import WARNING, Finding, Floats, Ints, Program, merged
 
 _FIELD = re.compile(r"\b([XYZWPR])(\s*=)(\s*)(-?(?:\d+\.?\d*|\.\d+))")
@@ -40,7 +43,7 @@ _TURNING = [0, 3, 5]
 
 def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
     """The .ls ``source`` with the poses of ``program``."""
-    refuse_written(source, str(path))
+    refuse_compensated_remarks(source, str(path))
     moves = moves_of(source, str(path), path)
     work = _Work(source.decode("latin-1"), moves, program, row, path)
     found = corrections(moves, program, row)
@@ -255,3 +258,6 @@ class _Work:
         """C P[via] P[end] as L P[end], on one line."""
         found = re.match(r"(\s*\d*\s*:\s*)?C\s+P\[.*?\]\s*(?:\d*\s*:\s*)?(?=P\[)", statement, re.S)
         return f"{found[1] or ''}L {statement[found.end() :]}" if found else statement
+
+
+FILTER = Filter(rewrite=rewrite)

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 
+from toolpaths.interpreting.values import Runtime
 from toolpaths.rotation import matrix_from_fanuc
 from toolpaths.toolpath import Floats
 
@@ -55,15 +56,15 @@ class Registers:
         self._numbers.clear()
         self._places.clear()
 
-    def number(self, n: int) -> float | None:
-        """R[n], if it is known."""
-        return self._numbers.get(n)
+    def number(self, n: int) -> float | Runtime:
+        """R[n]."""
+        return self._numbers.get(n, Runtime(f"R[{n}]"))
 
-    def pose(self, n: int) -> Floats | None:
-        """PR[n] as (4, 4), m, if all of its six numbers are known."""
+    def pose(self, n: int) -> Floats | Runtime:
+        """PR[n] as (4, 4), m; Runtime as long as one of its six numbers is not known."""
         values = self._places.get(n)
         if values is None or None in values:
-            return None
+            return Runtime(f"PR[{n}]")
         numbers = np.array(values, dtype=np.float64)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = matrix_from_fanuc(np.radians(numbers[3:])), numbers[:3] * 1e-3

@@ -17,7 +17,6 @@ import numpy as np
 
 from toolpaths.languages.fanuc.config import config_texts, controller_joints
 from toolpaths.languages.fanuc.motion import FASTEST, SPEED_ERROR, speed_texts, terminations
-from toolpaths.languages.fanuc.read_back import read_back as read_back
 from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.names import is_legal, plain

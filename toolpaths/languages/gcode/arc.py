@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from toolpaths.reading.arc_points import FULL_CIRCLE
+
 # the radii at both ends may differ by this much, m; and by more only below the share of the radius
 RADIUS_TOLERANCE, RADIUS_SHARE, RADIUS_MOST = 5e-6, 1e-3, 0.5e-3
-FULL_CIRCLE = 1e-6  # rad; a smaller sweep means the whole circle
 OFFSETS = "IJK"
 
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Vector
+from toolpaths.frame import Vector
+from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK
 
 CLEARANCE = 0.254e-3  # m: how far G73 draws back, and how near G83 comes back to the bottom at a rapid
 MOST_STEPS = 2000  # moves of one block: more is a mistake, and would fill the memory

@@ -15,13 +15,12 @@ from toolpaths.languages.gcode.machine import ARCS, FIRST_CYCLE, Step
 from toolpaths.languages.gcode.place import TILT, UP, Place
 from toolpaths.languages.gcode.reader import INCH, MM, Blocks, parse
 from toolpaths.languages.gcode.refusals import LINE, check, refuse_moved, says_turns
-from toolpaths.languages.gcode.rotary import Machine
 from toolpaths.languages.gcode.style import Style, Word, style_of, with_words, words_of
-from toolpaths.rewriting.filters import MARKER, SAME_PLACE, Rewritten, refuse_compensated
+from toolpaths.machine import Machine
+from toolpaths.rewriting.filter import SAME_PLACE, Filter, Rewritten
 from toolpaths.toolpath import CUT
+from toolpaths.writing.marker import MARKER, refuse_compensated
 from toolpaths.writing.program import WARNING, Finding, Floats, Program, merged
-
-__all__ = ["check", "rewrite", "says_turns"]
 
 SHIFT = re.compile(r"G0*92(?!\.?[123])", re.I)
 ARC_TOLERANCE = 1e-6  # m: poses nearer than this to an arc are on it
@@ -323,3 +322,6 @@ class _Rewriter:
             what = f"the correction tilts the tool by up to {np.degrees(tilt[worst]):.2g} deg, which a file without "
             remedy = "write a program in the robot's language to have the tilt corrected, too"
             self.changes.append(Finding(WARNING, place, what + "tool vectors cannot say: it is left out", remedy))
+
+
+FILTER = Filter(rewrite=rewrite, check=check, says_turns=says_turns)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from toolpaths.frame import Vector
 from toolpaths.languages.gcode.arc import arc_geometry
 from toolpaths.languages.gcode.cycle import Cycle
 from toolpaths.languages.gcode.feed import INVERSE_TIME, Feed
 from toolpaths.languages.gcode.origin import Origin
-from toolpaths.languages.gcode.rotary import Machine
 from toolpaths.languages.gcode.rotary_words import Rotary
 from toolpaths.languages.gcode.words import TIP_CONTROL, Words
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track, Vector
+from toolpaths.machine import Machine
+from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track
 from toolpaths.toolpath import Toolpath
 
 UP: Vector = (0.0, 0.0, 1.0)

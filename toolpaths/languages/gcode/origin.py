@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from toolpaths.reading.move_buffer import Vector
+from toolpaths.frame import Vector
 
 NOWHERE: Vector = (0.0, 0.0, 0.0)
 

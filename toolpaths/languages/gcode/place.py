@@ -11,7 +11,7 @@ import numpy as np
 from toolpaths.languages.gcode.machine import Step
 from toolpaths.languages.gcode.reader import INCH
 from toolpaths.languages.gcode.style import VECTOR_DIGITS, Style, Word
-from toolpaths.rewriting.filters import SAME_PLACE
+from toolpaths.rewriting.filter import SAME_PLACE
 from toolpaths.writing.program import Floats
 
 TILT = 1e-6  # rad: tilts below it are none

@@ -9,7 +9,6 @@ from pathlib import Path
 from toolpaths.errors import ReadError
 from toolpaths.languages.gcode.machine import State
 from toolpaths.languages.gcode.retract import Retract, check_retracts
-from toolpaths.languages.gcode.rotary import Machine
 from toolpaths.languages.gcode.words import (
     GROUP,
     LONE,
@@ -20,6 +19,7 @@ from toolpaths.languages.gcode.words import (
     split_block,
     strip_comments,
 )  # fmt: skip
+from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import Toolpath
 

@@ -8,8 +8,9 @@ from collections.abc import Collection
 
 import numpy as np
 
-from toolpaths.languages.gcode.rotary import Machine, Turns, in_work
+from toolpaths.languages.gcode.rotary import Turns, in_work
 from toolpaths.languages.gcode.words import Words
+from toolpaths.machine import Machine
 from toolpaths.toolpath import Toolpath
 
 

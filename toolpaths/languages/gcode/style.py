@@ -10,7 +10,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from toolpaths.languages.gcode.words import COMMENT, CYCLES
-from toolpaths.rewriting.filters import Edit, edited
+from toolpaths.rewriting.edits import Edit, edited
 
 WORD = re.compile(r"([A-Za-z])(\s*)([-+]?(?:\d+\.?\d*|\.\d+))")
 ORDER = "XYZIJKF"

@@ -13,14 +13,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.errors import WriteError
-from toolpaths.languages.gcode.reader import parse
-from toolpaths.reading.source_text import load_lines
-from toolpaths.rewriting.filters import MARKER
 from toolpaths.rotation import rpy_from_matrix
 from toolpaths.toolpath import CUT
+from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import number, plain
-from toolpaths.writing.program import WARNING, Finding, Floats, Program, ReadBack
+from toolpaths.writing.program import WARNING, Finding, Floats, Program
 
 #: Comments that are words of G-code: spindle and coolant come back as what they were.
 _WORDS = re.compile(r"(?:S\d+(?:\.\d+)? ?)?(?:M0?[345789])?")
@@ -129,35 +126,3 @@ def _column_exact(exact: npt.NDArray[np.bool_], last: bool) -> list[str]:
     """G61 where a pose has to be reached, G64 behind it."""
     words = {1: " G61", -1: " G64", 0: ""}
     return [words[c] for c in np.diff(exact.astype(np.int8), prepend=np.int8(last)).tolist()]
-
-
-def read_back(path: Path) -> ReadBack:
-    """Position, tool vector and feed of every move; the turn about the vector is any."""
-    source = str(path)
-    try:
-        poses = parse(load_lines(path, source), source).toolpath(1e-5)
-    except OSError as problem:
-        raise WriteError(f"{path}: cannot be read back: {problem}") from None
-    return ReadBack(position=poses.position, rotation=rotation_of(poses.axis), feed=poses.feed)
-
-
-def rotation_of(axis: Floats) -> Floats:
-    """(N, 3, 3) with z = -axis and x as near to the x axis (where that fails, y) of the work object as can be."""
-    z = -np.asarray(axis)
-    side = np.where(np.abs(z[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    x = side - np.einsum("ni,ni->n", side, z)[:, None] * z
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    return np.stack((x, np.cross(z, x), z), axis=-1)
-
-
-def aligned(rotation: Floats, axis: Floats) -> Floats:
-    """(N, 3, 3) orientations turned by the least angle that makes their tool vectors the printed ones (N, 3).
-
-    That is what a controller does that keeps the turn about the tool; opposite vectors have no such turn.
-    """
-    z, to = rotation[:, :, 2], -np.asarray(axis)
-    v, cosine = np.cross(z, to), np.einsum("ni,ni->n", z, to)
-    skew = np.zeros_like(rotation)
-    skew[:, [2, 0, 1], [1, 2, 0]], skew[:, [1, 2, 0], [2, 0, 1]] = v, -v
-    turn = np.eye(3) + skew + skew @ skew / (1.0 + cosine)[:, None, None]
-    return np.asarray(turn @ rotation)

@@ -17,7 +17,6 @@ from textwrap import wrap
 import numpy as np
 
 from toolpaths.languages.inform.moves import Moves, angles_text, moves, rconf
-from toolpaths.languages.inform.read_back import read_back as read_back
 from toolpaths.rotation import motoman_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.names import plain

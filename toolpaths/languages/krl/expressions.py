@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from toolpaths.interpreting.expressions import ExpressionError, Runtime, Tokens, runtime
+from toolpaths.interpreting.expressions import Tokens
+from toolpaths.interpreting.values import ExpressionError, Runtime, first_runtime
 from toolpaths.rotation import kuka_from_matrix, matrix_from_kuka
 from toolpaths.toolpath import Floats
 
@@ -35,14 +36,6 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
 }  # fmt: skip
 
 
-class Scope(Protocol):
-    """Where names are looked up."""
-
-    def look_up(self, name: str) -> Value:
-        """The value of a name, upper case, as ``XP1``, ``TOOL_DATA[2]`` or ``$BASE``."""
-        ...
-
-
 def frame(value: dict[str, Value]) -> Floats:
     """(4, 4), m, of an aggregate with X ... C (mm, deg); what is not given is 0."""
     numbers = [value.get(k, 0.0) for k in POSE]
@@ -60,27 +53,23 @@ def aggregate(pose: Floats) -> dict[str, Value]:
     return dict(zip(POSE, [*(pose[:3, 3] * 1e3).tolist(), *angles.tolist()], strict=True))
 
 
-class Expression(Tokens):
-    """A piece of a line, worked out from left to right."""
+class KrlExpression(Tokens):
+    """A piece of a line, worked out from left to right.
 
-    def __init__(self, text: str, scope: Scope) -> None:
+    Args:
+        look_up: the value of a name, upper case, as ``XP1``, ``TOOL_DATA[2]`` or ``$BASE``.
+    """
+
+    def __init__(self, text: str, look_up: Callable[[str], Value]) -> None:
         super().__init__(text, _TOKEN)
-        self.scope = scope
+        self._look_up = look_up
 
     def value(self) -> Value:
         """OR, AND, NOT, comparison, sum."""
         self.deeper()
-        left = self._comparison()
-        while self.peek() in ("OR", "AND", "EXOR"):
-            word, right = self.take().upper(), self._comparison()
-            if unknown := runtime(left, right):
-                left = unknown
-            elif not isinstance(left, bool) or not isinstance(right, bool):
-                raise ExpressionError("TRUE or FALSE expected")
-            else:
-                left = (left or right) if word == "OR" else (left and right) if word == "AND" else left != right
+        value = self.chained(self._comparison, ("OR", "AND", "EXOR"), _logic)
         self.higher()
-        return left
+        return value
 
     def _comparison(self) -> Value:
         if self.peek() == "NOT":
@@ -90,30 +79,13 @@ class Expression(Tokens):
         return self.compared(self._sum, _COMPARED)
 
     def _sum(self) -> Value:
-        left = self._product()
-        while self.peek() in ("+", "-"):
-            left = _numbers(self.take(), left, self._product())
-        return left
+        return self.chained(self._product, ("+", "-"), _numbers)
 
     def _product(self) -> Value:
-        left = self._chain()
-        while self.peek() in ("*", "/"):
-            left = _numbers(self.take(), left, self._chain())
-        return left
+        return self.chained(self._frames, ("*", "/"), _numbers)
 
-    def _chain(self) -> Value:
-        """Frames with the geometric operator between them, from left to right."""
-        left = self._signed()
-        while self.peek() == ":":
-            self.take()
-            right = self._signed()
-            if unknown := runtime(left, right):
-                left = unknown
-            elif not isinstance(left, dict) or not isinstance(right, dict):
-                raise ExpressionError("':' stands between two frames")
-            else:
-                left = {**right, **aggregate(frame(left) @ frame(right))}
-        return left
+    def _frames(self) -> Value:
+        return self.chained(self._signed, (":",), _geometric)
 
     def _signed(self) -> Value:
         return self.signed(self._primary, lambda v: _numbers("*", -1.0, v))
@@ -166,7 +138,7 @@ class Expression(Tokens):
             return self._called(name)
         while self.peek() == "[":
             name += self.index()
-        value = self.scope.look_up(name)
+        value = self._look_up(name)
         while self.peek() == ".":
             self.take()
             part = self.take().upper()
@@ -199,7 +171,7 @@ class Expression(Tokens):
             if self.peek() != ")":
                 self.take(",")
         self.take(")")
-        if unknown := runtime(*values):
+        if unknown := first_runtime(*values):
             return unknown
         if name not in _FUNCTIONS or len(values) != 1 or not isinstance(values[0], float):
             return Runtime(f"{name}(...)")
@@ -209,8 +181,25 @@ class Expression(Tokens):
             raise ExpressionError(f"{name}: {e}") from None
 
 
+def _logic(word: str, left: Value, right: Value) -> Value:
+    if unknown := first_runtime(left, right):
+        return unknown
+    if not isinstance(left, bool) or not isinstance(right, bool):
+        raise ExpressionError("TRUE or FALSE expected")
+    return (left or right) if word == "OR" else (left and right) if word == "AND" else left != right
+
+
+def _geometric(_: str, left: Value, right: Value) -> Value:
+    """The geometric operator: a frame given in another one."""
+    if unknown := first_runtime(left, right):
+        return unknown
+    if not isinstance(left, dict) or not isinstance(right, dict):
+        raise ExpressionError("':' stands between two frames")
+    return {**right, **aggregate(frame(left) @ frame(right))}
+
+
 def _numbers(sign: str, left: Value, right: Value) -> Value:
-    if unknown := runtime(left, right):
+    if unknown := first_runtime(left, right):
         return unknown
     if not isinstance(left, float) or not isinstance(right, float):
         raise ExpressionError(f"{sign} between values that are no numbers")

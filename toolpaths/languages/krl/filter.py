@@ -11,15 +11,17 @@ import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
+from toolpaths.interpreting.program_text import Declaration
 from toolpaths.languages.krl.expressions import POSE
-from toolpaths.languages.krl.interpreter import Run
+from toolpaths.languages.krl.interpreter import KrlInterpreter
 from toolpaths.languages.krl.moves import LITERAL, MOTION
 from toolpaths.languages.krl.reader import run_of
 from toolpaths.languages.krl.writer import status_and_turn
-from toolpaths.rewriting.edits import line_end, newline_of, respelled
-from toolpaths.rewriting.filters import MARKER, Edit, Rewritten, calls_elsewhere, edited
-from toolpaths.rewriting.placing import Declared, Placing
+from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
+from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
+from toolpaths.rewriting.placing import Placing
 from toolpaths.rotation import kuka_from_matrix
+from toolpaths.writing.marker import MARKER
 from toolpaths.writing.program import Floats, Program, merged
 
 _NAME_LIMIT = 24
@@ -34,18 +36,19 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
         WriteError: a line would need two poses.
     """
     run = run_of(source, str(path), path)
+    written = run.program
     moves = run.track.moves()
     style = KrlStyle(run, moves)
     placing = Placing(style, moves, program, row)
     placing.place()
     found = [*placing.changes, *calls_elsewhere(run.elsewhere)]
-    at = line_end(run.text, run.header_end)
+    at = line_end(written.text, written.header_end)
     edits = [Edit(at, at, f"; {MARKER}{style.newline}"), *placing.edits]
-    text = edited(run.text[: run.border], [e for e in edits if e.start <= run.border])
-    first = run.border + 1
-    later = [Edit(e.start - first, e.end - first, e.new) for e in edits if e.start > run.border]
-    values = edited(run.text[first:], later)
-    beside = ((Path(run.beside).suffix, values.encode("latin-1")),) if run.beside else ()
+    text = edited(written.text[: written.border], [e for e in edits if e.start <= written.border])
+    first = written.border + 1
+    later = [Edit(e.start - first, e.end - first, e.new) for e in edits if e.start > written.border]
+    values = edited(written.text[first:], later)
+    beside = ((Path(written.beside).suffix, values.encode("latin-1")),) if written.beside else ()
     return Rewritten(text.encode("latin-1"), merged(found), beside)
 
 
@@ -54,9 +57,9 @@ class KrlStyle:
 
     literal = LITERAL
 
-    def __init__(self, run: Run, moves: RobotMoves) -> None:
-        self.run, self.moves, self.text = run, moves, run.text
-        self.newline = newline_of(run.text)
+    def __init__(self, run: KrlInterpreter, moves: RobotMoves) -> None:
+        self.run, self.moves, self.text = run, moves, run.program.text
+        self.newline = newline_of(self.text)
         self._angles = np.degrees(kuka_from_matrix(_matrices(moves.quaternion)))
 
     def aggregate(self, move: int) -> str:
@@ -121,10 +124,10 @@ class KrlStyle:
         if mark["word"][move] == ARC:
             yield Edit(int(mark["via_ref_start"][move]), int(mark["ref_start"][move]), "")
 
-    def declared(self) -> Sequence[Declared]:
+    def declared(self) -> Sequence[Declaration]:
         """All declared poses."""
-        found = [d for d in self.run.declared.values() if d.value[0] >= 0]
-        return sorted((Declared(d.name, d.start, d.end) for d in found), key=lambda d: d.start)
+        found = [d for d in self.run.program.declared.values() if d.value[0] >= 0]
+        return sorted(found, key=lambda d: d.start)
 
     def free_name(self, name: str, taken: set[str]) -> str:
         """``XP2`` -> ``XP2_C1``, at most 24 characters."""
@@ -132,7 +135,7 @@ class KrlStyle:
             suffix = f"_C{n}"
             if (new := name[: _NAME_LIMIT - len(suffix)] + suffix).upper() not in taken:
                 return new
-        raise WriteError(f"{self.run.source}: no free name for {name}")
+        raise WriteError(f"{self.run.program.source}: no free name for {name}")
 
 
 def _near(angles: Sequence[float], old: Sequence[float]) -> list[float]:
@@ -155,3 +158,6 @@ def _matrices(quaternion: Floats) -> Floats:
 def _turn(joints: Floats) -> npt.NDArray[np.int64]:
     """(K,) T of joint angles (K, 6) rad."""
     return status_and_turn(joints, np.zeros(len(joints), dtype=np.int32))[1]
+
+
+FILTER = Filter(rewrite=rewrite)

@@ -2,47 +2,44 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from toolpaths.interpreting.expressions import ExpressionError, Runtime
 from toolpaths.interpreting.moves import RobotTrack
+from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import POSE, Value, frame
-from toolpaths.languages.krl.scan import Statement
+from toolpaths.languages.krl.names import KrlNames
+from toolpaths.languages.krl.scan import KrlProgram
 from toolpaths.toolpath import Floats
 from toolpaths.writing.program import ToolFrame
 
-if TYPE_CHECKING:
-    from toolpaths.languages.krl.interpreter import Run
-
 
 class Mounted:
-    """$TOOL and $BASE of one run.
+    """$TOOL and $BASE of one run."""
 
-    Attributes:
-        numbers: of $TOOL and $BASE where they are those of a number.
-    """
-
-    def __init__(self, run: Run, track: RobotTrack) -> None:
-        self.run, self._track = run, track
-        self.numbers: dict[str, int | None] = {"$TOOL": 0, "$BASE": None}
+    def __init__(self, program: KrlProgram, names: KrlNames, track: RobotTrack) -> None:
+        self.program, self.names, self._track = program, names, track
+        self._numbers: dict[str, int | None] = {"$TOOL": 0, "$BASE": None}
         self._tools: dict[str, int] = {}
+
+    def by_number(self, name: str, number: int | None) -> None:
+        """$TOOL or $BASE is that of a number from here on, or of none."""
+        self._numbers[name] = number
 
     def _frame(self, s: Statement, name: str, own: Value) -> tuple[int | None, Value]:
         """Number and value of $TOOL or $BASE, of this line or as set before."""
         if own is None:
-            variable = self.run.names.get(name)
+            variable = self.names.get(name)
             value = Runtime(f"{name}, which is not set") if variable is None else variable.value
-            return self.numbers[name], value
+            return self._numbers[name], value
         if not isinstance(own, float):
             return None, own
-        return int(own), self.run.look_up(f"{name[1:]}_DATA[{own:g}]") if own else dict.fromkeys(POSE, 0.0)
+        return int(own), self.names.look_up(f"{name[1:]}_DATA[{own:g}]") if own else dict.fromkeys(POSE, 0.0)
 
     def tool(self, s: Statement, own: Value) -> int:
         """The number of the tool in use; ``own`` is what the line itself says, else None."""
         number, value = self._frame(s, "$TOOL", own)
-        load = self.run.names.get("$LOAD")
+        load = self.names.get("$LOAD")
         key = f"{number} {value!r} {load.value if load else None!r}"
         if key not in self._tools:
             taken = set(self._tools.values())
@@ -51,7 +48,7 @@ class Mounted:
             self._tools[key] = number
             if isinstance(value, dict):
                 pose = self._matrix(s, value)
-                name = self.run.names.get(f"TOOL_NAME[{number}]")
+                name = self.names.get(f"TOOL_NAME[{number}]")
                 shown = name.value.strip('"') if name and isinstance(name.value, str) else f"tool {number}"
                 mass, com = _load(load.value if load else None)
                 self._track.tools[number] = ToolFrame(shown, pose[:3, 3], pose[:3, :3], mass, com)
@@ -68,7 +65,7 @@ class Mounted:
         try:
             return frame(value)
         except ExpressionError as e:
-            self.run.refuse(s.start, str(e))
+            self.program.refuse(s.start, str(e))
 
 
 def _load(value: Value) -> tuple[float | None, Floats | None]:

@@ -5,20 +5,19 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from toolpaths.interpreting.expressions import ExpressionError, Runtime
 from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack, Span
-from toolpaths.languages.krl.expressions import AXES, POSE, Expression, Value
+from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.values import ExpressionError, Runtime
+from toolpaths.languages.krl.expressions import AXES, POSE, Value
 from toolpaths.languages.krl.frames import Mounted
-from toolpaths.languages.krl.scan import Statement
+from toolpaths.languages.krl.names import KrlNames
+from toolpaths.languages.krl.scan import KrlProgram
+from toolpaths.languages.krl.tails import SYSTEM, Tails
 from toolpaths.rotation import matrix_from_kuka, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats
-
-if TYPE_CHECKING:
-    from toolpaths.languages.krl.interpreter import Run
 
 MOTION = re.compile(
     r"(SLIN_REL|SPTP_REL|SCIRC_REL|LIN_REL|PTP_REL|CIRC_REL|SLIN|SPTP|SCIRC|LIN|PTP|CIRC)(?![\w$])", re.I
@@ -30,15 +29,10 @@ _STATUS = re.compile(r"\bS\s+(\d+)", re.I)
 EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
 _AXIS = re.compile(r"\b(E[1-6])\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)", re.I)
 _NAME = re.compile(r"\s*([A-Za-z_$][\w$]*)\s*(?=,|$|C_|WITH)", re.I)
-_TAIL = re.compile(r"\s*((?:C_\w+\s*)*)(?:WITH\s+(.*))?$", re.I | re.S)
-_SYSTEM = re.compile(r"(?<!\s)\s*+#(?:BASE|TOOL)\s*+$", re.I)
 _PIECE = re.compile(r"[{}()\[\],]|(?<![\w$])(?:C_\w+|WITH)(?!\w)|\s(?=C_|WITH\b)", re.I)
-_WITH = re.compile(r"(\$[A-Z_]+(?:\.[A-Z]+)?)\s*=\s*(.*)$", re.I | re.S)
-FASTEST = 3.0  # m/s, KUKA's own bound of $VEL.CP
 _NAN = math.nan
 _EXACT = 1e-15  # what sine and cosine of right angles leave
 _POSES = ("E6POS", "POS", "FRAME")
-Tail = tuple[float, float, int, int]
 
 
 def quaternions(numbers: Floats) -> Floats:
@@ -48,26 +42,25 @@ def quaternions(numbers: Floats) -> Floats:
     return quaternion_from_matrix(matrix)
 
 
-class Mover:
+class KrlMover:
     """Turns the motion lines of one run into moves of a track.
 
     Attributes:
+        track: the moves.
+        mounted: tool and base.
+        tails: what stands behind the targets.
         others: move -> the value of a target that is no literal.
     """
 
-    def __init__(self, run: Run) -> None:
-        self.run = run
-        self.track = RobotTrack(run.source, "krl", quaternions, EXTERNAL)
+    def __init__(self, program: KrlProgram, names: KrlNames) -> None:
+        self.program, self.names = program, names
+        self.track = RobotTrack(program.source, "krl", quaternions, EXTERNAL)
+        self.mounted = Mounted(program, names, self.track)
+        self.tails = Tails(program, names, self.mounted)
         self.others: dict[int, dict[str, Value]] = {}
-        self._tails: dict[str, Tail] = {}
-        self.mounted = Mounted(run, self.track)
         self._last: tuple[float, ...] | None = None  # X ... C of the pose before, in the same base and tool
         self._frames: tuple[int, int] | None = None
         self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""  # external axes, and how the pose before gives them
-
-    def forget(self) -> None:
-        """Speed, rounding, tool or base may be others from here on."""
-        self._tails.clear()
 
     def move(self, motion: re.Match[str], s: Statement) -> None:
         """Append the move of one line."""
@@ -80,7 +73,7 @@ class Mover:
         if word == "CIRC":
             at, via_span, middle = self._via(s, at)
             via = middle[:3]
-        match = LITERAL.match(self.run.text, self._blanks(at, s.end), s.end)
+        match = LITERAL.match(self.program.text, self._blanks(at, s.end), s.end)
         if match:
             values, span, at = self._literal(match, s), (*match.span(), *match.span()), match.end()
         else:
@@ -95,19 +88,20 @@ class Mover:
         via_span: Span,
     ) -> None:  # fmt: skip
         """``values``: X ... C and S."""
-        feed, zone, tool, base = self._tail(s, self.run.text[at : s.end], word)
+        feed, zone, tool, base = self.tails.tail(s, self.program.text[at : s.end], word)
+        line = self.program.line(s.start)
         kind = RAPID if word == "PTP" else CUT
         code = {"PTP": PTP, "LIN": LINE, "CIRC": ARC}[word]
         if not math.isfinite(sum(values[:3])):
             code = JOINTS
         self.track.move(
             (*values[:6], 0.0, feed, zone, *via),
-            (code, int(kind), tool, self.run.line(s.start), base, _branch(values[6]), s.start, s.end, *span, *via_span),
+            (code, int(kind), tool, line, base, _branch(values[6]), s.start, s.end, *span, *via_span),
         )
         self._last, self._frames = tuple(values[:6]) if code != JOINTS else None, (tool, base)
 
     def _blanks(self, at: int, end: int) -> int:
-        text = self.run.text
+        text = self.program.text
         while at < end and text[at] in " \t":
             at += 1
         return at
@@ -116,15 +110,15 @@ class Mover:
         try:
             values = [float(v) for v in match.groups()[:6]]
         except ValueError:
-            self.run.refuse(s.start, f"{match[0][:60]!r} holds something that is no number")
+            self.program.refuse(s.start, f"{match[0][:60]!r} holds something that is no number")
         if not math.isfinite(sum(values)) or max(map(abs, values)) > 1e7:
-            self.run.refuse(s.start, "a coordinate that is not a finite number")
+            self.program.refuse(s.start, "a coordinate that is not a finite number")
         status = _STATUS.search(match[7]) if match[7] else None
         if match[7] != self._more:
             try:
                 self._stand(s, {name.upper(): float(v) for name, v in _AXIS.findall(match[7])})
             except ValueError:
-                self.run.refuse(s.start, f"{match[0][-60:]!r} holds something that is no number")
+                self.program.refuse(s.start, f"{match[0][-60:]!r} holds something that is no number")
             self._more = match[7]
         return (*values, float(status[1]) if status else -1.0)
 
@@ -133,7 +127,7 @@ class Mover:
         self._more = ""
         given = {k: values[k] for k in EXTERNAL if isinstance(values.get(k), float)}
         if not all(map(math.isfinite, given.values())):
-            self.run.refuse(s.start, "an external axis at a number that is not finite")
+            self.program.refuse(s.start, "an external axis at a number that is not finite")
         if given:
             self._axes |= given
             self.track.stand(tuple(self._axes.values()))
@@ -141,7 +135,7 @@ class Mover:
     def _argument_end(self, s: Statement, at: int) -> int:
         """Where a target ends: at a comma outside brackets, at C_..., at WITH, at the end of the line."""
         depth = 0
-        for found in _PIECE.finditer(self.run.text, at, s.end):
+        for found in _PIECE.finditer(self.program.text, at, s.end):
             mark = found[0]
             if mark in ("{", "(", "["):
                 depth += 1
@@ -153,45 +147,45 @@ class Mover:
 
     def _via(self, s: Statement, at: int) -> tuple[int, Span, tuple[float, ...]]:
         begin = self._blanks(at, s.end)
-        if match := LITERAL.match(self.run.text, begin, s.end):
+        if match := LITERAL.match(self.program.text, begin, s.end):
             end, span, values = match.end(), (*match.span(), *match.span()), self._literal(match, s)
         else:
             end, span, found = self._target(s, at, "LIN")
             if found is None or not math.isfinite(found[0]):
-                self.run.refuse(s.start, "the via point of a circle has to be a pose")
+                self.program.refuse(s.start, "the via point of a circle has to be a pose")
             values = found
-        comma = re.compile(r"\s*,").match(self.run.text, end, s.end)
+        comma = re.compile(r"\s*,").match(self.program.text, end, s.end)
         if not comma:
-            self.run.refuse(s.start, "CIRC needs a via point and an end", "The line may be cut off.")
+            self.program.refuse(s.start, "CIRC needs a via point and an end", "The line may be cut off.")
         return comma.end(), span, values
 
     def _target(self, s: Statement, at: int, word: str) -> tuple[int, Span, tuple[float, ...] | None]:
         """Where the line goes on, the place of the target, and X ... C and S; None where no move is known."""
-        run = self.run
-        if (match := _NAME.match(run.text, at, s.end)) and (variable := run.names.get(match[1].upper())):
+        text = self.program.text
+        if (match := _NAME.match(text, at, s.end)) and (variable := self.names.get(match[1].upper())):
             d = variable.declaration
             if d is not None and d.type in _POSES:
-                literal = LITERAL.match(run.text, d.value[0], d.end) if d.value[0] >= 0 else None
+                literal = LITERAL.match(text, d.value[0], d.end) if d.value[0] >= 0 else None
                 if literal and literal.end() == d.end:
                     return match.end(), (*literal.span(), *match.span(1)), self._literal(literal, s)
         end = self._argument_end(s, at)
-        text = run.text[at:end]
-        first, last = self._blanks(at, end), at + len(text.rstrip())
+        piece = text[at:end]
+        first, last = self._blanks(at, end), at + len(piece.rstrip())
         span = (first, last, first, last)
         try:
-            value = Expression(text, run).whole()
+            value = self.names.value(piece)
         except ExpressionError as e:
-            run.refuse(s.start, f"{text.strip()[:40]!r}: {e}")
+            self.program.refuse(s.start, f"{piece.strip()[:40]!r}: {e}")
         if isinstance(value, Runtime):
             if word == "PTP":  # HOME of the controller, or where the arm stands anyway
-                run.track.event(f"PTP {text.strip()}", run.line(s.start))
+                self.track.event(f"PTP {piece.strip()}", self.program.line(s.start))
                 self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""
                 return end, span, None
             there = ", there in place of $POS_ACT" if "$POS_ACT" in value.reason else ""
             remedy = f"Give the poses as numbers{there}."
-            run.refuse(s.start, f"the target is known only at run time: {value.reason}", remedy)
+            self.program.refuse(s.start, f"the target is known only at run time: {value.reason}", remedy)
         if not isinstance(value, dict):
-            run.refuse(s.start, f"{text.strip()[:40]!r} is no pose")
+            self.program.refuse(s.start, f"{piece.strip()[:40]!r} is no pose")
         return end, span, self._values(s, value, word)
 
     def _values(self, s: Statement, value: dict[str, Value], word: str) -> tuple[float, ...]:
@@ -199,44 +193,44 @@ class Mover:
         self._stand(s, numbers)
         if any(k in value for k in AXES):
             if word != "PTP" or not all(k in numbers for k in AXES):
-                self.run.refuse(s.start, "axis angles need PTP and all of A1 ... A6")
+                self.program.refuse(s.start, "axis angles need PTP and all of A1 ... A6")
             angles = np.radians([numbers[k] for k in AXES])
             if not np.isfinite(angles).all() or np.abs(angles).max() > 100.0:
-                self.run.refuse(s.start, "joint angles that no arm has")
+                self.program.refuse(s.start, "joint angles that no arm has")
             self.track.joints[self.track.count] = angles
             return (*(_NAN,) * 6, -1.0)
         missing = [k for k in POSE if k not in numbers]
         last = self._before(s) if missing else (0.0,) * 6
         if last is None:
             problem = f"{', '.join(missing)} missing: what is kept of the pose before is not known"
-            self.run.refuse(s.start, problem, "Give all of X, Y, Z, A, B and C.")
+            self.program.refuse(s.start, problem, "Give all of X, Y, Z, A, B and C.")
         pose = [numbers.get(k, last[i]) for i, k in enumerate(POSE)]
         if not math.isfinite(sum(pose)) or max(map(abs, pose)) > 1e7:
-            self.run.refuse(s.start, "a coordinate that is not a finite number")
+            self.program.refuse(s.start, "a coordinate that is not a finite number")
         self.others[self.track.count] = value
         return (*pose, numbers.get("S", -1.0))
 
     def _relative(self, word: str, s: Statement, at: int) -> None:
         if word != "LIN_REL":
-            self.run.refuse(s.start, f"{word}: relative to where the arm stands", "Give the pose as numbers.")
-        in_tool = re.compile(r"#TOOL\s*", re.I).search(self.run.text, at, s.end) is not None
+            self.program.refuse(s.start, f"{word}: relative to where the arm stands", "Give the pose as numbers.")
+        in_tool = re.compile(r"#TOOL\s*", re.I).search(self.program.text, at, s.end) is not None
         end = self._argument_end(s, at)
         try:
-            value = Expression(_SYSTEM.sub("", self.run.text[at:end]), self.run).whole()
+            value = self.names.value(SYSTEM.sub("", self.program.text[at:end]))
         except ExpressionError as e:
-            self.run.refuse(s.start, str(e))
+            self.program.refuse(s.start, str(e))
         if not isinstance(value, dict) or not all(isinstance(v, float) for v in value.values()):
-            self.run.refuse(s.start, "LIN_REL: the step is known only at run time")
+            self.program.refuse(s.start, "LIN_REL: the step is known only at run time")
         before = self._before(s)
         if before is None:
-            self.run.refuse(s.start, "LIN_REL: where the arm stands before is not known")
+            self.program.refuse(s.start, "LIN_REL: where the arm stands before is not known")
         if any(value.get(k, 0.0) for k in POSE[3:]):
-            self.run.refuse(s.start, "LIN_REL with a turn is not read", "Give the pose as numbers.")
+            self.program.refuse(s.start, "LIN_REL with a turn is not read", "Give the pose as numbers.")
         step = np.array([value.get(k, 0.0) for k in POSE[:3]])
         turn = matrix_from_kuka(np.radians(before[3:])) if in_tool else np.eye(3)
         pose = [*(np.array(before[:3]) + turn @ step).tolist(), *before[3:]]
         self.others[self.track.count] = dict(zip(POSE, pose, strict=True))
-        first, last = self._blanks(at, end), at + len(self.run.text[at:end].rstrip())
+        first, last = self._blanks(at, end), at + len(self.program.text[at:end].rstrip())
         span = (first, last, first, last)
         self._append("LIN", s, end, (*pose, -1.0), span, (_NAN,) * 3, NOWHERE)
 
@@ -244,88 +238,6 @@ class Mover:
         """X ... C of the pose before; None where it is not known, or of another tool or base."""
         frames = self.mounted.tool(s, None), self.mounted.base(s, None)
         return self._last if self._frames == frames else None
-
-    def _tail(self, s: Statement, tail: str, word: str) -> Tail:
-        """Feed mm/s, rounding mm, tool, base of what stands behind the target."""
-        key = f"{word} {tail}"
-        known = self._tails.get(key)
-        if known is None:
-            known = self._tails[key] = self._worked_out(s, _SYSTEM.sub("", tail), word)
-        return known
-
-    def _worked_out(self, s: Statement, tail: str, word: str) -> Tail:
-        run, (tail, behind) = self.run, _behind(tail)
-        match = _TAIL.match(tail)
-        if not match:
-            what = "CA: an arc by its angle" if re.match(r"\s*,\s*CA", tail, re.I) else repr(tail.strip()[:40])
-            run.refuse(s.start, f"{what} behind the target is not read", "Give via point and end of at most one turn.")
-        mode = run.names.get("$IPO_MODE")
-        if mode is not None and mode.value == "#TCP":
-            run.refuse(s.start, "$IPO_MODE #TCP: a tool that stands still", "The arm has to hold the tool.")
-        own = self._with(s, match[2] or "")
-        speed = own.get("$VEL", own.get("$VEL.CP", self._speed()))
-        if word != "PTP":
-            self.check_speed(s.start, speed)
-        feed = speed * 1e3 if isinstance(speed, float) and 0.0 < speed < math.inf and word != "PTP" else _NAN
-        rounded = (match[1] + behind).upper()
-        zone = self._number("$APO.CDIS") if "C_DIS" in rounded else _NAN if rounded.strip() else 0.0
-        return feed, zone, self.mounted.tool(s, own.get("$TOOL")), self.mounted.base(s, own.get("$BASE"))
-
-    def check_speed(self, at: int, speed: Value) -> None:
-        """Refuse a $VEL.CP that is meant in mm/s."""
-        if isinstance(speed, float) and speed > FASTEST:
-            problem = f"$VEL.CP = {speed:g}: it is in m/s, KUKA takes at most {FASTEST:g}"
-            self.run.refuse(at, problem, f"Write {speed * 1e-3:g} where {speed:g} mm/s is meant.")
-
-    def _speed(self) -> Value:
-        names = self.run.names
-        if "$VEL.CP" in names:
-            return names["$VEL.CP"].value
-        value = names["$VEL"].value if "$VEL" in names else None
-        return value.get("CP") if isinstance(value, dict) else None
-
-    def _number(self, name: str) -> float:
-        variable = self.run.names.get(name)
-        return variable.value if variable and isinstance(variable.value, float) else _NAN
-
-    def _with(self, s: Statement, text: str) -> dict[str, Value]:
-        """What stands behind WITH, for this line alone: speed, tool number, base number."""
-        out: dict[str, Value] = {}
-        for piece in _pieces(text):
-            if not (match := _WITH.match(piece.strip())):
-                continue
-            name, inner = match[1].upper(), re.match(r"\w+\s*\((.*)\)\s*$", match[2], re.S)
-            first = _pieces(inner[1])[0] if inner else match[2]
-            try:
-                value = Expression(first, self.run).whole()
-            except ExpressionError as e:
-                self.run.refuse(s.start, f"{name}: {e}")
-            if name in ("$TOOL", "$BASE") and isinstance(value, dict) and "TOOL_NO" in value:
-                value = value["TOOL_NO" if name == "$TOOL" else "BASE_NO"]
-            out[name] = value
-        return out
-
-
-def _behind(tail: str) -> tuple[str, str]:
-    """What stands behind a target without the C_... at its end (at most two), and these."""
-    behind = ""
-    for _ in range(2):
-        rest, _, word = tail.rstrip().rpartition(" ")
-        if not re.fullmatch(r"C_\w+", word, re.I):
-            break
-        tail, behind = rest, f"{word} {behind}"
-    return tail, behind
-
-
-def _pieces(text: str) -> list[str]:
-    """At commas outside brackets."""
-    out, depth, start = [], 0, 0
-    for i, c in enumerate(text):
-        depth += (c in "{([") - (c in "})]")
-        if c == "," and depth == 0:
-            out.append(text[start:i])
-            start = i + 1
-    return [*out, text[start:]]
 
 
 def _branch(status: float) -> int:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from toolpaths.interpreting.moves import RobotMoves
-from toolpaths.languages.krl.interpreter import Run
+from toolpaths.languages.krl.interpreter import KrlInterpreter
+from toolpaths.languages.krl.scan import KrlProgram
 from toolpaths.reading.source_text import load_lines
 from toolpaths.toolpath import Toolpath
 
@@ -25,13 +26,14 @@ def moves_of(data: bytes, source: str, path: Path) -> RobotMoves:
     return run_of(data, source, path).track.moves()
 
 
-def run_of(data: bytes, source: str, path: Path) -> Run:
+def run_of(data: bytes, source: str, path: Path) -> KrlInterpreter:
     """The program, executed; ``path`` says where its .dat and the files it calls would be."""
     beside = next((p for p in (path.with_suffix(".dat"), path.with_suffix(".DAT")) if p.is_file()), None)
     values = ""
     if beside is not None:
         load_lines(beside, str(beside))
         values = beside.read_bytes().decode("latin-1")
-    run = Run(data.decode("latin-1"), source, values, "" if beside is None else str(beside), path)
+    program = KrlProgram(data.decode("latin-1"), source, values, "" if beside is None else str(beside))
+    run = KrlInterpreter(program, path)
     run.main()
     return run

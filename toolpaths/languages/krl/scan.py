@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from dataclasses import dataclass, field
 from typing import NoReturn
 
 from toolpaths.errors import ReadError
+from toolpaths.interpreting.program_text import (
+    CHOICE,
+    COMMENT,
+    LOOP,
+    NOTHING,
+    PLAIN,
+    Declaration,
+    ProgramText,
+    Statement,
+)
 
 _LINE = re.compile(r"[^\r\n\f\x1a]+")
 _CODE = re.compile(r'(?:[^;"]++|"[^"]*+"|"[^"]*+$)*+')
@@ -35,52 +44,29 @@ _REFUSED = {
 _ENDS = frozenset(("END", "ENDFCT", "ELSE", "ENDIF", "ENDFOR", "ENDSWITCH"))
 _CASES = frozenset(("CASE", "DEFAULT"))
 _DEEPEST = 60
-PLAIN, LOOP, CHOICE, COMMENT = "plain", "loop", "choice", "comment"
 
 
-@dataclass(slots=True)
-class Statement:
-    """A line, or a block with more inside.
-
-    Attributes:
-        kind: PLAIN, LOOP, CHOICE or COMMENT.
-        start, end: place of the line's code in the text, without blanks and comment.
-        body: inside of a loop; branches of a choice.
-        terms: of a loop: variable, from, to, step; of branches: the condition.
-    """
-
-    kind: str
-    start: int
-    end: int
-    body: list[Statement] = field(default_factory=list)
-    terms: tuple[str, ...] = ()
-
-
-@dataclass(slots=True)
-class Declaration:
-    """A declared name: type in upper case, and the place of its value, (-1, -1) where it has none."""
-
-    type: str
-    name: str
-    start: int
-    end: int
-    value: tuple[int, int]
-
-
-class Scanner:
-    """Scans a .src with the text of its .dat behind it.
+class KrlProgram(ProgramText):
+    """A .src with the text of its .dat behind it, scanned.
 
     Args:
         text: of the .src, one character a byte.
         source: its name, as the user gave it.
         values: text of the .dat.
         beside: name of the .dat.
+
+    Attributes:
+        border: where the .dat begins.
+        declared: name, upper case -> Declaration.
+        routines: name, upper case -> statements; ``first`` is the one that is run, its head ends at ``header_end``.
+
+    Raises:
+        ReadError: no DEF, or a file that is cut off.
     """
 
     def __init__(self, text: str, source: str, values: str = "", beside: str = "") -> None:
-        self.border = len(text)
-        self.text, self.source, self.beside = text + "\n" + values, source, beside
-        self._lines = [m.end() for m in re.finditer(r"\r\n|\n|\r|\f", self.text)]
+        super().__init__(text + "\n" + values, source)
+        self.border, self.beside = len(text), beside
         self.declared: dict[str, Declaration] = {}
         self.routines: dict[str, list[Statement]] = {}
         self.first = ""
@@ -88,10 +74,11 @@ class Scanner:
         self._depth = 0
         self._codes = self._code(3 if text.startswith("\xef\xbb\xbf") else 0, self.border)
         self._at = 0
+        self._scan()
 
     def line(self, at: int) -> int:
         """The line of a place in its file, counted from 1."""
-        n = bisect_right(self._lines, at) + 1
+        n = super().line(at)
         return n - bisect_right(self._lines, self.border + 1) if at > self.border else n
 
     def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
@@ -113,12 +100,8 @@ class Scanner:
                 out.append((start + len(code), found.end(), True))
         return out
 
-    def scan(self) -> None:
-        """Find subprograms and declarations.
-
-        Raises:
-            ReadError: no DEF, or a file that is cut off.
-        """
+    def _scan(self) -> None:
+        """Find subprograms and declarations."""
         for start, end, comment in self._code(self.border + 1, len(self.text)):
             if not comment:
                 self._declaration(start, end)
@@ -193,7 +176,7 @@ class Scanner:
             start, end, comment = self._codes[self._at]
             self._at += 1
             if comment:
-                out.append(Statement(COMMENT, start, end))
+                out.append(Statement(COMMENT, start, end, self.text[start + 1 : end].strip()))
                 continue
             text = self.text[start:end]
             word = text.upper()
@@ -219,9 +202,9 @@ class Scanner:
         if first == "SWITCH":
             return self._switch(start, text[len(first) :].strip())
         if _LABEL.match(text):  # GOTO is refused: nothing comes here by a jump
-            return Statement(COMMENT, start, start)
+            return Statement(NOTHING, start, start)
         if _DECL.match(text) and self._declaration(start, end):
-            return Statement(COMMENT, start, start)
+            return Statement(NOTHING, start, start)
         return Statement(PLAIN, start, end)
 
     def _loop(self, start: int, text: str) -> Statement:
@@ -229,7 +212,8 @@ class Scanner:
         if not match:
             self.refuse(start, "FOR needs a variable, = , TO")
         body, _ = self._block(("ENDFOR",), start, "ENDFOR")
-        return Statement(LOOP, start, start, body, (match[1].upper(), match[2], match[3], match[4] or ""))
+        terms = (match[1].upper(), match[2], match[3], match[4] or "")
+        return Statement(LOOP, start, start, body=body, terms=terms)
 
     def _choice(self, start: int, text: str) -> Statement:
         match = _IF.match(text)
@@ -237,17 +221,17 @@ class Scanner:
             self.refuse(start, "IF without THEN at the end of the line")
         out = Statement(CHOICE, start, start)
         body, end = self._block(("ELSE", "ENDIF"), start, "ENDIF")
-        out.body.append(Statement(CHOICE, start, start, body, (match[1] or match[2],)))
+        out.body.append(Statement(CHOICE, start, start, body=body, terms=(match[1] or match[2],)))
         if end == "ELSE":
             body, _ = self._block(("ENDIF",), start, "ENDIF")
-            out.body.append(Statement(CHOICE, start, start, body, ("TRUE",)))
+            out.body.append(Statement(CHOICE, start, start, body=body, terms=("TRUE",)))
         return out
 
     def _switch(self, start: int, chosen: str) -> Statement:
         """SWITCH as a choice: a case holds where one of its values is that of ``chosen``."""
         out = Statement(CHOICE, start, start)
         before, end = self._block(("CASE", "DEFAULT", "ENDSWITCH"), start, "ENDSWITCH")
-        if not chosen or any(s.kind != COMMENT for s in before):
+        if not chosen or any(s.kind not in (COMMENT, NOTHING) for s in before):
             self.refuse(start, "SWITCH needs a value, then CASE")
         while end != "ENDSWITCH":
             at = self._codes[self._at - 1][0]
@@ -256,5 +240,5 @@ class Scanner:
                 self.refuse(at, "CASE without a value")
             condition = "TRUE" if end == "DEFAULT" else " OR ".join(f"({chosen})==({v})" for v in values.split(","))
             body, end = self._block(("CASE", "DEFAULT", "ENDSWITCH"), start, "ENDSWITCH")
-            out.body.append(Statement(CHOICE, at, at, body, (condition,)))
+            out.body.append(Statement(CHOICE, at, at, body=body, terms=(condition,)))
         return out

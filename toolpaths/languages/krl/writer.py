@@ -2,7 +2,7 @@
 
 Sources: KUKA System Software 8.3, Operating and Programming Instructions for System Integrators (Status and
 Turn, approximate positioning, $APO, $VEL, names of 24 characters), KR C2 Expert Programming 5.2 (E6POS,
-FRAME, basic and overhead area). docs/programs-out.md says why what is written the way it is.
+FRAME, basic and overhead area). docs/krl.md says why what is written the way it is.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.languages.krl.read_back import read_back as read_back
 from toolpaths.rotation import kuka_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within

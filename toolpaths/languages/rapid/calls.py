@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from toolpaths.interpreting.expressions import Runtime
-from toolpaths.languages.rapid.expressions import Expression, Scope
-from toolpaths.languages.rapid.scan import CALL, CHOICE, COMMENT, Statement
+from toolpaths.interpreting.program_text import CHOICE, COMMENT, PLAIN, Statement
+from toolpaths.interpreting.values import Runtime
+from toolpaths.languages.rapid.expressions import RapidExpression
+from toolpaths.languages.rapid.names import RapidNames
 
 _WORDS = (
     "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK WaitTime WaitDI WaitDO WaitAI WaitGI WaitUntil "
@@ -28,7 +29,7 @@ STEERING = re.compile(
 
 
 _GIVEN = re.compile(r'"[^"]*+"|[,\\]?\s*+(?:\w+\s*:=\s*)?([A-Za-z]\w*+)\s*+(?=[,\\.{]|$)|.', re.S)
-_PLAIN = ("num", "dnum", "bool", "string", "byte")
+_NUMBERS = ("num", "dnum", "bool", "string", "byte")
 _ROUTINE = re.compile(r"\s*PROC\s+([A-Za-z]\w*)\s*\(", re.I)
 _MOVING = re.compile(r"\s*(?:Move|Trigg|Search|Arc|Spot|Paint|Disp)[A-Za-z]*\s", re.I)
 
@@ -37,15 +38,15 @@ def idle(body: list[Statement]) -> bool:
     """Whether statements neither move nor set anything."""
     return all(
         s.kind == COMMENT
-        or (s.kind == CALL and s.word.lower() in HARMLESS - SETTING)
+        or (s.kind == PLAIN and s.word.lower() in HARMLESS - SETTING)
         or (s.kind == CHOICE and all(idle(branch.body) for branch in s.body))
         for s in body
     )
 
 
-def without_poses(text: str, scope: Scope) -> bool:
+def without_poses(text: str, names: RapidNames) -> bool:
     """Whether arguments are numbers, texts and truths only: what else they are may be where the arm goes."""
-    e = Expression(text, scope)
+    e = RapidExpression(text, names.look_up)
     while e.peek():
         while e.peek() in (",", "\\"):
             if e.take() == "\\":
@@ -54,7 +55,7 @@ def without_poses(text: str, scope: Scope) -> bool:
                     e.take()
         if name := e.peek():
             value = e.value()
-            plain = isinstance(value, Runtime) and name[0].isalpha() and scope.look_up(name)[0] in _PLAIN
+            plain = isinstance(value, Runtime) and name[0].isalpha() and names.look_up(name)[0] in _NUMBERS
             if not plain and not isinstance(value, float | bool | str):
                 return False
     return True

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Protocol
+from collections.abc import Callable
 
-from toolpaths.interpreting.expressions import ExpressionError, Runtime, Tokens, runtime
+from toolpaths.interpreting.expressions import Tokens
+from toolpaths.interpreting.values import ExpressionError, Runtime, first_runtime
 from toolpaths.languages.rapid.values import FUNCTIONS, RECORDS, Value, fits
 
 _TOKEN = re.compile(
@@ -16,42 +17,26 @@ _TOKEN = re.compile(
 _COMPARED = ("=", "<>", "<", ">", "<=", ">=")
 
 
-class Scope(Protocol):
-    """Where names are looked up."""
-
-    def look_up(self, name: str) -> tuple[str, Value]:
-        """Type and value of a name; ExpressionError where it is not declared."""
-        ...
-
-
-class Expression(Tokens):
+class RapidExpression(Tokens):
     """A piece of text, worked out from left to right.
 
     Args:
-        text: the piece.
-        scope: what its names mean.
+        look_up: type and value of a name.
     """
 
-    def __init__(self, text: str, scope: Scope) -> None:
+    def __init__(self, text: str, look_up: Callable[[str], tuple[str, Value]]) -> None:
         super().__init__(text, _TOKEN)
-        self.scope = scope
+        self._look_up = look_up
 
     def value(self) -> Value:
         """OR, XOR, AND, NOT, comparison, sum."""
         self.deeper()
-        left = self._all()
-        while self.peek() in ("OR", "XOR"):
-            word = self.take().upper()
-            left = _logic(word, left, self._all())
+        value = self.chained(self._all, ("OR", "XOR"), _logic)
         self.higher()
-        return left
+        return value
 
     def _all(self) -> Value:
-        left = self._not()
-        while self.peek() == "AND":
-            self.take()
-            left = _logic("AND", left, self._not())
-        return left
+        return self.chained(self._not, ("AND",), _logic)
 
     def _not(self) -> Value:
         if self.peek() != "NOT":
@@ -64,18 +49,10 @@ class Expression(Tokens):
         return self.compared(self._sum, _COMPARED)
 
     def _sum(self) -> Value:
-        left = self._product()
-        while self.peek() in ("+", "-"):
-            sign = self.take()
-            left = _added(left, self._product(), 1.0 if sign == "+" else -1.0)
-        return left
+        return self.chained(self._product, ("+", "-"), _sum)
 
     def _product(self) -> Value:
-        left = self._signed()
-        while self.peek() in ("*", "/", "DIV", "MOD"):
-            word = self.take().upper()
-            left = _product(word, left, self._signed())
-        return left
+        return self.chained(self._signed, ("*", "/", "DIV", "MOD"), _product)
 
     def _signed(self) -> Value:
         return self.signed(self._primary, lambda v: _product("*", -1.0, v))
@@ -109,7 +86,7 @@ class Expression(Tokens):
             return name.upper() == "TRUE"
         if self.peek() == "(":
             return self._call(name)
-        kind, value = self.scope.look_up(name)
+        kind, value = self._look_up(name)
         while self.peek() in (".", "{"):
             kind, value = self._part(kind, value, name)
         return value
@@ -147,7 +124,7 @@ class Expression(Tokens):
 
 def item(value: Value, index: Value, name: str) -> Value:
     """An element of an array, counted from 1."""
-    if unknown := runtime(value, index):
+    if unknown := first_runtime(value, index):
         return unknown
     if not isinstance(value, list) or not isinstance(index, float) or not 1 <= index <= len(value) or index % 1:
         raise ExpressionError(f"{name} has no element {index}")
@@ -165,7 +142,7 @@ def component(kind: str, part: str) -> tuple[int, str]:
 def _called(name: str, values: list[Value], options: dict[str, Value]) -> Value:
     if name.lower() not in FUNCTIONS:
         return Runtime(f"{name}(...)")
-    if unknown := runtime(*values, *options.values()):
+    if unknown := first_runtime(*values, *options.values()):
         return unknown
     function, kinds = FUNCTIONS[name.lower()]
     for k, value in enumerate(values):
@@ -193,14 +170,15 @@ def _truth(value: Value) -> bool:
 
 
 def _logic(word: str, left: Value, right: Value) -> Value:
-    if unknown := runtime(left, right):
+    if unknown := first_runtime(left, right):
         return unknown
     a, b = _truth(left), _truth(right)
     return (a and b) if word == "AND" else (a or b) if word == "OR" else a != b
 
 
-def _added(left: Value, right: Value, sign: float) -> Value:
-    if unknown := runtime(left, right):
+def _sum(word: str, left: Value, right: Value) -> Value:
+    sign = 1.0 if word == "+" else -1.0
+    if unknown := first_runtime(left, right):
         return unknown
     if isinstance(left, float) and isinstance(right, float):
         return left + sign * right
@@ -212,7 +190,7 @@ def _added(left: Value, right: Value, sign: float) -> Value:
 
 
 def _product(word: str, left: Value, right: Value) -> Value:
-    if unknown := runtime(left, right):
+    if unknown := first_runtime(left, right):
         return unknown
     if fits("pos", left):
         left, right = right, left

@@ -11,14 +11,16 @@ import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.languages.rapid.interpreter import Run
+from toolpaths.interpreting.program_text import Declaration
+from toolpaths.languages.rapid.interpreter import RapidInterpreter
 from toolpaths.languages.rapid.moves import EXTERNAL, LITERAL
 from toolpaths.languages.rapid.reader import run_of
 from toolpaths.languages.rapid.writer import confdata
-from toolpaths.rewriting.edits import line_end, newline_of, respelled
-from toolpaths.rewriting.filters import MARKER, Edit, Rewritten, calls_elsewhere, edited
-from toolpaths.rewriting.placing import Declared, Placing
+from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
+from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
+from toolpaths.rewriting.placing import Placing
 from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.writing.marker import MARKER
 from toolpaths.writing.program import Floats, Program, merged
 
 _NAME_LIMIT = 32
@@ -38,9 +40,9 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     placing = Placing(style, moves, program, row)
     placing.place()
     found = [*placing.changes, *calls_elsewhere(run.elsewhere)]
-    at = line_end(run.text, run.module.body_at)
+    at = line_end(style.text, run.program.body_at)
     marker = Edit(at, at, f"  ! {MARKER}{style.newline}")
-    text = edited(run.text, [marker, *placing.edits])
+    text = edited(style.text, [marker, *placing.edits])
     return Rewritten(text.encode("latin-1"), merged(found))
 
 
@@ -49,9 +51,9 @@ class RapidStyle:
 
     literal = LITERAL
 
-    def __init__(self, run: Run, moves: RobotMoves) -> None:
-        self.run, self.moves, self.text = run, moves, run.text
-        self.newline = newline_of(run.text)
+    def __init__(self, run: RapidInterpreter, moves: RobotMoves) -> None:
+        self.run, self.moves, self.text = run, moves, run.program.text
+        self.newline = newline_of(self.text)
 
     def aggregate(self, move: int) -> str:
         """The robtarget of an expression, with its configuration and external axes."""
@@ -98,8 +100,8 @@ class RapidStyle:
         mark = self.moves.mark
         tail = self.text[int(mark["ref_end"][move]) : int(mark["end"][move])]
         if _TIMED.search(tail):
-            line = int(mark["line"][move])
-            raise WriteError(f"{self.run.source}:{line}: a move with \\T cannot be divided. Give it a speed instead")
+            place = f"{self.run.program.source}:{int(mark['line'][move])}"
+            raise WriteError(f"{place}: a move with \\T cannot be divided. Give it a speed instead")
         match = _TAIL.match(tail)
         if match and match[2].lower() == "fine":
             tail = tail[: match.start(2)] + "z0" + tail[match.end(2) :]
@@ -113,10 +115,11 @@ class RapidStyle:
             yield Edit(start + 4, start + 5, "L" if self.text[start + 4] == "C" else "l")
             yield Edit(int(mark["via_ref_start"][move]), int(mark["ref_start"][move]), "")
 
-    def declared(self) -> Sequence[Declared]:
+    def declared(self) -> Sequence[Declaration]:
         """All declared robtargets."""
-        found = [d for d in self.run.module.data.values() if d.type == "robtarget"]
-        return sorted((Declared(d.name, d.start, d.end) for d in found), key=lambda d: d.start)
+        module = self.run.program
+        found = [d for d in (*module.data.values(), *module.inner.values()) if d.type == "robtarget"]
+        return sorted(found, key=lambda d: d.start)
 
     def free_name(self, name: str, taken: set[str]) -> str:
         """``p10`` -> ``p10_c1``, at most 32 characters."""
@@ -124,9 +127,12 @@ class RapidStyle:
             suffix = f"_c{n}"
             if (new := name[: _NAME_LIMIT - len(suffix)] + suffix).upper() not in taken:
                 return new
-        raise WriteError(f"{self.run.source}: no free name for {name}")
+        raise WriteError(f"{self.run.program.source}: no free name for {name}")
 
 
 def _quarters(joints: Floats) -> npt.NDArray[np.int64]:
     """(K, 3) cf1, cf4, cf6 of joint angles (K, 6) rad."""
     return confdata(joints, None)[:, :3]
+
+
+FILTER = Filter(rewrite=rewrite)

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from toolpaths.interpreting.expressions import ExpressionError, Runtime
 from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack, Span
-from toolpaths.languages.rapid.expressions import Expression
-from toolpaths.languages.rapid.scan import Statement
+from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.values import ExpressionError, Runtime
+from toolpaths.languages.rapid.expressions import RapidExpression
+from toolpaths.languages.rapid.names import RapidNames
+from toolpaths.languages.rapid.scan import RapidModule
 from toolpaths.languages.rapid.values import Value, fits, matrix
 from toolpaths.toolpath import CUT, RAPID, Floats
 from toolpaths.writing.program import ToolFrame
-
-if TYPE_CHECKING:
-    from toolpaths.languages.rapid.interpreter import Run
 
 _N = r"\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*"
 
@@ -40,14 +38,22 @@ _NO_VIA = (_NAN, _NAN, _NAN)
 _LIGHT = 2e-3  # kg; ABB's own tool0 weighs 1 g: no mass is given
 
 
-class Mover:
-    """Turns the move instructions of one run into moves of a track."""
+def quaternions(numbers: Floats) -> Floats:
+    """Quaternions (N, 4) as printed, of unit length."""
+    return np.asarray(numbers / np.linalg.norm(numbers, axis=1, keepdims=True))
 
-    def __init__(self, run: Run) -> None:
-        from toolpaths.languages.rapid.reader import quaternions
 
-        self.run = run
-        self.track = RobotTrack(run.source, "rapid", quaternions, EXTERNAL)
+class RapidMover:
+    """Turns the move instructions of one run into moves of a track.
+
+    Attributes:
+        track: the moves.
+        others: move -> configuration and external axes of a target that is no literal.
+    """
+
+    def __init__(self, module: RapidModule, names: RapidNames) -> None:
+        self.module, self.names = module, names
+        self.track = RobotTrack(module.source, "rapid", quaternions, EXTERNAL)
         self.others: dict[int, tuple[Value, Value]] = {}
         self._tails: dict[str, tuple[float, float, int, int, bool]] = {}
         self._tools: dict[str, int] = {}
@@ -60,7 +66,7 @@ class Mover:
     def move(self, word: str, s: Statement) -> None:
         """Append the move of one instruction."""
         at = s.start + len(s.word)
-        text = self.run.text
+        text = self.module.text
         if conc := _CONC.match(text, at, s.end):
             at = conc.end()
         via, via_span = _NO_VIA, NOWHERE
@@ -69,7 +75,7 @@ class Mover:
             via = (values[0], values[1], values[2])
             comma = re.compile(r"(?:\s|![^\n\r]*)*,").match(text, at, s.end)
             if not comma:
-                self.run.refuse(s.start, f"{s.word}: a second target is expected")
+                self.module.refuse(s.start, f"{s.word}: a second target is expected")
             at = comma.end()
         if word == "moveabsj":
             values, span, at = self._joints(s, at)
@@ -81,7 +87,7 @@ class Mover:
             known = self._tails[tail] = self._tail(s, tail)
         feed, zone, tool, frame, fast = known
         kind = CUT if word in ("movel", "movec") and not fast else RAPID
-        line = self.run.line(s.start)
+        line = self.module.line(s.start)
         self.track.move(
             (*values[:7], feed, zone, *via),
             (_WORD[word], int(kind), tool, line, frame, int(values[7]), s.start, s.end, *span, *via_span),
@@ -89,11 +95,11 @@ class Mover:
 
     def _target(self, s: Statement, at: int) -> tuple[Numbers, Span, int]:
         """Position, quaternion and cfx; the place of the target; where the instruction goes on."""
-        text = self.run.text
+        text = self.module.text
         if match := LITERAL.match(text, at, s.end):
             self._stand_literally(match)
             return self._literal(match, s), _here(text, *match.span()), match.end()
-        if (match := _NAME.match(text, at, s.end)) and (variable := self.run.variable(match[1])):
+        if (match := _NAME.match(text, at, s.end)) and (variable := self.names.variable(match[1])):
             d = variable.declaration
             if d is not None and d.type == "robtarget" and not d.array:
                 literal = LITERAL.match(text, d.value[0], d.end)
@@ -110,7 +116,7 @@ class Mover:
         try:
             values = [float(v) for v in match.groups()[:11]]
         except ValueError:
-            self.run.refuse(match.start(), f"{match[0].strip()[:60]!r} holds something that is no number")
+            self.module.refuse(match.start(), f"{match[0].strip()[:60]!r} holds something that is no number")
         return self._checked([*values[:7], values[10]], s)
 
     def _stand_literally(self, match: re.Match[str]) -> None:
@@ -119,7 +125,7 @@ class Mover:
             try:
                 self._stand([float(v) for v in match.groups()[11:17]])
             except ValueError:
-                self.run.refuse(match.start(), f"{axes.strip()[:60]!r} holds something that is no number")
+                self.module.refuse(match.start(), f"{axes.strip()[:60]!r} holds something that is no number")
             self._axes = axes
 
     def _stand(self, values: list[float]) -> None:
@@ -130,55 +136,54 @@ class Mover:
     def _checked(self, values: list[float], s: Statement) -> Numbers:
         x, y, z, a, b, c, d, branch = values
         if not math.isfinite(x + y + z):
-            self.run.refuse(s.start, "a coordinate that is not a finite number")
+            self.module.refuse(s.start, "a coordinate that is not a finite number")
         length = math.sqrt(a * a + b * b + c * c + d * d)
         if not abs(length - 1.0) < 1e-3:
-            self.run.refuse(s.start, f"a quaternion of length {length:.6g}, 1 expected", "Give a unit quaternion.")
+            self.module.refuse(s.start, f"a quaternion of length {length:.6g}, 1 expected", "Give a unit quaternion.")
         cfx = branch if branch in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0) else -1.0
         return x, y, z, a, b, c, d, cfx
 
     def _joints(self, s: Statement, at: int) -> tuple[Numbers, Span, int]:
         end = self._argument_end(s, at)
-        value = self._constant(s, self.run.text[at:end], "jointtarget", "a jointtarget")
+        value = self._constant(s, self.module.text[at:end], "jointtarget", "a jointtarget")
         angles = np.radians(value[0])
         if not np.isfinite(angles).all() or np.abs(angles).max() > 100.0:
-            self.run.refuse(s.start, f"{s.word}: joint angles that no arm has")
+            self.module.refuse(s.start, f"{s.word}: joint angles that no arm has")
         self.track.joints[self.track.count] = angles
         self._stand(value[1])
-        return (*(_NAN,) * 7, -1.0), _here(self.run.text, at, end), end
+        return (*(_NAN,) * 7, -1.0), _here(self.module.text, at, end), end
 
     def _argument_end(self, s: Statement, at: int) -> int:
         """Where an argument ends: at a comma or option outside brackets."""
         depth = 0
-        for found in _PIECE.finditer(self.run.text, at, s.end - 1):
+        for found in _PIECE.finditer(self.module.text, at, s.end - 1):
             mark = found[0]
             if mark in ("[", "(", "{"):
                 depth += 1
             elif mark in ("]", ")", "}"):
                 depth -= 1
             elif mark == "," and depth == 0:
-                piece = self.run.text[at : found.start()]
+                piece = self.module.text[at : found.start()]
                 option = re.search(r"\\[^\\()\[\]]*$", piece)
                 return at + option.start() if option and "(" not in piece[option.start() :] else found.start()
-        self.run.refuse(s.start, f"{s.word}: target, speed, zone and tool are expected", "The line may be cut off.")
+        self.module.refuse(s.start, f"{s.word}: target, speed, zone and tool are expected", "The line may be cut off.")
 
     def _constant(self, s: Statement, text: str, kind: str, shown: str) -> Value:
         try:
-            value = Expression(text, self.run).whole()
+            value = self.names.value(text)
         except ExpressionError as e:
-            self.run.refuse(s.start, f"{s.word}: {e}")
+            self.module.refuse(s.start, f"{s.word}: {e}")
         if isinstance(value, Runtime):
             remedy = "Give the poses as numbers in this file."
-            self.run.refuse(s.start, f"{s.word}: known only at run time: {value.reason}", remedy)
+            self.module.refuse(s.start, f"{s.word}: known only at run time: {value.reason}", remedy)
         if not fits(kind, value):
-            self.run.refuse(s.start, f"{s.word}: {text.strip()[:40]!r} is not {shown}")
+            self.module.refuse(s.start, f"{s.word}: {text.strip()[:40]!r} is not {shown}")
         return value
 
     def _tail(self, s: Statement, tail: str) -> tuple[float, float, int, int, bool]:
         """Feed mm/s, zone mm, tool, frame, and whether the speed is called a rapid's."""
-        run = self.run
         try:
-            e = Expression(tail, run)
+            e = RapidExpression(tail, self.names.look_up)
             self._options(e)
             e.take(",")
             name = e.peek()
@@ -191,16 +196,16 @@ class Mover:
             if e.peek():
                 raise ExpressionError(f"{e.peek()!r} is not expected")
         except ExpressionError as problem:
-            run.refuse(s.start, f"{s.word}: {problem}")
+            self.module.refuse(s.start, f"{s.word}: {problem}")
         if "corr" in {**options, **tool_options}:
-            run.refuse(s.start, f"{s.word}\\Corr: a path corrected by a sensor", "Take \\Corr away.")
+            self.module.refuse(s.start, f"{s.word}\\Corr: a path corrected by a sensor", "Take \\Corr away.")
         feed = self._part(s, speed, "speeddata", 0)
         if "t" in options:
             feed = _NAN
         if "v" in options:
             feed = self._part(s, [options["v"]], "", 0)
         if feed == 0.0:
-            run.refuse(s.start, f"{s.word}: a speed of 0", "Give a speed above 0.")
+            self.module.refuse(s.start, f"{s.word}: a speed of 0", "Give a speed above 0.")
         corner = 0.0 if isinstance(zone, list) and zone[0] is True else self._part(s, zone, "zonedata", 1)
         if "z" in zone_options:
             corner = self._part(s, [zone_options["z"]], "", 0)
@@ -208,7 +213,7 @@ class Mover:
         number = self._tool(s, named, tool)
         return feed, corner, number, self._frame(s, tool_options.get("wobj")), fast
 
-    def _options(self, e: Expression) -> dict[str, Value]:
+    def _options(self, e: RapidExpression) -> dict[str, Value]:
         out: dict[str, Value] = {}
         while e.peek() == "\\" or [word for _, word in e.tokens[e.at : e.at + 2]] == [",", "\\"]:
             e.take()
@@ -226,12 +231,12 @@ class Mover:
         if isinstance(value, Runtime):
             return _NAN
         if kind and not fits(kind, value):
-            self.run.refuse(s.start, f"{s.word}: {kind} expected")
+            self.module.refuse(s.start, f"{s.word}: {kind} expected")
         number = value[place]
         if isinstance(number, Runtime):
             return _NAN
         if not isinstance(number, float) or number < 0.0:
-            self.run.refuse(s.start, f"{s.word}: speed or zone {number!r}, a number not below 0 expected")
+            self.module.refuse(s.start, f"{s.word}: speed or zone {number!r}, a number not below 0 expected")
         return number
 
     def _tool(self, s: Statement, name: str, tool: Value) -> int:
@@ -243,13 +248,14 @@ class Mover:
         if isinstance(tool, Runtime):
             return number
         if not fits("tooldata", tool):
-            self.run.refuse(s.start, f"{s.word}: {name} is no tooldata")
+            self.module.refuse(s.start, f"{s.word}: {name} is no tooldata")
         if tool[0] is not True:
-            self.run.refuse(s.start, f"{name} is a tool that stands still (robhold FALSE)", "The arm has to hold it.")
+            problem = f"{name} is a tool that stands still (robhold FALSE)"
+            self.module.refuse(s.start, problem, "The arm has to hold it.")
         try:
             frame = matrix(tool[1])
         except ValueError as e:
-            self.run.refuse(s.start, f"{name}: {e}")
+            self.module.refuse(s.start, f"{name}: {e}")
         mass = tool[2][0] if tool[2][0] > _LIGHT else None
         com = None if mass is None else np.array(tool[2][1]) * 1e-3
         self.track.tools[number] = ToolFrame(name, frame[:3, 3], frame[:3, :3], mass, com)
@@ -261,16 +267,16 @@ class Mover:
         if isinstance(workobject, Runtime):
             return self.track.frame(None, workobject.reason)
         if not fits("wobjdata", workobject):
-            self.run.refuse(s.start, f"{s.word}: WObj is no wobjdata")
+            self.module.refuse(s.start, f"{s.word}: WObj is no wobjdata")
         held, fixed, _, user, thing = workobject
         if held:
-            self.run.refuse(s.start, f"{s.word}: a work object that is held by the arm (robhold TRUE)")
+            self.module.refuse(s.start, f"{s.word}: a work object that is held by the arm (robhold TRUE)")
         if not fixed:  # on a table, which stands still in the cuts: else refused
             return self.track.frame(None, f"{workobject!r}")
         try:
             frame: Floats = matrix(user) @ matrix(thing)
         except ValueError as e:
-            self.run.refuse(s.start, f"{s.word}: work object: {e}")
+            self.module.refuse(s.start, f"{s.word}: work object: {e}")
         return self.track.frame(frame)
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from toolpaths.interpreting.moves import RobotMoves
-from toolpaths.languages.rapid.interpreter import Run
+from toolpaths.languages.rapid.interpreter import RapidInterpreter
+from toolpaths.languages.rapid.scan import RapidModule
 from toolpaths.reading.source_text import load_lines
-from toolpaths.toolpath import Floats, Toolpath
+from toolpaths.toolpath import Toolpath
 
 
 def read(path: Path, source: str, chord: float) -> Toolpath:
@@ -27,13 +26,8 @@ def moves_of(data: bytes, source: str) -> RobotMoves:
     return run_of(data, source).track.moves()
 
 
-def run_of(data: bytes, source: str) -> Run:
+def run_of(data: bytes, source: str) -> RapidInterpreter:
     """The program, executed."""
-    run = Run(data.decode("latin-1"), source)
+    run = RapidInterpreter(RapidModule(data.decode("latin-1"), source))
     run.main()
     return run
-
-
-def quaternions(numbers: Floats) -> Floats:
-    """Quaternions (N, 4) as printed, of unit length."""
-    return np.asarray(numbers / np.linalg.norm(numbers, axis=1, keepdims=True))

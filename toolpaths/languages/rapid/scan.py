@@ -6,11 +6,17 @@ Source: ABB 3HAC16585 "RAPID kernel" (grammar), 3HAC16580 "RAPID overview".
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
-from dataclasses import dataclass, field
-from typing import NoReturn
 
-from toolpaths.errors import ReadError
+from toolpaths.interpreting.program_text import (
+    CHOICE,
+    COMMENT,
+    DATA,
+    LOOP,
+    PLAIN,
+    Declaration,
+    ProgramText,
+    Statement,
+)
 
 _SKIP = re.compile(r"(?:[\s\x1a]++|![^\n\r]*+)*+")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*+")
@@ -38,139 +44,82 @@ _ELSEWHERE = frozenset(("MODULE", "ENDMODULE", "PROC", *_CHOICES, *(f"END{word}"
 _CASE = re.compile(r"\s++([^:;]*+):(?!=)")
 _TESTED = re.compile(r"\s++([^;]*?)\s(?=(?:CASE|DEFAULT|ENDTEST)(?!\w))", re.I)
 _DEEPEST = 60
-DATA, CALL, LOOP, CHOICE, COMMENT = "data", "call", "loop", "choice", "comment"
 
 
-@dataclass(slots=True)
-class Statement:
-    """One instruction, or a block with more inside.
+class RapidModule(ProgramText):
+    """The module of a file, scanned; names are in lower case.
 
     Attributes:
-        kind: DATA, CALL (any instruction or assignment), LOOP, CHOICE or COMMENT.
-        word: first word, as written.
-        start, end: place in the text, with the semicolon.
-        body: inside of a loop; branches of a choice.
-        terms: of a loop: variable, from, to, step; of branches: the condition.
-    """
+        name: of the module, as written; behind it, at ``body_at``, its declarations begin.
+        data: declarations of the module; ``inner`` are those inside routines, by their place.
+        routines: those without arguments; ``shown`` are their names as written.
+        with_arguments: routines with arguments.
+        functions: names of functions.
 
-    kind: str
-    word: str
-    start: int
-    end: int
-    body: list[Statement] = field(default_factory=list)
-    terms: tuple[str, ...] = ()
-
-
-@dataclass(slots=True)
-class Declaration:
-    """CONST, PERS or VAR.
-
-    Attributes:
-        storage: CONST, PERS or VAR.
-        type: lower case.
-        name: as written.
-        start, end: place of the whole declaration, with the semicolon.
-        value: place of the initial value, or (-1, -1).
-        array: whether it has dimensions.
-    """
-
-    storage: str
-    type: str
-    name: str
-    start: int
-    end: int
-    value: tuple[int, int]
-    array: bool
-
-
-@dataclass(slots=True)
-class Source:
-    """A module: declarations and routines by lower-case name."""
-
-    name: str = ""
-    data: dict[str, Declaration] = field(default_factory=dict)
-    routines: dict[str, list[Statement]] = field(default_factory=dict)
-    shown: dict[str, str] = field(default_factory=dict)
-    functions: set[str] = field(default_factory=set)
-    with_arguments: dict[str, list[Statement]] = field(default_factory=dict)
-    body_at: int = 0
-
-
-class Scanner:
-    """Scans one file.
-
-    Args:
-        text: one character a byte.
-        source: the file as the user named it.
+    Raises:
+        ReadError: no module, more than one, or a file that is cut off.
     """
 
     def __init__(self, text: str, source: str) -> None:
-        self.text, self.source, self.at = text, source, 0
-        self._lines = [m.end() for m in re.finditer(r"\r\n|\n|\r|\f", text)]
-        self.module = Source()
+        super().__init__(text, source)
+        self.name, self.body_at = "", 0
+        self.data: dict[str, Declaration] = {}
+        self.inner: dict[int, Declaration] = {}
+        self.routines: dict[str, list[Statement]] = {}
+        self.shown: dict[str, str] = {}
+        self.functions: set[str] = set()
+        self.with_arguments: dict[str, list[Statement]] = {}
+        self._at = 3 if text.startswith("\xef\xbb\xbf") else 0
         self._depth = 0
+        self._scan()
 
-    def line(self, at: int) -> int:
-        """The line of a place, counted from 1."""
-        return bisect_right(self._lines, at) + 1
-
-    def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
-        """Raise ReadError for a place in the text."""
-        raise ReadError(self.source, self.line(at), problem, remedy)
-
-    def scan(self) -> Source:
-        """The module of the file.
-
-        Raises:
-            ReadError: no module, more than one, or a file that is cut off.
-        """
-        if head := _HEAD.match(self.text, self.at):
-            self.at = head.end()
+    def _scan(self) -> None:
+        if head := _HEAD.match(self.text, self._at):
+            self._at = head.end()
         word = self._word()
         if word != "MODULE":
-            shown = self.text[self.at :][:30].split("\n")[0].strip()
-            self.refuse(self.at, f"{shown!r}: a RAPID file begins with MODULE", "Give a .mod or .prg file.")
-        match = _MODULE.match(self.text, self.at + len(word))
+            shown = self.text[self._at :][:30].split("\n")[0].strip()
+            self.refuse(self._at, f"{shown!r}: a RAPID file begins with MODULE", "Give a .mod or .prg file.")
+        match = _MODULE.match(self.text, self._at + len(word))
         if not match:
-            self.refuse(self.at, "MODULE without a name")
-        self.module.name, self.at = match[1], match.end()
-        self.module.body_at = self.at
+            self.refuse(self._at, "MODULE without a name")
+        self.name, self._at = match[1], match.end()
+        self.body_at = self._at
         while (word := self._word()) != "ENDMODULE":
             self._module_part(word)
-        after = _SKIP.match(self.text, self.at + len(word))
+        after = _SKIP.match(self.text, self._at + len(word))
         if after and after.end() < len(self.text):
             self.refuse(after.end(), "text after ENDMODULE", "Two programs in one file: give one module a file.")
-        return self.module
 
     def _word(self, comments: list[Statement] | None = None) -> str:
         """The next word in upper case; ``at`` is its beginning. A file that ends after a routine counts as whole."""
-        skipped = _SKIP.match(self.text, self.at)
-        begin = self.at
+        skipped = _SKIP.match(self.text, self._at)
+        begin = self._at
         if skipped:
-            self.at = skipped.end()
-        if comments is not None and "!" in self.text[begin : self.at]:
-            for found in re.finditer(r"!([^\n\r]*)", self.text[begin : self.at]):
-                comments.append(Statement(COMMENT, found[1].strip(), begin + found.start(), begin + found.end()))
-        match = _WORD.match(self.text, self.at)
+            self._at = skipped.end()
+        if comments is not None and "!" in self.text[begin : self._at]:
+            for found in re.finditer(r"!([^\n\r]*)", self.text[begin : self._at]):
+                comments.append(Statement(COMMENT, begin + found.start(), begin + found.end(), found[1].strip()))
+        match = _WORD.match(self.text, self._at)
         if match:
             return match[0].upper()
-        if self.at >= len(self.text):
-            if comments is None and self.module.routines and self.text[-1] in "\n\r":
+        if self._at >= len(self.text):
+            if comments is None and self.routines and self.text[-1] in "\n\r":
                 return "ENDMODULE"
             self.refuse(len(self.text) - 1, "the file is cut off: ENDMODULE is missing", "Give the whole file.")
-        shown = self.text[self.at :].splitlines()[0].strip()[:40]
+        shown = self.text[self._at :].splitlines()[0].strip()[:40]
         if shown.startswith("%"):
-            self.refuse(self.at, f"{shown!r}: the routine is known only at run time", "Call it by its name.")
-        self.refuse(self.at, f"{shown!r} is no RAPID instruction")
+            self.refuse(self._at, f"{shown!r}: the routine is known only at run time", "Call it by its name.")
+        self.refuse(self._at, f"{shown!r} is no RAPID instruction")
 
     def _module_part(self, word: str) -> None:
-        start = self.at
+        start = self._at
         while word in ("LOCAL", "TASK"):
-            self.at += len(word)
+            self._at += len(word)
             word = self._word()
         if word in ("CONST", "PERS", "VAR"):
             d = self._declaration(start, word)
-            self._declare(self.module.data, d)
+            self._declare(self.data, d)
         elif word == "PROC":
             self._routine()
         elif word in ("FUNC", "TRAP", "RECORD"):
@@ -178,7 +127,7 @@ class Scanner:
         elif word == "ALIAS":
             self._statement(word)
         else:
-            self.refuse(self.at, f"{self.text[self.at :].split()[0][:40]!r} between the routines of a module")
+            self.refuse(self._at, f"{self.text[self._at :].split()[0][:40]!r} between the routines of a module")
 
     def _declare(self, table: dict[str, Declaration], d: Declaration) -> None:
         if d.name.lower() in table:
@@ -187,45 +136,47 @@ class Scanner:
         table[d.name.lower()] = d
 
     def _declaration(self, start: int, storage: str) -> Declaration:
-        match = _DATA.match(self.text, self.at + len(storage))
+        match = _DATA.match(self.text, self._at + len(storage))
         if not match:
-            self.refuse(self.at, f"{storage} needs a type and a name")
+            self.refuse(self._at, f"{storage} needs a type and a name")
         rest = _REST.match(self.text, match.end())
         if not rest:
-            self.refuse(self.at, f"the declaration of {match[2]} has no end (;)", "The file may be cut off.")
-        self.at = rest.end()
+            self.refuse(self._at, f"the declaration of {match[2]} has no end (;)", "The file may be cut off.")
+        self._at = rest.end()
         value = (match.end(), rest.end() - 1) if match[4] else (-1, -1)
         if not match[4] and self.text[match.end() : rest.end() - 1].strip():
             self.refuse(match.end(), f"{match[2]}: ':=' or ';' expected")
-        return Declaration(storage, match[1].lower(), match[2], start, self.at, value, match[3] is not None)
+        return Declaration(
+            match[1].lower(), match[2], start, self._at, value, storage=storage, array=match[3] is not None
+        )
 
     def _routine(self) -> None:
-        match = _PROC.match(self.text, self.at + 4)
+        match = _PROC.match(self.text, self._at + 4)
         if not match:
-            self.refuse(self.at, "PROC without name and ()")
+            self.refuse(self._at, "PROC without name and ()")
         name = match[1]
-        if name.lower() in self.module.routines:
-            self.refuse(self.at, f"PROC {name} stands twice in the module", "Keep one of them.")
-        self.at = match.end()
+        if name.lower() in self.routines:
+            self.refuse(self._at, f"PROC {name} stands twice in the module", "Keep one of them.")
+        self._at = match.end()
         body, end = self._block("PROC")
         if end != "ENDPROC":
             self._skip_to("ENDPROC")
         if match[2].strip():
-            self.module.with_arguments[name.lower()] = body
+            self.with_arguments[name.lower()] = body
             return
-        self.module.routines[name.lower()] = body
-        self.module.shown[name.lower()] = name
+        self.routines[name.lower()] = body
+        self.shown[name.lower()] = name
 
     def _skip_to(self, end: str) -> None:
-        begin = self.at
+        begin = self._at
         name = re.compile(r"\w+\s+(?:\w+\s+)?(\w+)").match(self.text, begin)
-        self.at += 1
+        self._at += 1
         pattern = re.compile(r'![^\n\r]*+|"[^"\n\r]*+"|(?<!\w)' + end + r"(?!\w)", re.I)
-        for found in pattern.finditer(self.text, self.at):
+        for found in pattern.finditer(self.text, self._at):
             if found[0].upper() == end:
-                self.at = found.end()
+                self._at = found.end()
                 if name and end == "ENDFUNC":
-                    self.module.functions.add(name[1].lower())
+                    self.functions.add(name[1].lower())
                     if moves := _MOVES.search(self.text, begin, found.start()):
                         self.refuse(moves.start(1), f"the function {name[1]} moves the arm", "Make it a PROC.")
                 return
@@ -237,21 +188,21 @@ class Scanner:
         ends = _ENDS[kind]
         self._depth += 1
         if self._depth > _DEEPEST:
-            self.refuse(self.at, f"blocks more than {_DEEPEST} deep")
+            self.refuse(self._at, f"blocks more than {_DEEPEST} deep")
         while (word := self._word(out)) not in ends:
             if word in _ELSEWHERE:
-                self.refuse(self.at, f"{word}, but {ends[-1] if kind != 'PROC' else ends[0]} is missing before it")
+                self.refuse(self._at, f"{word}, but {ends[-1] if kind != 'PROC' else ends[0]} is missing before it")
             out.append(self._statement(word))
         self._depth -= 1
-        self.at += len(word)
+        self._at += len(word)
         return out, word
 
     def _statement(self, word: str) -> Statement:
-        start, shown = self.at, self.text[self.at : self.at + len(word)]
+        start, shown = self._at, self.text[self._at : self._at + len(word)]
         if word in ("CONST", "PERS", "VAR"):
             d = self._declaration(start, word)
-            self.module.data.setdefault(f"{start}", d)
-            return Statement(DATA, f"{start}", start, self.at)
+            self.inner.setdefault(start, d)
+            return Statement(DATA, start, self._at)
         if word == "FOR":
             return self._loop(start)
         if word == "IF":
@@ -259,40 +210,41 @@ class Scanner:
         if word == "TEST":
             return self._test(start)
         if label := _LABEL.match(self.text, start + len(word)):  # GOTO is refused: nothing comes here by a jump
-            self.at = label.end()
-            return Statement(COMMENT, shown, start, self.at)
+            self._at = label.end()
+            return Statement(COMMENT, start, self._at, shown)
         if word in _REFUSED:
             self.refuse(start, f"{shown}: {_REFUSED[word]} is not known before it runs", "Write the moves one by one.")
         rest = _REST.match(self.text, start + len(word))
         if not rest:
             self.refuse(start, f"{shown}: the instruction has no end (;)", "The file may be cut off.")
-        self.at = rest.end()
-        return Statement(CALL, shown, start, self.at)
+        self._at = rest.end()
+        return Statement(PLAIN, start, self._at, shown)
 
     def _loop(self, start: int) -> Statement:
         match = _FOR.match(self.text, start + 3)
         if not match:
             self.refuse(start, "FOR needs FROM, TO and DO")
-        self.at = match.end()
+        self._at = match.end()
         body, _ = self._block("FOR")
-        return Statement(LOOP, "FOR", start, self.at, body, (match[1], match[2], match[3], match[4] or ""))
+        terms = (match[1], match[2], match[3], match[4] or "")
+        return Statement(LOOP, start, self._at, body=body, terms=terms)
 
     def _choice(self, start: int) -> Statement:
-        out, condition, at = Statement(CHOICE, "IF", start, start), "", start + 2
+        branches: list[Statement] = []
+        at = start + 2
         while True:
             match = _IF.match(self.text, at)
             if not match:
                 return self._short_choice(start, at)
-            condition, self.at = match[1], match.end()
+            self._at = match.end()
             body, end = self._block("IF")
-            out.body.append(Statement(CHOICE, "", start, self.at, body, (condition,)))
+            branches.append(Statement(CHOICE, start, self._at, body=body, terms=(match[1],)))
             if end == "ELSE":
                 body, end = self._block("IF")
-                out.body.append(Statement(CHOICE, "", start, self.at, body, ("TRUE",)))
+                branches.append(Statement(CHOICE, start, self._at, body=body, terms=("TRUE",)))
             if end == "ENDIF":
-                out.end = self.at
-                return out
-            at = self.at
+                return Statement(CHOICE, start, self._at, body=branches)
+            at = self._at
 
     def _short_choice(self, start: int, at: int) -> Statement:
         """``IF condition instruction;``: a condition ends where a name follows a value."""
@@ -307,30 +259,29 @@ class Scanner:
             ended = name or word[0].isdigit() or word in (")", "]", "}") or word[0] == '"'
         if word == ";" or not ended:
             self.refuse(start, "IF needs a condition, then THEN or one instruction")
-        self.at = piece.start()
+        self._at = piece.start()
         first = self._word()
         if first in _BLOCKS or first in _ELSEWHERE:
             self.refuse(start, f"IF with {first} behind its condition: one instruction is expected, or THEN")
         inner = self._statement(first)
-        branch = Statement(CHOICE, "", start, self.at, [inner], (self.text[at : piece.start()],))
-        return Statement(CHOICE, "IF", start, self.at, [branch])
+        branch = Statement(CHOICE, start, self._at, body=[inner], terms=(self.text[at : piece.start()],))
+        return Statement(CHOICE, start, self._at, body=[branch])
 
     def _test(self, start: int) -> Statement:
         """TEST as a choice: a case holds where one of its values is that of what is tested."""
         match = _TESTED.match(self.text, start + 4)
         if not match:
             self.refuse(start, "TEST needs a value, then CASE")
-        self.at = match.end()
-        out, end = Statement(CHOICE, "TEST", start, start), self._word()
-        self.at += len(end)
+        self._at = match.end()
+        branches, end = [], self._word()
+        self._at += len(end)
         while end != "ENDTEST":
-            case = _CASE.match(self.text, self.at) if end == "CASE" else re.compile(r"\s*:").match(self.text, self.at)
+            case = _CASE.match(self.text, self._at) if end == "CASE" else re.compile(r"\s*:").match(self.text, self._at)
             if not case:
-                self.refuse(self.at, f"{end} needs {'values and ' if end == 'CASE' else ''}a colon")
+                self.refuse(self._at, f"{end} needs {'values and ' if end == 'CASE' else ''}a colon")
             values = case[1].split(",") if end == "CASE" else []
             condition = " OR ".join(f"({match[1]})=({v})" for v in values) or "TRUE"
-            self.at = case.end()
+            self._at = case.end()
             body, end = self._block("TEST")
-            out.body.append(Statement(CHOICE, "", start, self.at, body, (condition,)))
-        out.end = self.at
-        return out
+            branches.append(Statement(CHOICE, start, self._at, body=body, terms=(condition,)))
+        return Statement(CHOICE, start, self._at, body=branches)

@@ -2,7 +2,7 @@
 
 Sources: ABB 3HAC050917 "RAPID Instructions, Functions and Data types" (confdata, robtarget, zonedata,
 speeddata, tooldata, loaddata, MoveL, MoveAbsJ, ConfL, SingArea), 3HAC16580 "RAPID overview" (identifiers of
-32 characters, reserved words). docs/programs-out.md says why what is written the way it is.
+32 characters, reserved words). docs/rapid.md says why what is written the way it is.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.languages.rapid.read_back import read_back as read_back
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within

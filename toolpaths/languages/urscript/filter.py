@@ -17,13 +17,16 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.languages.urscript.reader import PARAMETERS, moves_of
+from toolpaths.languages.urscript.interpreter import PARAMETERS
+from toolpaths.languages.urscript.reader import moves_of
 from toolpaths.rewriting.arc_fit import Arcs
 from toolpaths.rewriting.corrections import Correction, corrections
-from toolpaths.rewriting.filters import MARKER, Edit, Rewritten, edited, refuse_compensated
+from toolpaths.rewriting.edits import Edit, edited
+from toolpaths.rewriting.filter import Filter, Rewritten
 from toolpaths.rewriting.kept_arcs import via_point
 from toolpaths.rotation import ur_from_matrix
 from toolpaths.writing.blending import CUT_TOLERANCE
+from toolpaths.writing.marker import MARKER, refuse_compensated
 from toolpaths.writing.names import number
 from toolpaths.writing.program import WARNING, Finding, Floats, Program, merged
 
@@ -280,3 +283,6 @@ def _radius_argument(texts: list[str], statement: str) -> int | None:
         if (name.strip() if sign else names[i] if i < len(names) else "") == "r":
             return i
     return None
+
+
+FILTER = Filter(rewrite=rewrite)

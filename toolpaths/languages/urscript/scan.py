@@ -6,7 +6,7 @@ Source: Universal Robots, The URScript Programming Language (def, thread, if, wh
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from toolpaths.errors import ReadError
 
@@ -18,7 +18,7 @@ _DEEPEST = 60
 FUNCTIONS = ("def", "thread", "sec")
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Node:
     """A statement (``word`` is ``""``), or a block.
 
@@ -57,16 +57,15 @@ def tree(text: str, source: str) -> Node:
             said = said[3:]
         if not said:
             continue
-        start = m.start() + len(raw) - len(said)
-        node = Node("", said, number, start, m.start() + len(raw))
+        start, end = m.start() + len(raw) - len(said), m.start() + len(raw)
         if said == "end":
             if len(stack) == 1:
                 raise ReadError(source, number, "'end' without a block", "Give the file as it was posted.")
             stack.pop()
         elif said[-1] == ":" and (head := _HEAD.match(said)):
-            _open(stack, node, head, source)
+            _open(stack, Node(head[0], said[head.end() : -1].strip(), number, start, end), source)
         else:
-            stack[-1].body.append(node)
+            stack[-1].body.append(Node("", said, number, start, end))
     if len(stack) > 1:
         open_ = stack[-1]
         problem = f"'{open_.word}' without its 'end'"
@@ -74,23 +73,22 @@ def tree(text: str, source: str) -> Node:
     return root
 
 
-def _open(stack: list[Node], node: Node, head: re.Match[str], source: str) -> None:
-    word, rest = head[0], node.text[head.end() : -1].strip()
-    if word in ("elif", "else"):
+def _open(stack: list[Node], head: Node, source: str) -> None:
+    """Take up the head of a block: ``text`` is what stands between its word and the colon."""
+    if head.word in ("elif", "else"):
         if stack[-1].word != "if":
-            raise ReadError(source, node.line, f"'{word}' without an if", "Give the file as it was posted.")
-        if rest:  # its condition may call what moves the arm
-            node.text = rest
-            stack[-1].body.append(node)
+            raise ReadError(source, head.line, f"'{head.word}' without an if", "Give the file as it was posted.")
+        if head.text:  # its condition may call what moves the arm
+            stack[-1].body.append(replace(head, word=""))
         return
-    node.word, node.text = word, rest
-    if word in FUNCTIONS:
-        named = _NAMED.fullmatch(rest)
+    if head.word in FUNCTIONS:
+        named = _NAMED.fullmatch(head.text)
         if named is None:
-            raise ReadError(source, node.line, f"{word} {rest[:30]!r}", "Expected a name and parameters in brackets.")
-        node.name = named[1]
-        node.parameters = tuple(p.strip() for p in named[2].split(",")) if named[2].strip() else ()
+            problem = f"{head.word} {head.text[:30]!r}"
+            raise ReadError(source, head.line, problem, "Expected a name and parameters in brackets.")
+        parameters = tuple(p.strip() for p in named[2].split(",")) if named[2].strip() else ()
+        head = replace(head, name=named[1], parameters=parameters)
     if len(stack) > _DEEPEST:
-        raise ReadError(source, node.line, f"blocks nested deeper than {_DEEPEST}", "Simplify the program.")
-    stack[-1].body.append(node)
-    stack.append(node)
+        raise ReadError(source, head.line, f"blocks nested deeper than {_DEEPEST}", "Simplify the program.")
+    stack[-1].body.append(head)
+    stack.append(head)

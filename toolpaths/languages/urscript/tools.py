@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpaths.interpreting.moves import RobotTrack
-from toolpaths.languages.urscript.values import Pose, Value
+from toolpaths.languages.urscript.expressions import Pose, Value
 from toolpaths.toolpath import Floats
 from toolpaths.writing.program import ToolFrame
 

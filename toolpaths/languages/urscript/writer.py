@@ -15,12 +15,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.languages.urscript.read_back import read_back as read_back
-from toolpaths.rewriting.filters import MARKER
 from toolpaths.rotation import ur_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings
+from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import legal_name, number, plain, words_of
 from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
 from toolpaths.writing.splitting import part_findings, parts

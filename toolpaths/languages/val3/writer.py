@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.languages.val3.data import Data, data, data_text
-from toolpaths.languages.val3.read_back import read_back as read_back
 from toolpaths.writing.names import is_legal, plain, words_of
 from toolpaths.writing.program import ERROR, WARNING, Finding, Program
 from toolpaths.writing.tool_load import load_words

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from toolpaths.interpreting.values import Runtime
 from toolpaths.rotation import matrix_from_ur, ur_from_matrix
 from toolpaths.toolpath import Floats
 
@@ -24,7 +25,7 @@ _DEEPEST = 30
 LARGEST = 1e9
 
 
-class RuntimeValueError(Exception):
+class _UnknownError(Exception):
     """What an expression gives is not known before the program runs; the message says what of it."""
 
 
@@ -58,82 +59,91 @@ def _matrix(numbers: tuple[float, ...]) -> Floats:
 Value = float | bool | str | Pose | list["Value"]
 
 
-class Expression:
-    """Evaluates a piece of text.
+class UrExpression:
+    """Evaluates a piece of text; what is not known in it makes the whole of it unknown.
 
     Args:
         text: the whole file.
         start, end: the piece.
-        values: what names stand for; RuntimeValueError objects are raised when they are read.
+        values: what names stand for.
     """
 
-    def __init__(self, text: str, start: int, end: int, values: dict[str, Value | RuntimeValueError]) -> None:
+    def __init__(self, text: str, start: int, end: int, values: dict[str, Value | Runtime]) -> None:
         self._text, self._end, self._values = text, end, values
         self.at, self._depth = start, 0
 
-    def peek(self) -> str:
+    def _peek(self) -> str:
         """The next token; '' at the end."""
         m = _TOKEN.match(self._text, self.at, self._end)
         return m[0].strip() if m else ""
 
-    def take(self, expected: str = "") -> str:
+    def _take(self, expected: str = "") -> str:
         """The next token, which has to be ``expected``."""
         m = _TOKEN.match(self._text, self.at, self._end)
         token = m[0].strip() if m else ""
         if m is None or (expected and token != expected):
             found = self._text[self.at : self._end].strip()[:20]
-            raise RuntimeValueError(f"{found!r} where {expected or 'a value'!r} was expected")
+            raise _UnknownError(f"{found!r} where {expected or 'a value'!r} was expected")
         self.at = m.end()
         return token
 
-    def whole(self) -> Value:
+    def whole(self) -> Value | Runtime:
         """The value of all of the piece."""
-        value = self.value()
+        try:
+            value = self._value()
+        except _UnknownError as why:
+            return Runtime(str(why))
         if rest := self._text[self.at : self._end].strip():
-            raise RuntimeValueError(f"{rest[:20]!r} is computed while the program runs")
+            return Runtime(f"{rest[:20]!r} is computed while the program runs")
         return value
 
-    def value(self) -> Value:
+    def arguments(self) -> list[tuple[str, Value]] | Runtime:
+        """Arguments of a call behind its bracket: (name or '', value)."""
+        try:
+            return self._arguments()
+        except _UnknownError as why:
+            return Runtime(str(why))
+
+    def _value(self) -> Value:
         """A sum."""
         left = self._product()
-        while (sign := self.peek()) in ("+", "-"):
-            self.take()
+        while (sign := self._peek()) in ("+", "-"):
+            self._take()
             right = self._product()
             left = _number(left) + (1 if sign == "+" else -1) * _number(right)
         return left
 
-    def arguments(self) -> list[tuple[str, Value]]:
-        """Arguments of a call behind its bracket: (name or '', value)."""
+    def _arguments(self) -> list[tuple[str, Value]]:
         out: list[tuple[str, Value]] = []
-        while self.peek() != ")":
+        while self._peek() != ")":
             if out:
-                self.take(",")
+                self._take(",")
             at = self.at
-            name = self.take()
-            if self.peek() == "=":
-                self.take()
+            name = self._take()
+            if self._peek() == "=":
+                self._take()
             else:
                 self.at, name = at, ""
-            out.append((name, self.value()))
-        self.take(")")
+            out.append((name, self._value()))
+        self._take(")")
         return out
 
     def _product(self) -> Value:
         left = self._unary()
-        while (sign := self.peek()) in ("*", "/"):
-            self.take()
+        while (sign := self._peek()) in ("*", "/"):
+            self._take()
             right = _number(self._unary())
             if sign == "/" and right == 0.0:
-                raise RuntimeValueError("a division by 0")
+                raise _UnknownError("a division by 0")
             left = _number(left) * right if sign == "*" else _number(left) / right
         return left
 
     def _unary(self) -> Value:
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise RuntimeValueError("brackets or signs nested too deep")
-        if self.peek() == "-":
-            self.take()
+            raise _UnknownError("brackets or signs nested too deep")
+        if self._peek() == "-":
+            self._take()
             value: Value = -_number(self._unary())
         else:
             value = self._atom()
@@ -141,12 +151,12 @@ class Expression:
         return value
 
     def _atom(self) -> Value:
-        token = self.take()
+        token = self._take()
         if token == "p[":
             return self._pose(self.at - 2)
         if token == "(":
-            value = self.value()
-            self.take(")")
+            value = self._value()
+            self._take(")")
             return value
         if token == "[":
             return self._list()
@@ -155,19 +165,19 @@ class Expression:
         if token[0].isdigit() or token[0] == ".":
             number = float(token)
             if not number <= LARGEST:
-                raise RuntimeValueError(f"{token[:20]!r} is too large")
+                raise _UnknownError(f"{token[:20]!r} is too large")
             return number
         if token[0].isalpha() or token[0] == "_":
             return self._name(token)
-        raise RuntimeValueError(f"{token!r} where a value was expected")
+        raise _UnknownError(f"{token!r} where a value was expected")
 
     def _list(self) -> list[Value]:
         out: list[Value] = []
-        while self.peek() != "]":
+        while self._peek() != "]":
             if out:
-                self.take(",")
-            out.append(self.value())
-        self.take("]")
+                self._take(",")
+            out.append(self._value())
+        self._take("]")
         return out
 
     def _pose(self, start: int) -> Pose:
@@ -177,33 +187,33 @@ class Expression:
         else:
             numbers = tuple(_number(v) for v in self._list())
         if len(numbers) != 6:
-            raise RuntimeValueError(f"a pose of {len(numbers)} numbers, 6 expected")
+            raise _UnknownError(f"a pose of {len(numbers)} numbers, 6 expected")
         return Pose(numbers, start, self.at)
 
     def _name(self, name: str) -> Value:
         if name in ("True", "False"):
             return name == "True"
-        if self.peek() == "(":
-            self.take("(")
-            return _called(name, [v for _, v in self.arguments()])
+        if self._peek() == "(":
+            self._take("(")
+            return _called(name, [v for _, v in self._arguments()])
         value = self._values.get(name)
         if value is None:
-            raise RuntimeValueError(f"{name} has no value yet")
-        if isinstance(value, RuntimeValueError):
-            raise RuntimeValueError(f"{name}: {value}")
-        while self.peek() == "[":
+            raise _UnknownError(f"{name} has no value yet")
+        if isinstance(value, Runtime):
+            raise _UnknownError(f"{name}: {value.reason}")
+        while self._peek() == "[":
             value = self._element(name, value)
         return value
 
     def _element(self, name: str, value: Value) -> Value:
         """``P[2]``: a number of a pose, counted from 0, or an element of a list."""
-        self.take("[")
-        at = _number(self.value())
-        self.take("]")
+        self._take("[")
+        at = _number(self._value())
+        self._take("]")
         if isinstance(value, Pose) and value.frame is None:
             value = list(value.numbers)
         if not isinstance(value, list) or not 0 <= at < len(value) or at != int(at):
-            raise RuntimeValueError(f"{name} has no element {at:g}")
+            raise _UnknownError(f"{name} has no element {at:g}")
         return value[int(at)]
 
 
@@ -224,7 +234,7 @@ def _called(name: str, given: list[Value]) -> Value:
         return given[0]
     if name in ("d2r", "r2d") and len(given) == 1:
         return _number(given[0]) * (math.pi / 180.0 if name == "d2r" else 180.0 / math.pi)
-    raise RuntimeValueError(f"{name}() is computed while the program runs")
+    raise _UnknownError(f"{name}() is computed while the program runs")
 
 
 def _computed(rotation: Floats, position: Floats) -> Pose:
@@ -233,7 +243,7 @@ def _computed(rotation: Floats, position: Floats) -> Pose:
 
 def _number(value: Value) -> float:
     if isinstance(value, bool) or not isinstance(value, float):
-        raise RuntimeValueError("a number was expected")
+        raise _UnknownError("a number was expected")
     if not abs(value) <= LARGEST:
-        raise RuntimeValueError("a number that is too large")
+        raise _UnknownError("a number that is too large")
     return value

@@ -1,0 +1,191 @@
+"""Files of toolpaths and robot programs: read, write, read back. The suffix, or a name, says which language."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from toolpaths.errors import ReadError, WriteError
+from toolpaths.languages.table import LANGUAGES, READ, WRITTEN, Language, reading, writing
+from toolpaths.machine import Machine
+from toolpaths.toolpath import Toolpath
+from toolpaths.writing.checks import common_findings
+from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
+from toolpaths.writing.program import ERROR, Finding, Program, ReadBack, refuse_errors
+
+
+def read_toolpath(
+    path: str | os.PathLike[str], *, chord: float = 1e-5, machine: Machine | None = None, shown: str | None = None
+) -> Toolpath:
+    """Read a toolpath file; its suffix names the language.
+
+    Args:
+        path: file to read.
+        chord: largest distance between an arc of the file and the chords that replace it, m.
+        machine: the machine that the file was posted for, where its language asks for one.
+        shown: name of the file in messages; else ``path``.
+
+    Raises:
+        ReadError: the file is refused; the message names the line, what stands there and what to do.
+        ValueError: ``chord`` is not a positive length.
+    """
+    if not 0.0 < chord < 1.0:
+        raise ValueError(f"chord = {chord} m: a length above 0 and below 1 m is needed")
+    source = os.fspath(path)
+    language = reading(Path(path))
+    if language is None:
+        known = "; ".join(f"{known.name}: {' '.join(known.reads)}" for known in READ)
+        suffix = repr(Path(path).suffix) if Path(path).suffix else "a file without suffix"
+        raise ReadError(source, None, f"no reader for {suffix}", f"Known: {known}")
+    return language.read(Path(path), source if shown is None else shown, chord, machine)
+
+
+def refuse_own(path: Path) -> None:
+    """Refuse a file that this project wrote: compensated twice is wrong.
+
+    Raises:
+        ReadError: names the line of the marker.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return  # the reader tells what is wrong with it
+    refuse_compensated(data, str(path))
+    language = reading(path)
+    if language is not None and language.short_remarks:
+        refuse_compensated_remarks(data, str(path))
+
+
+@dataclass(frozen=True)
+class Written:
+    """What write_program left on the disk.
+
+    Attributes:
+        files: in the order of writing; the first is the path asked for.
+        findings: warnings about the program.
+    """
+
+    files: tuple[Path, ...]
+    findings: tuple[Finding, ...]
+
+
+def language_of(path: str | os.PathLike[str], name: str | None = None, *, like: Path | None = None) -> Language:
+    """The language that a program is written in: the one asked for, or that of the suffix.
+
+    Args:
+        path: of the program.
+        name: of the language; None: by suffix.
+        like: the file that the program is made from: with the same suffix it has the same language, so that
+            part.ngc becomes part_c.ngc.
+
+    Raises:
+        WriteError: there is none; the message lists what there is.
+    """
+    if name is None and like is not None and Path(path).suffix.lower() == like.suffix.lower():
+        source = reading(like)
+        name = None if source is None else source.name
+    if name is None:
+        found = writing(Path(path))
+        if found is None:
+            known = ", ".join(f"{known.writes} {known.name}" for known in WRITTEN)
+            suffix = Path(path).suffix.lower()
+            raise WriteError(f"{path}: the suffix {suffix!r} is no language's ({known}). Give --format")
+        return found
+    if name not in LANGUAGES or not LANGUAGES[name].writes:
+        names = ", ".join(known.name for known in WRITTEN)
+        raise WriteError(f"{path}: there is no format {name!r}; known: {names}")
+    return LANGUAGES[name]
+
+
+def write_program(program: Program, path: str | os.PathLike[str], language: str | None = None) -> Written:
+    """Writes ``program`` in a controller's language: whole, or not at all.
+
+    Everything goes to temporary files beside the target, is flushed to the disk, and only then renamed.
+
+    Raises:
+        WriteError: no such language; a finding of level error (all are listed); a file that cannot be
+            written. Nothing is left behind or changed then.
+    """
+    target = Path(path)
+    writer = language_of(path, language).writer
+    found = list(program.findings) + list(common_findings(program))
+    if not any(f.level == ERROR for f in found):
+        found += writer.findings(program, target)
+    findings = refuse_errors(str(path), found)
+    return Written(_write_all(target.parent, writer.files(program, target)), findings)
+
+
+def read_back(path: str | os.PathLike[str], language: str | None = None) -> ReadBack:
+    """What stands in a program that write_program wrote: to verify the file itself."""
+    return language_of(path, language).read_back(Path(path))
+
+
+def _write_all(folder: Path, files: Iterator[tuple[str, Iterator[str]]]) -> tuple[Path, ...]:
+    """Writes (name, pieces) pairs into ``folder``, all or none."""
+    done: list[tuple[Path, Path]] = []
+    target = folder
+    try:
+        for name, pieces in files:
+            target = folder / name
+            temporary = folder / f".{name}.{os.getpid()}.tmp"
+            _refuse_folder(target)
+            done.append((temporary, target))
+            with open(temporary, "wb") as stream:
+                _write_pieces(stream, pieces)
+        _rename_all(done)
+    except OSError as e:
+        raise WriteError(f"{target}: cannot be written: {e.strerror or e}. Nothing was changed") from e
+    finally:
+        for temporary, _ in done:
+            temporary.unlink(missing_ok=True)
+    return tuple(t for _, t in done)
+
+
+def _refuse_folder(target: Path) -> None:
+    if target.is_dir():
+        raise IsADirectoryError(21, "a folder of this name is in the way")
+
+
+def _write_pieces(stream: BinaryIO, pieces: Iterator[str]) -> None:
+    for piece in pieces:
+        stream.write(piece.encode("ascii"))
+    stream.flush()
+    os.fsync(stream.fileno())
+
+
+def _rename_all(done: list[tuple[Path, Path]]) -> None:
+    """Renames every (temporary, target); on a failure the targets are put back as they were."""
+    backups = _set_aside(done) if len(done) > 1 else {}
+    renamed: list[Path] = []
+    try:
+        for temporary, target in done:
+            os.replace(temporary, target)
+            renamed.append(target)
+    except OSError:
+        for target in renamed:
+            if target in backups:
+                os.replace(backups[target], target)
+            else:
+                target.unlink()
+        raise
+    finally:
+        for backup in backups.values():
+            backup.unlink(missing_ok=True)
+
+
+def _set_aside(done: list[tuple[Path, Path]]) -> dict[Path, Path]:
+    """Target -> second name (or copy, where the disk knows no links) of the file that stands there."""
+    backups: dict[Path, Path] = {}
+    for temporary, target in done:
+        if target.exists():
+            backup = backups[target] = temporary.with_suffix(".old")
+            backup.unlink(missing_ok=True)
+            try:
+                os.link(target, backup)
+            except OSError:
+                shutil.copy2(target, backup)
+    return backups

@@ -1,0 +1,123 @@
+"""Interpreter: runs the statements of a program as far as everything is constant, and collects its moves."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any, NoReturn
+
+from toolpaths.interpreting.moves import RobotTrack
+from toolpaths.interpreting.program_text import CHOICE, COMMENT, DATA, LOOP, PLAIN, ProgramText, Statement
+from toolpaths.interpreting.values import Runtime
+from toolpaths.reading.source_text import comment_word, plain_text
+
+_DEEPEST = 20
+_LEAST_STEPS = 100_000  # that a program may run, however short it is
+
+
+class ReturnedError(Exception):
+    """The routine ends here."""
+
+
+class Interpreter:
+    """One program, run from its first routine.
+
+    Attributes:
+        program: its text.
+        track: its moves.
+        here: place of the statement that runs.
+        lines, routines: what the language calls them, for messages.
+        remedy: what to do about what is known only at run time.
+    """
+
+    lines, routines, remedy = "lines", "routines", ""
+
+    def __init__(self, program: ProgramText, track: RobotTrack) -> None:
+        self.program, self.track = program, track
+        self.here = 0
+        self._left = _LEAST_STEPS + len(program.text)
+        self._depth = 0
+
+    def line(self, s: Statement) -> None:
+        """Run an instruction or an assignment."""
+        raise NotImplementedError
+
+    def declare(self, s: Statement) -> None:
+        """A declaration inside a routine takes effect."""
+
+    def value(self, text: str) -> Any:
+        """The value of an expression."""
+        raise NotImplementedError
+
+    def idle(self, body: list[Statement]) -> bool:
+        """Whether statements neither move nor set anything that moves depend on."""
+        raise NotImplementedError
+
+    def bounds(self, s: Statement) -> tuple[float, float, float]:
+        """From, to and step of a loop."""
+        raise NotImplementedError
+
+    def count(self, name: str, value: float) -> None:
+        """The variable of a loop gets its next value."""
+        raise NotImplementedError
+
+    def routine(self, body: list[Statement]) -> None:
+        """Run a routine up to its end or RETURN."""
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            self.program.refuse(self.here, f"{self.routines} call each other more than {_DEEPEST} deep")
+        with contextlib.suppress(ReturnedError):
+            self.body(body)
+        self._depth -= 1
+
+    def body(self, body: list[Statement]) -> None:
+        """Run statements."""
+        for s in body:
+            self.here = s.start
+            self._left -= 1
+            if self._left < 0:
+                self._refuse_length(s)
+            if s.kind == PLAIN:
+                self.line(s)
+            elif s.kind == COMMENT:
+                self.remark(s, s.word)
+            elif s.kind == DATA:
+                self.declare(s)
+            elif s.kind == LOOP:
+                self.loop(s)
+            elif s.kind == CHOICE:
+                self._choice(s)
+
+    def remark(self, s: Statement, text: str) -> None:
+        """Note what the program says there before its next move."""
+        self.track.event(comment_word(plain_text(text)), self.program.line(s.start))
+
+    def loop(self, s: Statement) -> None:
+        """FOR."""
+        value, last, step = self.bounds(s)
+        if step == 0.0:
+            self.program.refuse(s.start, "FOR with STEP 0 never ends")
+        while (last - value) * step >= 0.0:
+            self.count(s.terms[0], value)
+            self._left -= 1
+            self.body(s.body)
+            if self._left < 0:
+                self._refuse_length(s)
+            value += step
+
+    def _choice(self, s: Statement) -> None:
+        for branch in s.body:
+            value = self.value(branch.terms[0])
+            if isinstance(value, Runtime):
+                if all(self.idle(b.body) for b in s.body):
+                    self.track.event("IF " + comment_word(plain_text(branch.terms[0])), self.program.line(s.start))
+                    return
+                problem = f"what runs depends on {value.reason}: known only at run time"
+                self.program.refuse(s.start, problem, self.remedy)
+            if not isinstance(value, bool):
+                self.program.refuse(s.start, "the condition of IF is not TRUE or FALSE")
+            if value:
+                self.body(branch.body)
+                return
+
+    def _refuse_length(self, s: Statement) -> NoReturn:
+        self.program.refuse(s.start, f"the program runs too many {self.lines} for its length")

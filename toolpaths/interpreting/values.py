@@ -1,0 +1,22 @@
+"""Values of robot programs: known ones are plain Python, those that only the controller knows are Runtime."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+class ExpressionError(Exception):
+    """What stands there is no expression that can be worked out."""
+
+
+@dataclass(frozen=True)
+class Runtime:
+    """A value that only the controller knows while the program runs; ``reason`` says where it comes from."""
+
+    reason: str
+
+
+def first_runtime(*values: Any) -> Runtime | None:
+    """The first value that only the controller knows."""
+    return next((v for v in values if isinstance(v, Runtime)), None)

@@ -1,0 +1,116 @@
+"""The table of languages: one entry each. Everything else about a language is in its folder ``languages/NAME/``.
+
+To add a language: its folder, its entry here, its page ``docs/NAME.md``, its sample in tests/contracts/samples.py.
+No language imports this module, nor another language.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+if TYPE_CHECKING:  # the command line reads the table to show its help: nothing heavy here
+    from toolpaths.machine import Machine
+    from toolpaths.rewriting.filter import Filter, Rewritten
+    from toolpaths.toolpath import Floats, Toolpath
+    from toolpaths.writing.program import Finding, Program, ReadBack
+
+
+class Writer(Protocol):
+    """What ``languages/NAME/writer.py`` offers."""
+
+    def findings(self, program: Program, path: Path) -> Iterable[Finding]:
+        """What stands against writing this program to this name, or should be known about it."""
+
+    def files(self, program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
+        """The files beside each other that make up the program: name, text in pieces."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Language:
+    """A language of CAM files or of robot programs; its modules are imported when they are first asked for.
+
+    Attributes:
+        name: the language's, and that of its folder.
+        reads: suffixes of the files that ``reader.py`` reads; none: it is only written.
+        writes: suffix of the programs that ``writer.py`` writes; empty: it is only read.
+        filtered: whether ``filter.py`` changes a finished program in place.
+        on_a_machine: whether reader and filter take the machine that a file was posted for.
+        short_remarks: a remark is too short for the marker of what this project wrote: it takes two of them.
+        table: rows of numbers: a pose is a row, and no robot runs them.
+    """
+
+    name: str
+    reads: tuple[str, ...] = ()
+    writes: str = ""
+    filtered: bool = False
+    on_a_machine: bool = False
+    short_remarks: bool = False
+    table: bool = False
+
+    def read(self, path: Path, source: str, chord: float, machine: Machine | None) -> Toolpath:
+        """The poses of a file; ``source`` is its name in messages, arcs become chords within ``chord`` (m).
+
+        Raises:
+            ReadError: the file is refused, by line.
+        """
+        more = (machine,) if self.on_a_machine else ()
+        return cast("Toolpath", self._module("reader").read(path, source, chord, *more))
+
+    @property
+    def writer(self) -> Writer:
+        """How a program is written."""
+        return cast(Writer, self._module("writer"))
+
+    @property
+    def read_back(self) -> Callable[[Path], ReadBack]:
+        """What stands in a program that ``writer`` wrote."""
+        return cast("Callable[[Path], ReadBack]", self._module("read_back").read_back)
+
+    @property
+    def filter(self) -> Filter:
+        """How a finished program is changed in place, where the language is ``filtered``."""
+        return cast("Filter", self._module("filter").FILTER)
+
+    def rewrite(self, source: bytes, program: Program, row: Floats, path: Path, machine: Machine | None) -> Rewritten:
+        """A finished program with the poses of ``program``: see ``Filter``."""
+        more = (machine,) if self.on_a_machine else ()
+        return self.filter.rewrite(source, program, row, path, *more)
+
+    def _module(self, name: str) -> Any:
+        return import_module(f"toolpaths.languages.{self.name}.{name}")
+
+
+_ROBOTS = (
+    Language(name="rapid", reads=(".mod", ".prg"), writes=".mod", filtered=True),
+    Language(name="krl", reads=(".src",), writes=".src", filtered=True),
+    Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, short_remarks=True),
+    Language(name="urscript", reads=(".script",), writes=".script", filtered=True),
+    Language(name="val3", writes=".pgx"),
+    Language(name="inform", writes=".jbi"),
+)
+_GCODE = (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g")
+_CAM = (
+    Language(name="gcode", reads=_GCODE, writes=".nc", filtered=True, on_a_machine=True),
+    Language(name="apt", reads=(".apt", ".cl", ".cls", ".clsf", ".cldata")),
+    Language(name="csv", reads=(".csv",), writes=".csv", table=True),
+)
+
+#: By name.
+LANGUAGES: dict[str, Language] = {language.name: language for language in (*_ROBOTS, *_CAM)}
+#: Those that are read, CAM files first, and those that are written, robot programs first: as messages list them.
+READ = tuple(language for language in (*_CAM, *_ROBOTS) if language.reads)
+WRITTEN = tuple(language for language in (*_ROBOTS, *_CAM) if language.writes)
+
+
+def reading(path: Path) -> Language | None:
+    """The language that reads files of this suffix."""
+    return next((language for language in READ if path.suffix.lower() in language.reads), None)
+
+
+def writing(path: Path) -> Language | None:
+    """The language that programs of this suffix are written in."""
+    return next((language for language in WRITTEN if language.writes == path.suffix.lower()), None)
