@@ -13,11 +13,12 @@ from compensator.errors import CellError, SolveError
 from compensator.path.tool_set import ToolSet
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import EquilibriumError
-from stiffness.kinematics.solvers import Inverse
+from stiffness.kinematics.inverse import Inverse
 from stiffness.memory.preload import PreloadState, unknown
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import COLUMNS, Command, Near, Prediction, Predictor
+from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
+from stiffness.statics.predictor import Predictor
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 
@@ -55,7 +56,13 @@ class EquippedArm:
         return unknown(self.effects, self.values)
 
     def command(
-        self, toolpath: Toolpath, target: Frame, wrench: Floats, state: Floats, seed: Floats, near: Near | None = None
+        self,
+        toolpath: Toolpath,
+        target: Frame,
+        wrench: Floats,
+        state: Floats,
+        seed: Floats,
+        near: StartValues | None = None,
     ) -> Command:
         """Commands whose deflected TCP stands at ``target`` (N), with the tool of every pose; see Predictor.command.
 
@@ -65,9 +72,8 @@ class EquippedArm:
         """
         done = []
         for number, r in self.tools.rows(toolpath):
-            begin = near and Near(near.q[r], near.actual[r], near.extra[r])
-            at = target.take(r)
-            given = (at.rotation, at.origin, wrench[r], state[r], seed[r], begin)
+            begin = near and StartValues(near.q[r], near.actual[r], near.extra[r])
+            given = (target.take(r), wrench[r], state[r], seed[r], begin)
             done.append((r, self.predictors[number].command(*given)))
         if len(done) == 1:
             return done[0][1]

@@ -20,7 +20,7 @@ from compensator.solve.flank_poses import with_changes
 from compensator.solve.joint_state import follow
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.safety import refuse_unsafe
-from stiffness.statics.predictor import Command, Near, Prediction
+from stiffness.statics.prediction import Command, Prediction, StartValues
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -71,7 +71,7 @@ def _motion(job: Job, path: PlannedPath) -> ToolMotion:
     return ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
 
 
-def _carried_over(old: Compensation, path: PlannedPath) -> Near:
+def _carried_over(old: Compensation, path: PlannedPath) -> StartValues:
     """The solution of ``old`` at a path with poses put in between."""
     at, to = old.path.toolpath.row, path.toolpath.row
 
@@ -79,11 +79,11 @@ def _carried_over(old: Compensation, path: PlannedPath) -> Near:
         return np.array([np.interp(to, at, column) for column in values.T]).reshape(-1, len(to)).T.copy()
 
     q, actual = carried(old.command.q - old.path.q), carried(old.command.actual - old.path.q)
-    return Near(path.q + q, path.q + actual, carried(old.command.extra))
+    return StartValues(path.q + q, path.q + actual, carried(old.command.extra))
 
 
 def _solved(
-    job: Job, path: PlannedPath, load: ProcessLoad, rapids_stay: bool, near: Near | None = None
+    job: Job, path: PlannedPath, load: ProcessLoad, rapids_stay: bool, near: StartValues | None = None
 ) -> Compensation:
     """Commands for the poses as they are; state and correction agree in the result."""
     arm, start, toolpath, wrench = job.arm, job.placement.start, path.toolpath, load.wrench

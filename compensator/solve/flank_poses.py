@@ -19,7 +19,7 @@ from compensator.process.process import ToolMotion
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import settled_state
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import COLUMNS, Command
+from stiffness.statics.prediction import COLUMNS, Command
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]

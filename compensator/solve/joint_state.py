@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from compensator.cell.equipped_arm import EquippedArm
 from stiffness.memory.preload import PreloadState, walk
-from stiffness.statics.predictor import Command, Prediction
+from stiffness.statics.prediction import Command, Prediction
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]

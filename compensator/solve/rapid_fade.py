@@ -13,7 +13,7 @@ import numpy.typing as npt
 from compensator.cell.equipped_arm import EquippedArm
 from compensator.path.planned_path import PlannedPath
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import Command
+from stiffness.statics.prediction import Command
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 

@@ -30,7 +30,7 @@ from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 from toolpaths.files import read_toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -86,7 +86,7 @@ def plan_file(
     design = _design(loaded, robot, tool, _reflectors(measured, tool, robot.n), not measured)
     loading, more = _loading(design, measured, force)
     say("looking for postures")
-    postures = reachable_postures(robot, tool.rotation, tool.position, max(POSTURES, 2 * count), seed)
+    postures = reachable_postures(robot, tool, max(POSTURES, 2 * count), seed)
     before = sum((design.measured(s) for s in measured), design.known)
     matters = None
     if job is not None and toolpath is not None:

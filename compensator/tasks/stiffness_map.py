@@ -24,7 +24,7 @@ from stiffness.model.model import ComplianceModel, load_model
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.statics.joint_grid import JointGrid
-from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
+from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
 
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
@@ -36,7 +36,7 @@ class Mapped:
     """What a map made: the postures, its JSON report, the files."""
 
     grid: JointGrid
-    result: Workspace
+    result: StiffnessMap
     report: dict[str, Any]
     files: tuple[Path, ...]
 
@@ -99,7 +99,7 @@ def map_file(
     effects, left_out = loaded.applied(held.name)
     _usable(loaded, robot, effects, weight)
     say(f"{len(grid.first)} x {len(grid.second)} postures")
-    result = workspace(
+    result = stiffness_map(
         robot, effects, {e.name: loaded.values[e.name] for e in effects}, held, grid.q, np.array(wrench, dtype=float),
         gravity=np.array(STANDARD_GRAVITY) * weight, tool_axes=frame == "tool", min_singular_value=min_singular_value,
     )  # fmt: skip
@@ -115,7 +115,7 @@ def map_file(
 
 def _write(
     grid: JointGrid,
-    result: Workspace,
+    result: StiffnessMap,
     report: dict[str, Any],
     title: str,
     png: Path | None,
@@ -177,7 +177,7 @@ def _notes(
     return notes
 
 
-def _counted(result: Workspace) -> str:
+def _counted(result: StiffnessMap) -> str:
     words = {LIMIT: "beyond a joint limit", SINGULAR: "singular", NO_EQUILIBRIUM: "without equilibrium"}
     counts = {words[s]: int(np.sum(result.status == s)) for s in words}
     return f"{len(result.q)} postures, " + ", ".join(f"{n} {word}" for word, n in counts.items() if n)

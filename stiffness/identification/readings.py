@@ -15,14 +15,16 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers, Shown, Values
+from stiffness.effects.effect import Numbers, ShownWrench, Values
 from stiffness.identification.angle_tables import AngleTables
 from stiffness.identification.unknowns import Unknowns
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
-from stiffness.statics.point_motion import Sight
-from stiffness.statics.predictor import Tool
-from stiffness.statics.statics import Load, Posture, Statics
+from stiffness.statics.deflected_arm import DeflectedArm
+from stiffness.statics.load import Load
+from stiffness.statics.point_motion import PointMotion
+from stiffness.statics.statics import Statics
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -161,9 +163,9 @@ class ReadingModel:
         return self.statics.n_x * (3 if self.calibrated_out else 1)
 
     @cached_property
-    def sight(self) -> Sight:
+    def sight(self) -> PointMotion:
         """Its kinematics."""
-        return Sight(self.statics)
+        return PointMotion(self.statics)
 
     def equilibria(self, kind: LoadKind, p: Floats, loads: ArmLoads, x: Floats) -> ArmEquilibria:
         """Equilibria under loads of one kind, for parameters ``p`` (P,) as the solver sees them, started from ``x``
@@ -256,14 +258,14 @@ class ReadingModel:
         return self.statics.loads_of_weight(self._gravity, extra, values)
 
     def acting(
-        self, kind: LoadKind, posture: Posture, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
+        self, kind: LoadKind, posture: DeflectedArm, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
     ) -> list[Load]:
         """The load that acts where the sensor shows ``w``."""
         turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
         for e in self.statics.effects:
             if e.wrench_reading:
                 to_tool = ca.SX.eye(3) if kind.tool_axes else turn.T
-                w = e.wrench_reading(Shown(w, to_tool), values[e.name])
+                w = e.wrench_reading(ShownWrench(w, to_tool), values[e.name])
         if kind.tool_axes:
             w = ca.vertcat(ca.mtimes(turn, w[:3]), ca.mtimes(turn, w[3:]))
         return [Load(kind.link, point, w, kind.point_link)]

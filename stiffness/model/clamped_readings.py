@@ -31,7 +31,7 @@ class ClampedError(StiffnessError):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Readings:
+class ClampedReadings:
     """N readings, at the output side of the reducer.
 
     Attributes:
@@ -54,10 +54,10 @@ class Readings:
 
     def __repr__(self) -> str:
         joints = ", ".join(str(k + 1) for k in np.unique(self.joint))
-        return f"Readings({self.source!r}, {len(self.joint)} rows, joint {joints})"
+        return f"ClampedReadings({self.source!r}, {len(self.joint)} rows, joint {joints})"
 
 
-def read_clamped(path: Path, robot: Robot) -> Readings:
+def read_clamped(path: Path, robot: Robot) -> ClampedReadings:
     """Read a file of the clamping method.
 
     Raises:
@@ -89,7 +89,7 @@ def read_clamped(path: Path, robot: Robot) -> Readings:
     arrays = (joint, angle, torque, words == "loading", repeat, table.line)
     for array in arrays:
         array.setflags(write=False)
-    return Readings(str(path), *arrays)
+    return ClampedReadings(str(path), *arrays)
 
 
 def _header(table: CsvTable, robot: Robot) -> tuple[str, str]:

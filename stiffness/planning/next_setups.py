@@ -39,7 +39,7 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
     """Set-ups where two fits of the same sessions predict readings that are farthest apart."""
     session = first.sessions[0].session
     tool = session.tool.tool()
-    pool = reachable_postures(session.robot, tool.rotation, tool.position, POOL, SEED)
+    pool = reachable_postures(session.robot, tool, POOL, SEED)
     force = largest_force(session)
     loads = np.concatenate([np.zeros((1, 3)), _WAYS * force]) if force > 0 else np.zeros((1, 3))
     q = np.repeat(pool.q, len(loads), axis=0)
@@ -64,7 +64,7 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
 def spread(session: Session, joint: int | None, why: str) -> list[NextSetup]:
     """Set-ups over the whole range of one joint, or of all, with the largest load of the session across the arm."""
     robot, tool = session.robot, session.tool.tool()
-    pool = reachable_postures(robot, tool.rotation, tool.position, POOL, SEED)
+    pool = reachable_postures(robot, tool, POOL, SEED)
     low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     force = largest_force(session)
     out = []

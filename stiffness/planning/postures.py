@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from stiffness.errors import StiffnessError
 from stiffness.kinematics.jacobian import Conditioning, half_reach
 from stiffness.robot.robot import Robot
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 
@@ -48,11 +49,8 @@ def link_frames(robot: Robot, q: Floats) -> Floats:
     return np.array(out)
 
 
-def reachable_postures(robot: Robot, rotation: Floats, position: Floats, count: int, seed: int) -> PosturePool:
+def reachable_postures(robot: Robot, tool: Tool, count: int, seed: int) -> PosturePool:
     """Random postures, the same for the same seed.
-
-    Args:
-        rotation, position: (3, 3), (3,) m of the TCP in the flange.
 
     Raises:
         StiffnessError: hardly any posture is free.
@@ -66,7 +64,7 @@ def reachable_postures(robot: Robot, rotation: Floats, position: Floats, count: 
     for _ in range(BATCHES):
         q = rng.uniform(low, high, (BATCH, robot.n))
         frames = link_frames(robot, q)
-        tcp = frames[-1] @ np.append(position, 1.0)
+        tcp = frames[-1] @ np.append(tool.position, 1.0)
         height = np.minimum(frames[1:, :, 2, 3].min(axis=0), tcp[:, 2])
         away = np.minimum(np.hypot(tcp[:, 0], tcp[:, 1]), np.hypot(frames[-1, :, 0, 3], frames[-1, :, 1, 3]))
         found.append(q[(height > FLOOR) & (away > aside) & (bent(q) > BENT)])
@@ -79,4 +77,4 @@ def reachable_postures(robot: Robot, rotation: Floats, position: Floats, count: 
             "base and bent; check the tool (m) and the robot's base frame (z up)"
         )
     approach = rng.choice([-1.0, 1.0], size=q.shape)
-    return PosturePool(q, approach, link_frames(robot, q)[-1][:, :3, :3] @ rotation)
+    return PosturePool(q, approach, link_frames(robot, q)[-1][:, :3, :3] @ tool.rotation)

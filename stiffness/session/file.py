@@ -13,9 +13,9 @@ import numpy.typing as npt
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from stiffness.rotation import rpy_rotation
-from stiffness.schema import Finding, Table, findings
+from stiffness.schema import SchemaFinding, StrictTable, findings
 from stiffness.session.table import SessionError, decoded, meant
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -74,7 +74,7 @@ class Purpose:
     points: Mapping[str, int]
 
 
-class Units(Table):
+class Units(StrictTable):
     """Units of samples.csv and of every number in session.toml."""
 
     length: Literal["mm", "m"]
@@ -91,14 +91,14 @@ class Units(Table):
         return math.pi / 180 if self.angle == "deg" else 1.0
 
 
-class WrenchTable(Table):
+class WrenchTable(StrictTable):
     """How f* and m* are written."""
 
     frame: Literal["base", "tool"]
     about: Literal["tcp", "flange", "base"]
 
 
-class _Tool(Table):
+class _Tool(StrictTable):
     xyz: Three
     rpy: Three = (0.0, 0.0, 0.0)
     mass: Noise | None = None
@@ -112,26 +112,26 @@ class _Tool(Table):
         return self
 
 
-class _Reflector(Table):
+class _Reflector(StrictTable):
     link: Annotated[int, Field(ge=0, strict=True)]
     position: Three
     exact: Flag = True
     group: Annotated[str, Field(min_length=1)] | None = None
 
 
-class _Instruments(Table):
+class _Instruments(StrictTable):
     tracker: Positive
     tracker_angle: Positive | None = None
     force: Noise | None = None
     torque: Noise | None = None
 
 
-class _Setup(Table):
+class _Setup(StrictTable):
     purpose: Annotated[str, Field(pattern=r"^joint-[1-9]$")] | None = None
     points: dict[Literal["A", "B", "C"], str] = Field(default_factory=dict)
 
 
-class SessionFile(Table):
+class SessionFile(StrictTable):
     """session.toml as it stands, in its own units; the properties of the next classes are SI."""
 
     schema_: Literal["measurement-session/1"] = Field(alias="schema")
@@ -180,7 +180,7 @@ def read_file(label: str, raw: bytes) -> SessionFile:
     return file
 
 
-def _problem(found: Finding) -> str:
+def _problem(found: SchemaFinding) -> str:
     """A finding with the remedy."""
     if found.kind == "unknown":
         return f"{found}{meant(found.key.rpartition('.')[2], _KEYS)}"

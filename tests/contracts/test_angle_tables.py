@@ -19,8 +19,10 @@ from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns, start_values, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import load_model, model_text
+from stiffness.poses import PoseArray
 from stiffness.session.session import load_session
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from tests.compensator.small_jobs import ABB, files
 from tests.contracts.effect_laws import N, sample
 from tests.contracts.test_effects_files import model_of
@@ -173,15 +175,15 @@ def test_a_command_cancels_it() -> None:
     """Commanded there, the TCP stands at the wanted pose; the command is off by the error at the command's angle."""
     table = waves(5, 1e-3)
     q = arms.postures(arms.robot("ur10"), 12, 6)
-    wanted, none = tcp("ur10", q), np.zeros((12, 0))
+    wanted, none = PoseArray(*tcp("ur10", q)), np.zeros((12, 0))
     wrench = arms.wrenches(12, 60.0, 3)
     for stiffness in (1e12, 4e4):
         arm = predictor(table, stiffness=stiffness)
-        command = arm.command(*wanted, wrench, none, q)
+        command = arm.command(wanted, wrench, none, q)
         assert command.converged.all()
         back = arm.forward(command.q, wrench, none)
-        np.testing.assert_allclose(back.position, wanted[1], atol=1e-8)
-        np.testing.assert_allclose(back.rotation, wanted[0], atol=1e-8)
+        np.testing.assert_allclose(back.position, wanted.origin, atol=1e-8)
+        np.testing.assert_allclose(back.rotation, wanted.rotation, atol=1e-8)
         if stiffness > 1e9:
             np.testing.assert_allclose(command.q + oracle(command.q, table), q, atol=2e-7)
         assert np.abs(command.q - q).max() > 5e-4

@@ -20,7 +20,8 @@ from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from tests.plant.lab import Form, Setup, Step, Target, measure
 from tests.plant.lab_design import random_setups
 from tests.stiffness.bench_lab import FORCE, Lab
@@ -54,7 +55,7 @@ def loading(*levels: float) -> Loading:
 
 
 def postures(count: int, seed: int) -> PosturePool:
-    return reachable_postures(load_robot(ROBOT), TOOL.rotation, TOOL.position, count, seed)
+    return reachable_postures(load_robot(ROBOT), TOOL, count, seed)
 
 
 def carried_out(plan: Plan, lab: Lab, folder: Path, seed: int) -> Session:
@@ -200,7 +201,7 @@ def test_a_link_that_no_reflector_sees_stays_unknown_and_is_named() -> None:
 @pytest.mark.parametrize("name", [ROBOT, "ur10"])
 def test_postures(name: str) -> None:
     robot = load_robot(name)
-    p, same, other = (reachable_postures(robot, TOOL.rotation, TOOL.position, 100, seed) for seed in (8, 8, 9))
+    p, same, other = (reachable_postures(robot, TOOL, 100, seed) for seed in (8, 8, 9))
     assert np.array_equal(p.q, same.q)
     assert not np.array_equal(p.q, other.q)
     frames = link_frames(robot, p.q)
@@ -213,7 +214,7 @@ def test_postures(name: str) -> None:
     sunk = robot.before.copy()
     sunk[0, 2, 3] -= 10.0
     with pytest.raises(StiffnessError, match="above the floor"):
-        reachable_postures(replace(robot, before=sunk), TOOL.rotation, TOOL.position, 100, 0)
+        reachable_postures(replace(robot, before=sunk), TOOL, 100, 0)
 
 
 def test_the_variance_of_a_path_by_finite_differences() -> None:

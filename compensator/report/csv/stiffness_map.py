@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.statics.workspace import Workspace
+from stiffness.statics.stiffness_map import StiffnessMap
 
 Floats = npt.NDArray[np.float64]
 
 
-def map_csv(result: Workspace) -> str:
+def map_csv(result: StiffnessMap) -> str:
     """A row per posture, the second joint running fastest; cells are empty where nothing can be said."""
     n = result.q.shape[1]
     low, high, direction = result.softest

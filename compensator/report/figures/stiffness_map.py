@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.statics.joint_grid import JointGrid
-from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, SINGULAR, Workspace
+from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, SINGULAR, StiffnessMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ class Panel:
     scale: str
 
 
-def panels(grid: JointGrid, result: Workspace) -> tuple[Panel, ...]:
+def panels(grid: JointGrid, result: StiffnessMap) -> tuple[Panel, ...]:
     """The fields of the picture."""
     low, high, _ = result.softest
     fields = (
@@ -45,7 +45,7 @@ def panels(grid: JointGrid, result: Workspace) -> tuple[Panel, ...]:
     return tuple(Panel(title, grid.over(values), scale) for title, values, scale in fields)
 
 
-def draw(grid: JointGrid, result: Workspace, title: str, target: Path) -> None:
+def draw(grid: JointGrid, result: StiffnessMap, title: str, target: Path) -> None:
     """Contour maps over the two joints as PNG; grey where nothing can be said."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -65,7 +65,7 @@ def draw(grid: JointGrid, result: Workspace, title: str, target: Path) -> None:
     figure.savefig(target, format="png", metadata={"Software": None})
 
 
-def _blanks(result: Workspace) -> str:
+def _blanks(result: StiffnessMap) -> str:
     words = ((SINGULAR, "singular"), (LIMIT, "beyond a joint limit"), (NO_EQUILIBRIUM, "no equilibrium"))
     found = [f"{int(np.sum(result.status == s))} {word}" for s, word in words if np.any(result.status == s)]
     return "grey: " + ", ".join(found) if found else ""
@@ -102,7 +102,7 @@ def _levels(values: Floats) -> Floats:
     return np.asarray(MaxNLocator(18).tick_values(low, high))
 
 
-def _directions(axes: Axes, grid: JointGrid, result: Workspace) -> None:
+def _directions(axes: Axes, grid: JointGrid, result: StiffnessMap) -> None:
     """A tick per posture: its slope is the elevation of the softest direction above the horizontal."""
     _, _, direction = result.softest
     rise = grid.over(direction[:, 2])

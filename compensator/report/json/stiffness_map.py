@@ -6,12 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.report.json.text import Report
-from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace
+from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap
 
 Floats = npt.NDArray[np.float64]
 
 
-def map_report(result: Workspace, joints: tuple[int, int], left_out: tuple[str, ...], notes: list[str]) -> Report:
+def map_report(result: StiffnessMap, joints: tuple[int, int], left_out: tuple[str, ...], notes: list[str]) -> Report:
     """Where the extremes lie, and what is blank.
 
     Args:
