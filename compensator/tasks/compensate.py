@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,12 +24,12 @@ from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
 from compensator.solve.verify import verify
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from toolpaths.files import Written, language_of, read_toolpath, refuse_own, write_program
 from toolpaths.toolpath import Toolpath
 from toolpaths.writing.program import Finding
 
 Floats = npt.NDArray[np.float64]
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -41,10 +40,6 @@ class Done:
     report: dict[str, Any]
     files: tuple[Path, ...]
     findings: tuple[str, ...]
-
-
-def quiet(_: str) -> None:
-    return None
 
 
 def compensate_file(

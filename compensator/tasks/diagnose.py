@@ -10,9 +10,9 @@ from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.text import as_json
-from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.robot_path import refuse_other_robot, robot_beside
+from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis

@@ -11,10 +11,10 @@ import numpy as np
 
 from compensator.report.json.evaluation import evaluation_report
 from compensator.report.json.fit import fit_report, local_fit_report
-from compensator.report.json.text import as_json
-from compensator.tasks.compensate import Say, quiet
+from compensator.report.json.text import Report, as_json
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.robot_path import robot_beside
+from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import Evaluation, evaluate
@@ -66,7 +66,7 @@ def identify_files(
     robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     page = None if html is None else (html, _page(fit, report))
-    return Identified(fit, report, _written(model, output, report, json, page))
+    return Identified(fit, report, _written(model, output, report, json=json, page=page))
 
 
 def _page(fit: Fit, report: dict[str, Any]) -> str:
@@ -78,7 +78,8 @@ def _page(fit: Fit, report: dict[str, Any]) -> str:
 def _written(
     model: ComplianceModel,
     output: Path,
-    report: dict[str, Any],
+    report: Report,
+    *,
     json: Path | None,
     page: tuple[Path, str] | None = None,
 ) -> tuple[Path, ...]:
@@ -97,7 +98,7 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
     robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
     model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
     report = local_fit_report(fit, model)
-    return Identified(fit, report, _written(model, output, report, json))
+    return Identified(fit, report, _written(model, output, report, json=json))
 
 
 def evaluate_file(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from compensator.errors import CompensatorError
 from compensator.report.json.made_model import clamped_report, datasheet_report
 from compensator.report.json.text import as_json
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.model.clamped import ABOVE, SCALE_SD, clamped_model, fit_clamped
 from stiffness.model.clamped_readings import read_clamped
@@ -20,8 +20,6 @@ from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
 from stiffness.robot.load import builtin_robots, load_robot
 from stiffness.robot.robot import Robot
-
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,10 +31,6 @@ class Made:
     files: tuple[Path, ...]
 
 
-def _quiet(_: str) -> None:
-    return None
-
-
 def clamped_file(
     readings: Path,
     robot: str,
@@ -45,7 +39,7 @@ def clamped_file(
     above: float = ABOVE,
     scale_sd: float = SCALE_SD,
     json: Path | None = None,
-    say: Say = _quiet,
+    say: Say = quiet,
 ) -> Made:
     """Motor torque against motor angle with the end-effector locked, to a model.
 
@@ -70,7 +64,7 @@ def clamped_file(
     return _write(made, model, clamped_report(made, fits, arm.n), json)
 
 
-def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = _quiet) -> Made:
+def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = quiet) -> Made:
     """Reducer data of a robot file to a starting model.
 
     Raises:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from compensator.report.json.stiffness_map import map_report
 from compensator.report.json.text import as_json
 from compensator.tasks.joint_grid import grid_of
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.model import ComplianceModel, load_model
@@ -27,7 +27,6 @@ from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
 
 Floats = npt.NDArray[np.float64]
-Say = Callable[[str], None]
 PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
 
 
@@ -39,10 +38,6 @@ class Mapped:
     result: StiffnessMap
     report: dict[str, Any]
     files: tuple[Path, ...]
-
-
-def _quiet(_: str) -> None:
-    return None
 
 
 def tool_of(
@@ -75,7 +70,7 @@ def map_file(
     png: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
-    say: Say = _quiet,
+    say: Say = quiet,
 ) -> Mapped:
     """Stiffness and deflection over two joints.
 
@@ -100,16 +95,23 @@ def map_file(
     _usable(loaded, robot, effects, weight)
     say(f"{len(grid.first)} x {len(grid.second)} postures")
     result = stiffness_map(
-        robot, effects, {e.name: loaded.values[e.name] for e in effects}, held, grid.q, np.array(wrench, dtype=float),
-        gravity=np.array(STANDARD_GRAVITY) * weight, tool_axes=frame == "tool", min_singular_value=min_singular_value,
-    )  # fmt: skip
+        robot,
+        effects,
+        {e.name: loaded.values[e.name] for e in effects},
+        held,
+        q=grid.q,
+        wrench=np.array(wrench, dtype=float),
+        gravity=np.array(STANDARD_GRAVITY) * weight,
+        tool_axes=frame == "tool",
+        min_singular_value=min_singular_value,
+    )
     if not np.any(result.status == OK):
         raise CompensatorError(f"{model}: nothing to map: {_counted(result)}; give other --grid or --fixed angles")
     notes = _notes(loaded, robot, effects, weight=weight, tool_mass=held.mass)
     report = map_report(result, grid.joints, left_out, notes)
     load = ", ".join(f"{v:g}" for v in wrench)
     title = f"{loaded.source}: {robot.name}, wrench {load} N, N·m in {frame} axes at the TCP\n{_others(grid)}"
-    _write(grid, result, report, title, png, csv, json, say)
+    _write(grid, result, report, title=title, png=png, csv=csv, json=json, say=say)
     return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
 
 
@@ -117,6 +119,7 @@ def _write(
     grid: JointGrid,
     result: StiffnessMap,
     report: dict[str, Any],
+    *,
     title: str,
     png: Path | None,
     csv: Path | None,

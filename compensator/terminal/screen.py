@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from compensator.tasks.compensate import Say
+from compensator.tasks.say import Say
 
 
 @contextmanager

@@ -23,7 +23,7 @@ def path_report(c: Compensation, after: Floats, q: Floats, *, seconds: float, co
         seconds: how long the run took.
     """
     cut = c.cutting
-    spread = spread_of_unknown(c.job.arm, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
+    spread = spread_of_unknown(c.job.arm, c.path.toolpath, c.command.q, wrench=c.wrench, state=c.state)[cut]
     not_learned, left_open = unsure_of(c, q)
     return {
         "n_poses": len(c),
