@@ -68,7 +68,7 @@ class Unsure:
         self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], sd: Mapping[str, Numbers]
     ) -> None:
         self.robot, self.values, self.sd = robot, values, sd
-        self.effects = tuple(e for e in effects if e.unsure)
+        self.effects = tuple(e for e in effects if e.angle_sd)
         self._laws: dict[str, Kernel] = {}
 
     def __repr__(self) -> str:
@@ -76,9 +76,9 @@ class Unsure:
 
     def angles(self, effect: Effect, q: Floats) -> Floats:
         """(N, n) rad: standard deviation of every joint at commanded angles (N, n)."""
-        if effect.unsure is None:
+        if effect.angle_sd is None:
             return np.zeros_like(q)
-        return effect.unsure(q, self.values[effect.name], self.sd.get(effect.name, {}))
+        return effect.angle_sd(q, self.values[effect.name], self.sd.get(effect.name, {}))
 
     def at_tcp(self, q: Floats, tcp: Floats) -> Floats:
         """(N,) m: root sum square over effects and joints; ``tcp`` (N, 3) m in the flange."""
@@ -106,9 +106,9 @@ class Unsure:
 
     def _untold(self, effect: Effect, q: Floats, own: Floats) -> Bools:
         """(N, n) where the data told next to nothing and the effect does next to nothing; ``own``: its ``angles``."""
-        if effect.unsure is None:
+        if effect.angle_sd is None:
             return np.zeros(q.shape, dtype=bool)
-        nothing = effect.unsure(q, effect.neutral(self.robot.n), {})
+        nothing = effect.angle_sd(q, effect.neutral(self.robot.n), {})
         untold = (nothing > 0) & (own >= UNTOLD * nothing)
         rows = np.flatnonzero(untold.any(axis=1))
         if effect.angle and len(rows):
