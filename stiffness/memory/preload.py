@@ -28,8 +28,8 @@ AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
 class PreloadState:
     """State of every joint: n columns per remembering effect. ``low`` and ``high`` bracket the truth.
 
-    Shape (m,) at one pose, (N, m) along a path. ``likely`` is what came of the middle of an unknown start: like
-    the other two a history that a joint can have, which their mean is not.
+    Shape (m,) at one pose, (N, m) along a path. ``likely`` begins in the middle of an unknown start: like ``low`` and
+    ``high``, and unlike their mean, it is a history that a joint can have.
     """
 
     low: Floats
@@ -56,7 +56,7 @@ class PreloadState:
 
 
 def unknown(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> PreloadState:
-    """Before anything is known of how the robot came to where it is."""
+    """The state of a robot whose earlier moves are not known: between the bounds of every joint."""
     half = [e.memory.bounds(values[e.name]) for e in effects if e.memory]
     both = np.concatenate(half) if half else np.empty(0)
     return PreloadState(-both, both)

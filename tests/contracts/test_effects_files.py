@@ -13,8 +13,8 @@ import pytest
 import tomli_w
 
 from stiffness.effects import BUILT_IN, BY_NAME, CATALOGUE
+from stiffness.effects.docs_table import markdown
 from stiffness.effects.effect import Effect
-from stiffness.effects.table import markdown
 from stiffness.errors import ModelError
 from stiffness.model import model as model_module
 from stiffness.model.model import ComplianceModel, load_model, model_text
