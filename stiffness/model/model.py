@@ -22,7 +22,7 @@ from stiffness.model.file import SCHEMA, read_tables, sd_key
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class ComplianceModel:
     """Values of the effects that a robot shows.
 

@@ -29,16 +29,16 @@ def model_of(effect: Effect, values: Numbers) -> ComplianceModel:
     base = {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}}
     tools = {effect.name: "spindle"} if effect.scope == "tool" else {}
     return ComplianceModel(
-        "memory",
-        "ur10",
-        "uncompensated",
-        20.0,
-        None,
-        None,
-        {**base, effect.name: values},
-        {effect.name: {k: np.abs(v) / 7 for k, v in values.items()}},
-        {},
-        tools,
+        source="memory",
+        robot="ur10",
+        gravity="uncompensated",
+        reference_temperature=20.0,
+        base=None,
+        tip=None,
+        values={**base, effect.name: values},
+        sd={effect.name: {k: np.abs(v) / 7 for k, v in values.items()}},
+        identified={},
+        tools=tools,
     )
 
 
