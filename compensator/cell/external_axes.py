@@ -16,10 +16,11 @@ from compensator.cell.placement import Placement
 from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.errors import CellError
 from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
+from toolpaths.finding import ERROR, NOTE, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import Setting, Toolpath, tool_axis
-from toolpaths.writing.program import ERROR, WARNING, Finding, Program
+from toolpaths.writing.program import Program
 
 Floats = npt.NDArray[np.float64]
 
@@ -117,14 +118,18 @@ def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
     return replace(read, setting=setting, position=poses.origin, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
-def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath) -> tuple[str, ...]:
+def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath) -> tuple[Finding, ...]:
     """What is not known of axes that the cell does not declare: they pass through as they are."""
     if toolpath.setting is None:
         return ()
     found = unmodelled(toolpath.setting.external, whole_moves(toolpath)[1])
     return tuple(
-        f"{toolpath.source}: external axis {name} {stands}: it is not modelled, the work object is taken "
-        f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]"
+        Finding(
+            NOTE,
+            toolpath.source,
+            f"external axis {name} {stands}: it is not modelled, the work object is taken "
+            f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]",
+        )
         for name, stands in found
         if name not in external
     )

@@ -10,9 +10,10 @@ from compensator.cell.placement import Placement
 from compensator.path.pose_text import place
 from compensator.path.tool_set import ONE_TOOL
 from compensator.solve.compensation import Compensation
+from toolpaths.finding import WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import WARNING, Finding, Program, ToolFrame
+from toolpaths.writing.program import Program, ToolFrame
 
 MM_MIN = 1.0 / 60000.0  # m/s
 

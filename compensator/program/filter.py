@@ -19,11 +19,12 @@ from compensator.solve.joint_state import follow
 from compensator.solve.upright import tilt, untilted
 from compensator.solve.verify import PRINTED, Verified
 from toolpaths.files import read_toolpath
+from toolpaths.finding import WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, slerp_quaternion
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import WARNING, Finding, Program
+from toolpaths.writing.program import Program
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]

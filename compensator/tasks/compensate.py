@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,8 +24,8 @@ from compensator.solve.planned import planned
 from compensator.solve.verify import verify
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from toolpaths.files import Written, language_of, read_toolpath, refuse_own, write_program
+from toolpaths.finding import Finding
 from toolpaths.toolpath import Toolpath
-from toolpaths.writing.program import Finding
 
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
@@ -100,9 +99,7 @@ def compensate_file(
 
 def _change(finding: Finding) -> dict[str, object]:
     """A change of a filtered program for the JSON report, with every line of the source that it is about."""
-    found = [re.search(r"\d+$", place) for place in finding.places or (finding.place,)]
-    lines = sorted({int(m[0]) for m in found if m})
-    return {"where": finding.place, "what": finding.what, "count": finding.count, "lines": lines}
+    return {"where": finding.place, "what": finding.what, "count": finding.count, "lines": list(finding.lines)}
 
 
 def preview_file(

@@ -19,9 +19,9 @@ from compensator.process.catalogue import PROCESSES
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion, WrenchAxes
 from tests.compensator.paths import DOWN, toolpath
 from tests.compensator.small_jobs import files
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import ERROR, WARNING, Finding
 
 AXES: tuple[WrenchAxes, ...] = get_args(WrenchAxes)
 GIVEN = [-120.0, 80.0, -60.0, 4.0, -3.0, 2.0]

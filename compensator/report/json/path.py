@@ -104,7 +104,7 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
         "not_learned": [part.as_dict() for part in not_learned],
         "left_open_mm": statistics(left_open),
         "not_applied": list(c.job.arm.not_applied),
-        "notes": [*c.job.notes, *map(str, not_learned)],
+        "notes": [*map(str, c.job.notes), *map(str, not_learned)],
         "seconds": round(seconds, 3),
     }
 
