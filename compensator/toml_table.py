@@ -7,14 +7,14 @@ from typing import Annotated
 import numpy as np
 from pydantic import ConfigDict, Strict
 
-from stiffness.schema import Table
+from stiffness.schema import StrictTable
 
 Number = Annotated[float, Strict()]  # TOML has numbers: "250" and "250 mm" are mistakes
 Three = tuple[Number, Number, Number]
 Six = tuple[Number, Number, Number, Number, Number, Number]
 
 
-class TomlTable(Table):
+class TomlTable(StrictTable):
     """A table of a file: unknown keys and numbers that are not finite are refused; it does not change once read."""
 
     model_config = ConfigDict(allow_inf_nan=False)

@@ -13,11 +13,13 @@ from compensator.cell.cell_file import Cell
 from compensator.errors import CellError
 from stiffness.effects.effect import Effect
 from stiffness.errors import RobotError
-from stiffness.kinematics.solvers import Inverse, inverse_kinematics
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.solver import inverse_kinematics
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres, refuse_radians
 from stiffness.robot.robot import STANDARD_GRAVITY
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_rpy
 

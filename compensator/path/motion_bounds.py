@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from compensator.errors import PathError
 from compensator.path.pose_text import place
-from stiffness.kinematics.solvers import Inverse, SphericalInverse
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
 from toolpaths.toolpath import Toolpath
 

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.path.tool_set import ToolSet
-from stiffness.kinematics.solvers import Batch, Inverse, SphericalInverse
+from stiffness.kinematics.inverse import Inverse, InverseSolution
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
@@ -33,15 +34,14 @@ class TcpInverse:
         """Whether a branch is the same arm configuration at every pose; the others are counted pose by pose."""
         return isinstance(self.inverse, SphericalInverse)
 
-    def along(self, toolpath: Toolpath, tcp: Frame, branch: int, seed: Floats | None) -> Batch:
+    def along(self, toolpath: Toolpath, tcp: Frame, branch: int, seed: Floats | None) -> InverseSolution:
         """Joint angles of the poses of a toolpath.
 
         Args:
             tcp: (N) in the base.
             branch, seed: as in ``Inverse.along``.
         """
-        flange = self.tools.flange(toolpath, tcp)
-        return self.inverse.along(flange.rotation, flange.origin, branch, seed)
+        return self.inverse.along(self.tools.flange(toolpath, tcp), branch, seed)
 
     def postures(self, pose: Toolpath, tcp: Frame, *, limits: bool) -> list[tuple[int, Floats]]:
         """Every posture (branch, joint angles (n,) rad) of a toolpath of one pose, its ``tcp`` (1) in the base.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 

@@ -15,7 +15,7 @@ from compensator.cell.placement import Placement, placement_of
 from compensator.cell.placement_tables import ToolTable, WorkObjectTable
 from compensator.errors import CellError
 from compensator.path.tcp_inverse import TcpInverse
-from stiffness.kinematics.solvers import SphericalInverse
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
 from toolpaths.interpreting.arcs import with_arcs

@@ -17,7 +17,7 @@ from compensator.path.pose_text import place
 from compensator.solve.joint_state import SAME_STATE, commanded_moves, settled_state
 from compensator.solve.rapid_fade import held_targets
 from stiffness.memory.preload import PreloadState, walk
-from stiffness.statics.predictor import TOLERANCE, Command, Near
+from stiffness.statics.prediction import TOLERANCE, Command, StartValues
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 
@@ -35,7 +35,7 @@ def agreed(
     target: Frame,
     *,
     wrench: Floats,
-    near: Near | Command | None,
+    near: StartValues | Command | None,
     held: Rows,
 ) -> tuple[Command, PreloadState, int]:
     """Command, state and rounds, iterated until the state stops changing.
@@ -55,15 +55,18 @@ def agreed(
     rows = np.arange(len(path))
     for rounds in range(1, STATE_ROUNDS + 1):
         if len(held):
-            target = held_targets(arm, path, wrench, state, held)
-        begin = None if near is None else Near(near.q[rows], near.actual[rows], near.extra[rows])
+            target = held_targets(arm, path, wrench, state, rows=held)
+        begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
         some = path.toolpath if command is None else path.toolpath.take(rows)
-        part = arm.command(some, target.take(rows), wrench[rows], state.middle[rows], path.q[rows], begin)
+        at = target.take(rows)
+        part = arm.command(
+            some, at, wrench=wrench[rows], state=state.middle[rows], seed=path.q[rows], near=begin
+        )
         _refuse_unsolved(some, part)
         near = command = part if command is None else command.replaced(rows, part)
         if not state.low.shape[1]:
             break
-        new = settled_state(arm, command, state, first, moves)
+        new = settled_state(arm, command, state, first=first, moves=moves)
         change = np.abs(new.middle - state.middle).max(axis=1)
         rows = np.flatnonzero(change > SAME_STATE)
         if not len(rows):

@@ -20,7 +20,7 @@ from compensator.solve.flank_poses import with_changes
 from compensator.solve.joint_state import follow
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.safety import refuse_unsafe
-from stiffness.statics.predictor import Command, Near, Prediction
+from stiffness.statics.prediction import Command, Prediction, StartValues
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -36,11 +36,11 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    first = result = _solved(job, path, job.placement.process.load(_motion(job, path)), rapids_stay)
+    first = result = _solved(job, path, job.placement.process.load(_motion(job, path)), rapids_stay=rapids_stay)
     finer = with_changes(result)
     if finer is not None:
         load = job.placement.process.load_between(_motion(job, finer), path.toolpath, first.load)
-        result = _solved(job, finer, load, rapids_stay, _carried_over(first, finer))
+        result = _solved(job, finer, load, rapids_stay=rapids_stay, near=_carried_over(first, finer))
     refuse_unsafe(result)
     nominal = result.path
     before, _ = follow(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
@@ -71,7 +71,7 @@ def _motion(job: Job, path: PlannedPath) -> ToolMotion:
     return ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
 
 
-def _carried_over(old: Compensation, path: PlannedPath) -> Near:
+def _carried_over(old: Compensation, path: PlannedPath) -> StartValues:
     """The solution of ``old`` at a path with poses put in between."""
     at, to = old.path.toolpath.row, path.toolpath.row
 
@@ -79,11 +79,11 @@ def _carried_over(old: Compensation, path: PlannedPath) -> Near:
         return np.array([np.interp(to, at, column) for column in values.T]).reshape(-1, len(to)).T.copy()
 
     q, actual = carried(old.command.q - old.path.q), carried(old.command.actual - old.path.q)
-    return Near(path.q + q, path.q + actual, carried(old.command.extra))
+    return StartValues(path.q + q, path.q + actual, carried(old.command.extra))
 
 
 def _solved(
-    job: Job, path: PlannedPath, load: ProcessLoad, rapids_stay: bool, near: Near | None = None
+    job: Job, path: PlannedPath, load: ProcessLoad, *, rapids_stay: bool, near: StartValues | None = None
 ) -> Compensation:
     """Commands for the poses as they are; state and correction agree in the result."""
     arm, start, toolpath, wrench = job.arm, job.placement.start, path.toolpath, load.wrench
@@ -91,9 +91,9 @@ def _solved(
     held = np.flatnonzero((toolpath.kind != CUT) & rapids_stay)
     command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=near, held=held)
     if len(held):
-        target = held_targets(arm, path, wrench, state, held)
+        target = held_targets(arm, path, wrench, state, rows=held)
     elif np.any(toolpath.kind != CUT):
-        target = faded_targets(arm, path, command, state, job.placement.solve.fade / 1e3)
+        target = faded_targets(arm, path, command, state, fade=job.placement.solve.fade / 1e3)
         command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=command, held=held)
     return Compensation(
         job=job,

@@ -11,7 +11,7 @@ from compensator.cell.job import Job
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ProcessLoad
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import Command, Prediction
+from stiffness.statics.prediction import Command, Prediction
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 

@@ -19,7 +19,7 @@ from compensator.process.process import ToolMotion
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import settled_state
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import COLUMNS, Command
+from stiffness.statics.prediction import COLUMNS, Command
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -130,7 +130,8 @@ def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadSta
     shape = (PARTS + 1, count)
     for _ in range(ROUNDS):
         flat = state.middle.reshape(shape[0] * shape[1], -1)
-        command = _folded(arm.command(toolpath, path.tcp.take(pick), wrench[pick], flat, path.q[pick]), shape)
+        tcp, seed = path.tcp.take(pick), path.q[pick]
+        command = _folded(arm.command(toolpath, tcp, wrench=wrench[pick], state=flat, seed=seed), shape)
         new = _walked(arm, command, state, intervals.state)
         same = not np.any(np.abs(new.middle - state.middle) > 1e-9)
         state = new
@@ -147,4 +148,4 @@ def _folded(command: Command, shape: tuple[int, int]) -> Command:
 
 def _walked(arm: EquippedArm, command: Command, state: PreloadState, first: PreloadState) -> PreloadState:
     """States along the intervals; the first row keeps the state it is given."""
-    return settled_state(arm, command, state, first, lambda v: np.diff(v, axis=0, prepend=v[:1]))
+    return settled_state(arm, command, state, first=first, moves=lambda v: np.diff(v, axis=0, prepend=v[:1]))

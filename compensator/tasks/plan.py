@@ -21,16 +21,16 @@ from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
-from stiffness.identification.readings import Reader
+from stiffness.identification.readings import ReadingModel
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
-from stiffness.planning.postures import reachable
+from stiffness.planning.postures import reachable_postures
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 from toolpaths.files import read_toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -87,7 +87,7 @@ def plan_file(
     design = _design(loaded, robot, tool, _reflectors(measured, tool, robot.n), not measured)
     loading, more = _loading(design, measured, force)
     say("looking for postures")
-    postures = reachable(robot, tool.rotation, tool.position, max(POSTURES, 2 * count), seed)
+    postures = reachable_postures(robot, tool, max(POSTURES, 2 * count), seed)
     before = sum((design.measured(s) for s in measured), design.known)
     matters = None
     if job is not None and toolpath is not None:
@@ -168,11 +168,11 @@ def _design(
 ) -> Design:
     effects, _ = model.applied(tool.name)
     values = {e.name: model.values[e.name] for e in effects}
-    return Design(_reader(model, robot, effects, tool), values, reflectors, model.sd if from_model else None)
+    return Design(_reading_model(model, robot, effects, tool), values, reflectors, model.sd if from_model else None)
 
 
-def _reader(model: ComplianceModel, robot: Robot, effects: Sequence[Effect], tool: Tool) -> Reader:
-    return Reader(
+def _reading_model(model: ComplianceModel, robot: Robot, effects: Sequence[Effect], tool: Tool) -> ReadingModel:
+    return ReadingModel(
         robot,
         planned_layout(effects, robot.n),
         {e.name: model.values[e.name] for e in effects},
@@ -212,7 +212,7 @@ def _flanks(design: Design, job: Job, state: Floats) -> Floats:
     own = [e for e in design.layout.effects if e.memory]
     theirs = [e for e in job.arm.effects if e.memory]
     if [e.name for e in own] != [e.name for e in theirs]:
-        return np.zeros((len(state), design.reader.statics.n_state))
+        return np.zeros((len(state), design.model.statics.n_state))
     half = [e.memory.bounds(job.arm.values[e.name]) for e in theirs if e.memory]
     return np.asarray(state / np.maximum(np.concatenate(half), 1e-12)) if half else state
 

@@ -130,7 +130,6 @@ class Robot:
     @cached_property
     def _pinocchio(self) -> tuple[pin.Model, pin.Data, int]:
         model = pin.Model()
-        model.name = self.name
         parent, placement = 0, np.eye(4)
         for k in range(self.n):
             joint = pin.JointModelRevoluteUnaligned(np.array(self.axis[k]))

@@ -86,7 +86,7 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
         q: (N, n) rad, the joint angles that are commanded.
     """
     cut = c.cutting
-    spread = spread_of_unknown(c.job.arm, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
+    spread = spread_of_unknown(c.job.arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
     not_learned, left_open = unsure_of(c, q)
     return {
         "n_poses": len(c),
