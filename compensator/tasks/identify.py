@@ -70,7 +70,7 @@ def identify_files(
     robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     page = None if html is None else (html, _page(fit, report))
-    return Identified(fit, report, _written(model, output, report, json, page))
+    return Identified(fit, report, _written(model=model, output=output, report=report, json=json, page=page))
 
 
 def _page(fit: Fit, report: dict[str, Any]) -> str:
