@@ -1,21 +1,49 @@
-"""A compensation as a robot program."""
+"""A compensation as a new robot program."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import carried
+from compensator.cell.external_axes import carried, without_external
 from compensator.cell.placement import Placement
 from compensator.path.pose_text import place
 from compensator.path.tool_set import ONE_TOOL
+from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
+from compensator.solve.verify import Verified, verify
+from toolpaths.files import write_program
 from toolpaths.finding import WARNING, Finding
 from toolpaths.frame import Frame
+from toolpaths.languages.table import Language
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.program import Program, ToolFrame
 
 MM_MIN = 1.0 / 60000.0  # m/s
+
+
+@dataclass(frozen=True)
+class Export(ProgramMaker):
+    """A program made of nothing but the commands.
+
+    Attributes:
+        source: the toolpath as it was read.
+    """
+
+    source: Toolpath
+    language: Language
+    in_place = False
+
+    def write(self, c: Compensation, staged: Path) -> MadeProgram:
+        program = without_external(program_of(c), c.job.placement, self.source, self.language.name)
+        written = write_program(program, staged, self.language.name)
+        return MadeProgram(written.files, written.findings, c)
+
+    def verify(self, made: MadeProgram, shown: Path) -> Verified:
+        return verify(made.result, made.files[0], self.language.name)
 
 
 def program_of(c: Compensation, *, corrected: bool = True) -> Program:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.job import Job
+from compensator.errors import SolveError
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ProcessLoad, ToolMotion
 from compensator.solve.agreement import agreed
@@ -21,6 +22,7 @@ from compensator.solve.joint_state import follow
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.safety import refuse_unsafe
 from stiffness.statics.prediction import Command, Prediction, StartValues
+from toolpaths.finding import ERROR, merged
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -36,11 +38,10 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    first = result = _solved(job, path, job.placement.process.load(_motion(job, path)), rapids_stay=rapids_stay)
+    first = result = _solved(job, path, _load(job, path), rapids_stay=rapids_stay)
     finer = with_changes(result)
     if finer is not None:
-        load = job.placement.process.load_between(_motion(job, finer), path.toolpath, first.load)
-        result = _solved(job, finer, load, rapids_stay=rapids_stay, near=_carried_over(first, finer))
+        result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=_carried_over(first, finer))
     refuse_unsafe(result)
     nominal = result.path
     before, _ = follow(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
@@ -49,7 +50,7 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
 
 def uncompensated(job: Job, path: PlannedPath) -> Compensation:
     """The nominal path commanded as it is: what ``preview`` shows."""
-    load = job.placement.process.load(_motion(job, path))
+    load = _load(job, path)
     before, state = follow(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
     still = Command(
         q=path.q,
@@ -67,8 +68,22 @@ def uncompensated(job: Job, path: PlannedPath) -> Compensation:
     )  # fmt: skip
 
 
-def _motion(job: Job, path: PlannedPath) -> ToolMotion:
-    return ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
+def _load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> ProcessLoad:
+    """What the process does along ``path``, which is that of ``coarse`` with poses put in, if that is given.
+
+    Raises:
+        SolveError: the process found an error; all that it found is listed.
+    """
+    process, motion = job.placement.process, ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
+    if coarse is None:
+        load = process.load(motion)
+    else:
+        load = process.load_between(motion, coarse.path.toolpath, coarse.load)
+    found = merged(load.findings)
+    if any(f.level == ERROR for f in found):
+        listed = "\n".join(f"  {f}" for f in found)
+        raise SolveError(f"{path.toolpath.source}: the process is refused:\n{listed}")
+    return replace(load, findings=found)
 
 
 def _carried_over(old: Compensation, path: PlannedPath) -> StartValues:

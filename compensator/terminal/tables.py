@@ -51,8 +51,8 @@ def show(done: Done) -> None:
             table.add_row(name, *(f"{error[key][s]:.4f}" for s in ("mean", "p95", "max")))
     console.print(table)
     console.print(_sentence(done), highlight=False)
-    for line in (*done.findings, *report["notes"]):
-        console.print(f"  - {line}", highlight=False, style="dim")
+    for finding in done.findings:
+        console.print(f"  - {finding}", highlight=False, style="dim")
     if report["not_applied"]:
         console.print(f"  - not applied (other tool or instruments): {', '.join(report['not_applied'])}")
     for file in done.files:
