@@ -41,7 +41,8 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     first = result = _solved(job, path, _load(job, path), rapids_stay=rapids_stay)
     finer = with_changes(result)
     if finer is not None:
-        result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=_carried_over(first, finer))
+        near = _carried_over(first, finer)
+        result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=near)
     refuse_unsafe(result)
     nominal = result.path
     before, _ = follow(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
@@ -75,10 +76,7 @@ def _load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> Pr
         SolveError: the process found an error; all that it found is listed.
     """
     process, motion = job.placement.process, ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
-    if coarse is None:
-        load = process.load(motion)
-    else:
-        load = process.load_between(motion, coarse.path.toolpath, coarse.load)
+    load = process.load_between(motion, coarse.path.toolpath, coarse.load) if coarse else process.load(motion)
     found = merged(load.findings)
     if any(f.level == ERROR for f in found):
         listed = "\n".join(f"  {f}" for f in found)
