@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import carried, without_external
+from compensator.cell.external_axes import moved_workobject, with_external_findings
 from compensator.cell.placement import Placement
 from compensator.path.pose_text import place
 from compensator.path.tool_set import ONE_TOOL
@@ -38,7 +38,7 @@ class Export(ProgramMaker):
     in_place = False
 
     def write(self, c: Compensation, staged: Path) -> MadeProgram:
-        program = without_external(program_of(c), c.job.placement, self.source, self.language.name)
+        program = with_external_findings(program_of(c), c.job.placement, self.source, self.language.name)
         written = write_program(program, staged, self.language.name)
         return MadeProgram(written.files, written.findings, c)
 
@@ -59,7 +59,7 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
     deflection = c.target.origin - commanded.origin if corrected else c.error_before
     to_work = Frame.of(np.asarray(np.linalg.inv(placement.workobject.matrix), dtype=np.float64))
     poses, nominal = to_work.then(commanded), to_work.then(path.tcp)
-    if on_axes := carried(placement, toolpath):
+    if on_axes := moved_workobject(placement, toolpath):
         poses, nominal = poses.relative_to(on_axes), nominal.relative_to(on_axes)
     feed, findings = _feed(placement, toolpath)
     return Program(

@@ -13,7 +13,7 @@ from compensator.program.export import program_of
 from compensator.program.filtered_program import TURNED, FilteredProgram, verify_filtered
 from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
-from compensator.solve.upright import tilt, untilted
+from compensator.solve.upright import largest_tilt, without_tilt
 from compensator.solve.verify import Verified
 from toolpaths.finding import WARNING, Finding
 from toolpaths.languages.table import Language
@@ -45,7 +45,7 @@ class FilterInPlace(ProgramMaker):
         source = self.file.read_bytes()
         left: tuple[Finding, ...] = ()
         if not self.language.filter.says_turns(source):
-            c, left = untilted(c), _left_tilted(c, self.file)
+            c, left = without_tilt(c), _left_tilted(c, self.file)
         index = needed_poses(c, self.rows)
         program, row = _taken(_as_written(c), index), c.path.toolpath.row[index]
         rewritten = self.language.rewrite(source, program, row=row, path=self.file, machine=c.job.placement.machine)
@@ -76,7 +76,7 @@ def filter_of(file: Path, source: Toolpath, language: Language) -> FilterInPlace
 
 def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:
     """What a program without words for the tool's axis leaves."""
-    off, k = tilt(c)
+    off, k = largest_tilt(c)
     if off <= TURNED:
         return ()
     what = f"the deflection tilts the tool by up to {np.degrees(off):.2g} deg, which a file without tool vectors "

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import carried, in_frame
+from compensator.cell.external_axes import in_frame, moved_workobject
 from compensator.errors import SolveError
 from compensator.path.pose_text import place
 from compensator.program.maker import MadeProgram
-from compensator.program.robot_program import completed
-from compensator.solve.joint_state import follow
+from compensator.program.robot_program import with_joint_poses
+from compensator.solve.joint_state import equilibrium_along
 from compensator.solve.verify import PRINTED, Verified
 from toolpaths.files import read_toolpath
 from toolpaths.frame import Frame
@@ -52,11 +52,11 @@ def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
     c = done.result
     chord = FINER * c.job.placement.sampling.chord * 1e-3
     read = read_toolpath(done.files[0], chord=chord, machine=c.job.placement.machine, shown=str(names))
-    read = completed(c.job.placement, c.job.arm.robot, in_frame(read, c.path.toolpath.setting))
+    read = with_joint_poses(c.job.placement, c.job.arm.robot, in_frame(read, c.path.toolpath.setting))
     row, pose = _aligned(done, read)
     toolpath, cut = c.path.toolpath, c.cutting
     printed = _between(done, read, row, pose)
-    if on_axes := carried(c.job.placement, toolpath):
+    if on_axes := moved_workobject(c.job.placement, toolpath):
         printed = on_axes.then(printed)
     rows = np.flatnonzero(cut)
     tcp, some = c.job.placement.workobject.then(printed).take(rows), toolpath.take(rows)
@@ -66,7 +66,7 @@ def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
         raise SolveError(f"{place(some, k)}: the written pose has no joint angles: {batch.why(k)}")
     q = c.path.q.copy()
     q[rows] = batch.q
-    prediction, _ = follow(c.job.arm, c.job.placement.start, toolpath, q=q, wrench=c.wrench, guess=c.state)
+    prediction, _ = equilibrium_along(c.job.arm, c.job.placement.start, toolpath, q=q, wrench=c.wrench, guess=c.state)
     target = np.where(cut[:, None], c.target.origin, c.path.tcp.origin)
     error = np.linalg.norm(prediction.position - target, axis=1)
     return Verified(error, float(np.linalg.norm(tcp.origin - c.command.position[rows], axis=1).max()))

@@ -16,11 +16,11 @@ from compensator.errors import SolveError
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ProcessLoad, ToolMotion
 from compensator.solve.agreement import agreed
+from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
-from compensator.solve.flank_poses import with_changes
-from compensator.solve.joint_state import follow
+from compensator.solve.flank_poses import with_flank_poses
+from compensator.solve.joint_state import equilibrium_along
 from compensator.solve.rapid_fade import faded_targets, held_targets
-from compensator.solve.safety import refuse_unsafe
 from stiffness.statics.prediction import Command, Prediction, StartValues
 from toolpaths.finding import ERROR, merged
 from toolpaths.toolpath import CUT
@@ -39,20 +39,20 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
     first = result = _solved(job, path, _load(job, path), rapids_stay=rapids_stay)
-    finer = with_changes(result)
+    finer = with_flank_poses(result)
     if finer is not None:
         near = _carried_over(first, finer)
         result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=near)
     refuse_unsafe(result)
     nominal = result.path
-    before, _ = follow(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
+    before, _ = equilibrium_along(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
     return replace(result, before=before, inserted=len(result) - len(first))
 
 
 def uncompensated(job: Job, path: PlannedPath) -> Compensation:
     """The nominal path commanded as it is: what ``preview`` shows."""
     load = _load(job, path)
-    before, state = follow(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
+    before, state = equilibrium_along(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
     still = Command(
         q=path.q,
         actual=path.q,
@@ -76,7 +76,7 @@ def _load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> Pr
         SolveError: the process found an error; all that it found is listed.
     """
     process, motion = job.placement.process, ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
-    load = process.load_between(motion, coarse.path.toolpath, coarse.load) if coarse else process.load(motion)
+    load = process.load(motion) if coarse is None else process.load_between(motion, coarse.path.toolpath, coarse.load)
     found = merged(load.findings)
     if any(f.level == ERROR for f in found):
         listed = "\n".join(f"  {f}" for f in found)

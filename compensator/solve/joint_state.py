@@ -56,7 +56,7 @@ def settled_state(
     return new
 
 
-def follow(
+def equilibrium_along(
     arm: EquippedArm,
     start: Floats | None,
     toolpath: Toolpath,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,19 +14,19 @@ from compensator.cell.cell_file import load_cell
 from compensator.cell.job import Job
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
-from compensator.program.robot_program import completed, job_for
+from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import as_json, summary
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
 from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from toolpaths.files import language_of, read_toolpath, refuse_own, write_program
 from toolpaths.finding import Finding
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,10 +51,6 @@ class RunInput:
     job: Job
     path: Toolpath
     source: Toolpath
-
-
-def quiet(_: str) -> None:
-    return None
 
 
 def compensate_file(
@@ -145,7 +140,7 @@ def read_input(toolpath: Path, cell: Path, say: Say = quiet) -> RunInput:
     say(f"reading {toolpath.name}")
     source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     job, path = job_for(table, source)
-    return RunInput(job, path, completed(job.placement, job.arm.robot, source))
+    return RunInput(job, path, with_joint_poses(job.placement, job.arm.robot, source))
 
 
 def _findings(result: Compensation, written: tuple[Finding, ...], found: OpenAngles) -> tuple[Finding, ...]:

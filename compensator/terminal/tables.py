@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from compensator.tasks.compensate import Done, Say
+from compensator.tasks.compensate import Done
+from compensator.tasks.say import Say
 from stiffness.model.model import builtin_model
 from stiffness.robot.load import builtin_robots, load_robot
 
