@@ -17,16 +17,15 @@ from compensator.errors import CompensatorError
 from compensator.report.json.path import as_json
 from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
-from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
 from stiffness.identification.readings import ReadingModel
-from stiffness.model.model import ComplianceModel, load_model
+from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
 from stiffness.planning.postures import reachable_postures
-from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
@@ -77,7 +76,7 @@ def plan_file(
     _check_options(count=count, force=force, toolpath=toolpath, cell=cell, seed=seed)
     say("reading the model")
     loaded = load_model(model)
-    robot = load_robot(loaded.robot, folder=model.resolve().parent, base=loaded.base, tip=loaded.tip)
+    robot = robot_of(loaded)
     _check_masses(loaded, robot)
     measured = [load_session(path) for path in sessions]
     for s in measured:

@@ -18,6 +18,8 @@ from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.correlations import Correlations
 from stiffness.model.file import SCHEMA, read_tables, sd_key
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 
 Floats = npt.NDArray[np.float64]
 
@@ -83,6 +85,15 @@ def load_model(path: str | Path, joints: int = 6) -> ComplianceModel:
     except tomllib.TOMLDecodeError as e:
         raise ModelError(f"{name}: not a TOML file: {e}") from e
     return _model(name, table, joints)
+
+
+def robot_of(model: ComplianceModel) -> Robot:
+    """The robot that a model file names: a path is relative to the file.
+
+    Raises:
+        RobotError: there is no such robot, or its file is refused.
+    """
+    return load_robot(model.robot, folder=Path(model.source).resolve().parent, base=model.base, tip=model.tip)
 
 
 def builtin_model(robot: str) -> Path | None:
