@@ -13,7 +13,7 @@ from compensator.report.json.evaluation import evaluation_report
 from compensator.report.json.fit import fit_report, local_fit_report
 from compensator.report.json.text import Report, as_json
 from compensator.tasks.outputs import Outputs
-from compensator.tasks.robot_path import robot_beside
+from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.errors import StiffnessError
@@ -63,10 +63,10 @@ def identify_files(
     say("fitting")
     fit = identify(loaded, effects, known)
     report = fit_report(fit)
-    robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
+    robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     page = None if html is None else (html, _page(fit, report))
-    return Identified(fit, report, _written(model, output, report, json=json, page=page))
+    return Identified(fit, report, _written(model=model, output=output, report=report, json=json, page=page))
 
 
 def _page(fit: Fit, report: dict[str, Any]) -> str:
@@ -95,10 +95,10 @@ def _written(
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
     fit = identify_local(*loaded)
-    robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
+    robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
     report = local_fit_report(fit, model)
-    return Identified(fit, report, _written(model, output, report, json=json))
+    return Identified(fit, report, _written(model=model, output=output, report=report, json=json))
 
 
 def evaluate_file(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from compensator.errors import CompensatorError
 from compensator.report.json.made_model import clamped_report, datasheet_report
 from compensator.report.json.text import as_json
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.model.clamped import ABOVE, SCALE_SD, clamped_model, fit_clamped
@@ -60,7 +60,7 @@ def clamped_file(
         "temperature": "not given",
         "software": f"toolpath-compensator {version()}",
     }
-    made = clamped_model(arm, _named(robot, model), fits, provenance)
+    made = clamped_model(arm, robot_beside(Path(), robot, model), fits, provenance)
     return _write(made, model, clamped_report(made, fits, arm.n), json)
 
 
@@ -72,7 +72,7 @@ def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Sa
     """
     arm = _robot(robot, (), (model, json))
     say(f"reducers of {arm.name}")
-    made = datasheet_model(arm, _named(robot, model))
+    made = datasheet_model(arm, robot_beside(Path(), robot, model))
     return _write(made, model, datasheet_report(made), json)
 
 
@@ -83,13 +83,6 @@ def _robot(robot: str, inputs: tuple[Path, ...], outputs: tuple[Path | None, ...
     if target is not None and target.suffix != ".toml":
         raise CompensatorError(f"{target}: a model file ends in .toml")
     return load_robot(robot)
-
-
-def _named(robot: str, model: Path) -> str:
-    """The robot as the model file says it: a path is relative to the model."""
-    if robot in builtin_robots():
-        return robot
-    return Path(os.path.relpath(Path(robot).resolve(), model.resolve().parent)).as_posix()
 
 
 def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Path | None) -> Made:

@@ -9,4 +9,3 @@ Say = Callable[[str], None]
 
 def quiet(_: str) -> None:
     """Tells nobody."""
-    return None

@@ -20,8 +20,7 @@ from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.say import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
-from stiffness.model.model import ComplianceModel, load_model
-from stiffness.robot.load import load_robot
+from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
@@ -88,7 +87,7 @@ def map_file(
         raise CompensatorError(f"--wrench {wrench}: expected six finite numbers, not all zero")
     say("reading the model")
     loaded = load_model(model)
-    robot = load_robot(loaded.robot, folder=model.resolve().parent, base=loaded.base, tip=loaded.tip)
+    robot = robot_of(loaded)
     grid = grid_of(robot, joints, spans, fixed)
     held = (tool or ToolTable(xyz=(0.0, 0.0, 0.0))).tool()
     effects, left_out = loaded.applied(held.name)

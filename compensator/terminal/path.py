@@ -24,7 +24,7 @@ def show_path(done: Done) -> None:
             errors.add_row(name, *(f"{error[key][s]:.4f}" for s in ("mean", "p95", "max")))
     console.print(errors)
     console.print(_sentence(done), highlight=False)
-    print_notes(console, (*done.findings, *report["notes"]))
+    print_notes(console, map(str, done.findings))
     if report["not_applied"]:
         console.print(f"  - not applied (other tool or instruments): {', '.join(report['not_applied'])}")
     print_written(console, done.files)

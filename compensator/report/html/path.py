@@ -15,7 +15,7 @@ from compensator.report.html.path_tables import is_compensated
 from compensator.report.json.text import Report
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
-from compensator.solve.joint_state import follow
+from compensator.solve.joint_state import equilibrium_along
 from stiffness.effects import CATALOGUE
 
 Floats = npt.NDArray[np.float64]
@@ -57,7 +57,7 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
 def _left(c: Compensation, after: Floats | None) -> Floats:
     """(N,) mm: what is left with the commands."""
     if after is None:
-        prediction, _ = follow(
+        prediction, _ = equilibrium_along(
             c.job.arm, c.job.placement.start, c.path.toolpath, q=c.command.q, wrench=c.wrench
         )
         after = np.linalg.norm(prediction.position - c.target.origin, axis=1)
