@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_text
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,17 +12,20 @@ from pydantic import ValidationError
 
 from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
-from compensator.tasks.joint_grid import Grid, grid_of
+from compensator.report.csv.stiffness_map import map_csv
+from compensator.report.json.stiffness_map import map_report
+from compensator.report.json.text import as_json
+from compensator.tasks.joint_grid import grid_of
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
-from stiffness.model.model import ComplianceModel, load_model
-from stiffness.robot.load import load_robot
+from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
+from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
 
 Floats = npt.NDArray[np.float64]
-Say = Callable[[str], None]
 PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
 
 
@@ -32,14 +33,10 @@ PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
 class Mapped:
     """What a map made: the postures, its JSON report, the files."""
 
-    grid: Grid
+    grid: JointGrid
     result: StiffnessMap
     report: dict[str, Any]
     files: tuple[Path, ...]
-
-
-def _quiet(_: str) -> None:
-    return None
 
 
 def tool_of(
@@ -72,7 +69,7 @@ def map_file(
     png: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
-    say: Say = _quiet,
+    say: Say = quiet,
 ) -> Mapped:
     """Stiffness and deflection over two joints.
 
@@ -90,29 +87,38 @@ def map_file(
         raise CompensatorError(f"--wrench {wrench}: expected six finite numbers, not all zero")
     say("reading the model")
     loaded = load_model(model)
-    robot = load_robot(loaded.robot, folder=model.resolve().parent, base=loaded.base, tip=loaded.tip)
+    robot = robot_of(loaded)
     grid = grid_of(robot, joints, spans, fixed)
     held = (tool or ToolTable(xyz=(0.0, 0.0, 0.0))).tool()
     effects, left_out = loaded.applied(held.name)
     _usable(loaded, robot, effects, weight)
     say(f"{len(grid.first)} x {len(grid.second)} postures")
     result = stiffness_map(
-        robot, effects, {e.name: loaded.values[e.name] for e in effects}, held, grid.q, np.array(wrench, dtype=float),
-        gravity=np.array(STANDARD_GRAVITY) * weight, tool_axes=frame == "tool", min_singular_value=min_singular_value,
-    )  # fmt: skip
+        robot,
+        effects,
+        {e.name: loaded.values[e.name] for e in effects},
+        held,
+        q=grid.q,
+        wrench=np.array(wrench, dtype=float),
+        gravity=np.array(STANDARD_GRAVITY) * weight,
+        tool_axes=frame == "tool",
+        min_singular_value=min_singular_value,
+    )
     if not np.any(result.status == OK):
         raise CompensatorError(f"{model}: nothing to map: {_counted(result)}; give other --grid or --fixed angles")
-    report = summary(grid, result, left_out, _notes(loaded, robot, effects, weight, held.mass))
+    notes = _notes(loaded, robot, effects, weight=weight, tool_mass=held.mass)
+    report = map_report(result, grid.joints, left_out, notes)
     load = ", ".join(f"{v:g}" for v in wrench)
     title = f"{loaded.source}: {robot.name}, wrench {load} N, N·m in {frame} axes at the TCP\n{_others(grid)}"
-    _write(grid, result, report, title, png, csv, json, say)
+    _write(grid, result, report, title=title, png=png, csv=csv, json=json, say=say)
     return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
 
 
 def _write(
-    grid: Grid,
+    grid: JointGrid,
     result: StiffnessMap,
     report: dict[str, Any],
+    *,
     title: str,
     png: Path | None,
     csv: Path | None,
@@ -129,15 +135,13 @@ def _write(
             draw(grid, result, title, staged)
             outputs.add(staged, png)
         if csv:
-            from compensator.report.figures.stiffness_map import table
-
-            outputs.text(csv, table(grid, result))
+            outputs.text(csv, map_csv(result))
         if json:
-            outputs.text(json, json_text.dumps(report, indent=2, allow_nan=False) + "\n")
+            outputs.text(json, as_json(report))
         outputs.commit()
 
 
-def _others(grid: Grid) -> str:
+def _others(grid: JointGrid) -> str:
     return ", ".join(f"joint {k + 1} {a:g}" for k, a in enumerate(grid.fixed) if k not in grid.joints) + " deg"
 
 
@@ -158,7 +162,7 @@ def _usable(model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], w
 
 
 def _notes(
-    model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], weight: bool, tool_mass: float
+    model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], *, weight: bool, tool_mass: float
 ) -> list[str]:
     notes = [f"{robot.name}: {text}" for text in robot.assumptions]
     if model.provenance.get("kind") == "assumption":
@@ -179,33 +183,3 @@ def _counted(result: StiffnessMap) -> str:
     words = {LIMIT: "beyond a joint limit", SINGULAR: "singular", NO_EQUILIBRIUM: "without equilibrium"}
     counts = {words[s]: int(np.sum(result.status == s)) for s in words}
     return f"{len(result.q)} postures, " + ", ".join(f"{n} {word}" for word, n in counts.items() if n)
-
-
-def summary(grid: Grid, result: StiffnessMap, left_out: tuple[str, ...], notes: list[str]) -> dict[str, Any]:
-    """The report as JSON; where extremes lie, and what is blank."""
-    low, high, direction = result.softest
-    low_rigid, _, _ = result.softest_rigid
-
-    def at(values: Floats, key: str, largest: bool) -> dict[str, Any]:
-        k = int(np.nanargmax(values) if largest else np.nanargmin(values))
-        return {key: float(values[k]), "q_deg": np.degrees(result.q[k]).round(9).tolist()}
-
-    softest = at(low * 1e-6, "n_per_um", False)
-    k = int(np.nanargmin(low))
-    softest |= {"direction": direction[k].tolist(), "without_kc_n_per_um": float(low_rigid[k] * 1e-6)}
-    return {
-        "joints": [f"joint-{j + 1}" for j in grid.joints],
-        "n_postures": len(result.q),
-        "n_ok": int(np.sum(result.status == OK)),
-        "n_limit": int(np.sum(result.status == LIMIT)),
-        "n_singular": int(np.sum(result.status == SINGULAR)),
-        "n_no_equilibrium": int(np.sum(result.status == NO_EQUILIBRIUM)),
-        "stiffness_min": softest,
-        "stiffness_max": at(high * 1e-6, "n_per_um", True),
-        "deflection_max": at(result.deflection * 1e3, "mm", True),
-        "kc_shift_max": at(result.shift * 1e6, "um", True),
-        "nu_p_max": at(result.nu_p, "ratio", True),
-        "nu_r_max": at(result.nu_r * 1e6, "urad", True),
-        "not_applied": list(left_out),
-        "notes": notes,
-    }

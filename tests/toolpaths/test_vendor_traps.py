@@ -21,8 +21,9 @@ from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_p
 from tests.oracles.vendor_moves import READERS
 from toolpaths.errors import WriteError
 from toolpaths.files import read_back, write_program
+from toolpaths.finding import ERROR, WARNING, Finding, merged
 from toolpaths.languages import table
-from toolpaths.writing.program import ERROR, WARNING, Finding, ToolFrame, merged
+from toolpaths.writing.program import ToolFrame
 
 SUFFIX = {language.name: language.writes for language in table.WRITTEN}
 WRITTEN = sorted(SUFFIX)

@@ -1,10 +1,13 @@
-"""Clamps along a path: against a loop over the rows, number by number."""
+"""Clamps along a path against an independent loop that applies them row after row, number by number."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from stiffness.effects.effect import Clamp
 from stiffness.memory import clamp_scan
@@ -13,98 +16,131 @@ from stiffness.memory.clamp_scan import scan
 Floats = npt.NDArray[np.float64]
 
 
-def walked(clamp: Clamp, starts: Floats) -> Floats:
-    """(S, rows, n), state' = min(max(state + shift, low), high), one number at a time."""
-    rows, n = clamp.shift.shape
-    out = np.empty((len(starts), rows, n))
-    for s, start in enumerate(starts):
-        for j in range(n):
-            state = float(start[j])
+def row_loop(clamp: Clamp, starts: Floats) -> Floats:
+    """(S, rows, n) of plain numbers: state' = min(max(state + shift, low), high)."""
+    rows = len(clamp.shift)
+    shift, low, high = (a.reshape(rows, -1).tolist() for a in (clamp.shift, clamp.low, clamp.high))
+    out = np.empty((len(starts), rows, starts.shape[1]))
+    for s, start in enumerate(starts.tolist()):
+        for j, state in enumerate(start):
             for k in range(rows):
-                state = min(max(state + clamp.shift[k, j], clamp.low[k, j]), clamp.high[k, j])
+                state = min(max(state + shift[k][j], low[k][j]), high[k][j])
                 out[s, k, j] = state
     return out
 
 
-def random_clamps(rows: int, n: int, seed: int, *, whole: bool = False) -> Clamp:
-    """Windows that move, some of them a point, some without an end. ``whole``: numbers that add without rounding."""
+def random_clamp(rows: int, n: int, seed: int, tight: float = 1.0) -> Clamp:
+    """Shifts of many sizes; intervals that move about, and close to a point now and then."""
     rng = np.random.default_rng(seed)
-    shift = rng.integers(-8, 9, (rows, n)) / 8 if whole else rng.normal(size=(rows, n))
-    middle = rng.integers(-16, 17, (rows, n)) / 8
-    half = rng.integers(0, 17, (rows, n)) / 8
-    low, high = middle - half, middle + half
-    low[rng.random((rows, n)) < 0.2] = -np.inf
-    high[rng.random((rows, n)) < 0.2] = np.inf
-    return Clamp(shift, low, high)
+    shift = rng.normal(size=(rows, n)) * rng.choice([0.0, 1e-6, 1e-3, 0.3, 5.0], (rows, n))
+    middle = 0.2 * rng.normal(size=(rows, n))
+    half = tight * rng.choice([0.0, 0.1, 1.0, 3.0], (rows, n), p=[0.02, 0.18, 0.4, 0.4])
+    return Clamp(shift, middle - half, middle + half)
 
 
-# above and below every threshold: walked row by row, in runs, in runs of runs, in pieces
-SIZES = [(1, 1), (48, 3), (49, 1), (50, 6), (500, 6), (4095, 1), (4097, 2), (20000, 6), (40000, 1), (3, 5000)]
-SIZES += [(60, 2000)]
+def starts_of(n: int, seed: int, count: int = 3) -> Floats:
+    return np.random.default_rng([seed, 1]).uniform(-3, 3, (count, n))
 
 
-@pytest.mark.parametrize(("rows", "n"), SIZES)
-@pytest.mark.parametrize("starts", [1, 3])
-def test_a_scan_is_a_loop_over_the_rows(rows: int, n: int, starts: int) -> None:
-    clamp = random_clamps(rows, n, rows + n, whole=True)
-    begin = np.random.default_rng(1).integers(-24, 25, (starts, n)) / 8
-    found, expected = scan(clamp, begin), walked(clamp, begin)
-    assert found.shape == (starts, rows, n)
-    assert np.array_equal(found, expected)
-    assert np.any(expected != 0)
+LENGTHS = [1, 2, clamp_scan._SHORT, clamp_scan._SHORT + 1, 100, 1000, 5000]
 
 
-@pytest.mark.parametrize("rows", [49, 700, 20000])
-def test_with_rounding_it_is_the_loop_to_rounding(rows: int) -> None:
-    clamp = random_clamps(rows, 4, rows)
-    begin = np.array([[-3.0, 0.1, 0.2, 5.0], [3.0, 0.1, 0.3, -5.0]])
-    assert scan(clamp, begin) == pytest.approx(walked(clamp, begin), abs=1e-12)
+@pytest.mark.parametrize("n", [1, 6, 40])
+@pytest.mark.parametrize("rows", LENGTHS)
+def test_random_clamps(rows: int, n: int) -> None:
+    clamp, starts = random_clamp(rows, n, 100 * n + rows), starts_of(n, rows)
+    np.testing.assert_allclose(scan(clamp, starts), row_loop(clamp, starts), rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("rows", [40, 3000, 30000])
-def test_starts_that_have_met_stay_together(rows: int) -> None:
-    """Two walks from the ends of the range bracket all others until a window closes on them."""
-    rng = np.random.default_rng(rows)
-    shift = rng.integers(-4, 5, (rows, 2)) / 64
-    low, high = np.full((rows, 2), -1.0), np.full((rows, 2), 1.0)
-    low[rows // 2, 0] = high[rows // 2, 0] = 0.25
-    begin = np.array([[-1.0, -1.0], [1.0, 1.0], [0.5, 0.0]])
-    found = scan(Clamp(shift, low, high), begin)
-    assert np.array_equal(found, walked(Clamp(shift, low, high), begin))
-    assert np.all(found[0] <= found[2]) and np.all(found[2] <= found[1])
-    assert np.array_equal(found[0, rows // 2 :, 0], found[1, rows // 2 :, 0])
-    assert found[0, rows // 2, 0] == 0.25
+@pytest.mark.parametrize("rows", [clamp_scan._PIECE - 1, clamp_scan._PIECE, clamp_scan._PIECE + 1, 40_000])
+def test_paths_of_several_pieces(rows: int) -> None:
+    clamp, starts = random_clamp(rows, 2, rows, tight=30.0), starts_of(2, rows)
+    np.testing.assert_allclose(scan(clamp, starts), row_loop(clamp, starts), rtol=0, atol=1e-9)
 
 
-def test_what_never_meets_a_bound_adds_up() -> None:
-    shift = np.ones((5000, 2)) * [0.5, -0.25]
-    endless = np.full((5000, 2), np.inf)
-    found = scan(Clamp(shift, -endless, endless), np.zeros((1, 2)))
-    assert np.array_equal(found[0], np.arange(1, 5001)[:, None] * [0.5, -0.25])
+def test_many_numbers_side_by_side() -> None:
+    """So many columns that the rows are walked one by one: the very bits of the loop."""
+    n = clamp_scan._WIDTH // 4
+    clamp, starts = random_clamp(60, n, 5), starts_of(n, 5)
+    np.testing.assert_array_equal(scan(clamp, starts), row_loop(clamp, starts))
 
 
-def test_an_infinite_shift_goes_to_the_bound() -> None:
-    shift = np.zeros((300, 2))
-    shift[100, 0], shift[200, 1] = np.inf, -np.inf
-    low, high = np.full((300, 2), -2.0), np.full((300, 2), 3.0)
-    found = scan(Clamp(shift, low, high), np.array([[0.5, 0.5]]))[0]
-    assert found[99].tolist() == [0.5, 0.5]
-    assert found[100].tolist() == [3.0, 0.5]
-    assert found[-1].tolist() == [3.0, -2.0]
+def test_the_shape_of_a_row_does_not_matter() -> None:
+    flat, starts = random_clamp(300, 6, 6), starts_of(6, 6)
+    shaped = Clamp(*(a.reshape(300, 2, 3) for a in (flat.shift, flat.low, flat.high)))
+    np.testing.assert_array_equal(scan(shaped, starts), scan(flat, starts))
 
 
-def test_pieces_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
-    clamp = random_clamps(1000, 3, 9, whole=True)
-    begin = np.array([[-4.0, 0.0, 4.0], [4.0, 0.0, -4.0]])
-    whole = scan(clamp, begin)
-    monkeypatch.setattr(clamp_scan, "_PIECE", 77)
-    monkeypatch.setattr(clamp_scan, "_WIDTH", 64)
-    assert np.array_equal(scan(clamp, begin), whole)
+@pytest.mark.parametrize("rows", [40, 3000])
+def test_bounds_that_are_never_reached(rows: int) -> None:
+    """Infinite bounds: the state is the sum of the shifts."""
+    shift = np.random.default_rng(7).normal(size=(rows, 3))
+    far = np.full((rows, 3), np.inf)
+    starts = starts_of(3, 7)
+    expected = starts[:, None] + np.cumsum(shift, axis=0)
+    np.testing.assert_allclose(scan(Clamp(shift, -far, far), starts), expected, atol=1e-9)
 
 
-def test_rows_may_have_more_axes() -> None:
-    """Several paths side by side: (rows, paths, n)."""
-    clamp = random_clamps(200, 12, 4, whole=True)
-    folded = Clamp(*(a.reshape(200, 3, 4) for a in (clamp.shift, clamp.low, clamp.high)))
-    begin = np.linspace(-2, 2, 12)[None]
-    assert np.array_equal(scan(folded, begin), scan(clamp, begin))
+@pytest.mark.parametrize("rows", [40, 3000])
+@pytest.mark.parametrize("size", [np.inf, 1e300, 1e100])
+def test_shifts_beyond_every_bound(rows: int, size: float) -> None:
+    """A shift that no interval can follow lands on a bound, whatever its size."""
+    rng = np.random.default_rng(8)
+    shift = rng.choice([-size, size, 0.0, 0.1], (rows, 4))
+    clamp, starts = Clamp(shift, np.full((rows, 4), -1.0), np.full((rows, 4), 2.0)), starts_of(4, 8)
+    got = scan(clamp, starts)
+    np.testing.assert_allclose(got, row_loop(clamp, starts), rtol=0, atol=1e-12)
+    assert np.all((got >= -1.0) & (got <= 2.0))
+
+
+@pytest.mark.parametrize("rows", [40, 3000])
+def test_an_interval_of_one_point_joins_all_states(rows: int) -> None:
+    clamp, starts = random_clamp(rows, 3, 9), starts_of(3, 9)
+    at = rows // 2
+    clamp.low[at] = clamp.high[at] = 0.25
+    got = scan(clamp, starts)
+    np.testing.assert_array_equal(got[:, at], 0.25)
+    np.testing.assert_array_equal(got[0, at:], got[2, at:])
+    np.testing.assert_allclose(got, row_loop(clamp, starts), rtol=0, atol=1e-12)
+
+
+def test_states_that_have_met_go_on_as_one() -> None:
+    """Equal starts over several pieces are walked once; all of them get the result."""
+    rows = clamp_scan._PIECE + 500
+    clamp = random_clamp(rows, 2, 10)
+    starts = np.tile(starts_of(2, 10, 1), (3, 1))
+    got = scan(clamp, starts)
+    np.testing.assert_array_equal(got[0], got[1])
+    np.testing.assert_array_equal(got[0], got[2])
+    np.testing.assert_allclose(got, row_loop(clamp, starts), rtol=0, atol=1e-12)
+
+
+def test_a_path_in_parts_is_the_path_in_one() -> None:
+    clamp, starts = random_clamp(2000, 6, 11), starts_of(6, 11)
+    first, second = (
+        Clamp(*(a[some] for a in (clamp.shift, clamp.low, clamp.high))) for some in (slice(700), slice(700, None))
+    )
+    head = scan(first, starts)
+    parts = np.concatenate([head, scan(second, head[:, -1])], axis=1)
+    np.testing.assert_allclose(parts, scan(clamp, starts), rtol=0, atol=1e-12)
+
+
+def test_the_arguments_are_left_alone() -> None:
+    clamp, starts = random_clamp(500, 3, 12), starts_of(3, 12)
+    before = [a.copy() for a in (clamp.shift, clamp.low, clamp.high, starts)]
+    scan(clamp, starts)
+    for a, b in zip((clamp.shift, clamp.low, clamp.high, starts), before, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+NUMBER = st.one_of(st.floats(-2, 2), st.sampled_from([0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_whatever_numbers(data: st.DataObject) -> None:
+    rows, n = data.draw(st.sampled_from([1, 3, 49, 70, 130])), data.draw(st.integers(1, 3))
+    shift, a, b = (data.draw(arrays(np.float64, (rows, n), elements=NUMBER)) for _ in range(3))
+    clamp = Clamp(shift, np.minimum(a, b), np.maximum(a, b))
+    starts = data.draw(arrays(np.float64, (2, n), elements=NUMBER))
+    np.testing.assert_allclose(scan(clamp, starts), row_loop(clamp, starts), rtol=0, atol=1e-13)

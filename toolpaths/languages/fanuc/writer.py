@@ -15,12 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.languages.fanuc.config import config_texts, controller_joints
 from toolpaths.languages.fanuc.motion import FASTEST, SPEED_ERROR, speed_texts, terminations
 from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.names import is_legal, plain
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import Floats, Program, ToolFrame
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: with their comments they stay within the 9999 lines that RoboDK's post takes.

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.finding import WARNING, Finding, merged
 from toolpaths.languages.gcode.machine import ARCS, FIRST_CYCLE, Step
 from toolpaths.languages.gcode.place import TILT, UP, Place
 from toolpaths.languages.gcode.reader import INCH, MM, Blocks, parse
@@ -20,7 +21,7 @@ from toolpaths.machine import Machine
 from toolpaths.rewriting.filter import SAME_PLACE, Filter, Rewritten
 from toolpaths.toolpath import CUT
 from toolpaths.writing.marker import MARKER, refuse_compensated
-from toolpaths.writing.program import WARNING, Finding, Floats, Program, merged
+from toolpaths.writing.program import Floats, Program
 
 SHIFT = re.compile(r"G0*92(?!\.?[123])", re.I)
 ARC_TOLERANCE = 1e-6  # m: poses nearer than this to an arc are on it

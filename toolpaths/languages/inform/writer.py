@@ -16,11 +16,12 @@ from textwrap import wrap
 
 import numpy as np
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.languages.inform.moves import Moves, angles_text, moves, rconf
 from toolpaths.rotation import motoman_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.names import plain
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 from toolpaths.writing.splitting import part_findings, parts
 from toolpaths.writing.tool_load import load_words
 

@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.rotation import kuka_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings
 from toolpaths.writing.names import is_legal, number, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import Floats, Program, ToolFrame
 
 #: Moves a file. KUKA publishes no limit; files of 5,000 lines run, longer ones stall the smartPAD's editor.
 MOVES_PER_FILE = 5000

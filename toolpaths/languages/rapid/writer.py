@@ -16,12 +16,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings
 from toolpaths.writing.names import legal_name, number, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import Floats, Program, ToolFrame
 
 #: Moves a module: what RoboDK's ABB IRC5 post takes for the same purpose. ABB publishes no figure.
 MOVES_PER_MODULE = 5000

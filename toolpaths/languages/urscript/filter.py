@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.finding import WARNING, Finding, merged
 from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.languages.urscript.interpreter import PARAMETERS
 from toolpaths.languages.urscript.reader import moves_of
@@ -28,7 +29,7 @@ from toolpaths.rotation import ur_from_matrix
 from toolpaths.writing.blending import CUT_TOLERANCE
 from toolpaths.writing.marker import MARKER, refuse_compensated
 from toolpaths.writing.names import number
-from toolpaths.writing.program import WARNING, Finding, Floats, Program, merged
+from toolpaths.writing.program import Floats, Program
 
 _NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _HEAD = re.compile(r"^([ \t]*)def\b[^\r\n]*(\r\n|\r|\n)([ \t]*)", re.M)

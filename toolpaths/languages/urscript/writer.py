@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.rotation import ur_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import legal_name, number, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import Floats, Program, ToolFrame
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: users met a UR5 that takes no more than about 2,500 targets (visose/Robots, issue 55).

@@ -15,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.languages.val3.data import Data, data, data_text
 from toolpaths.writing.names import is_legal, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Program
+from toolpaths.writing.program import Program
 from toolpaths.writing.tool_load import load_words
 
 #: Moves a program, and elements an array. Staubli publishes no limit of either below 9,999.
