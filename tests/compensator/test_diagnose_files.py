@@ -17,8 +17,8 @@ from compensator.errors import CompensatorError
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.words.diagnosis import diagnosis_lines
 from compensator.tasks.diagnose import diagnose_files, refined_text
-from stiffness.diagnosis.attribution import Share
-from stiffness.diagnosis.result import Added, Changed
+from stiffness.diagnosis.attribution import ResidualSource
+from stiffness.diagnosis.result import AddedEffect, MovedParameter
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import evaluate
 from stiffness.model.model import load_model
@@ -48,7 +48,7 @@ def test_json_has_the_numbers_of_the_diagnosis(loose: Sick) -> None:
         assert written == {"value": value[0], "sd": sd[0], "unit": unit}  # one site: a number, not a list
     gap = out["added"][0]["parameters"]["gap_rad"]
     assert gap["unit"] == "rad" and gap["value"] > 10 * gap["sd"] > 0
-    for kind, line in d.lines.items():
+    for kind, line in d.scores.items():
         assert line is not None
         scores = {"before": line.before, "refitted": line.refitted, "after": line.after}
         for key, score in scores.items():
@@ -64,7 +64,7 @@ def test_json_has_the_numbers_of_the_diagnosis(loose: Sick) -> None:
     assert out["candidates"][0]["effect"] == "backlash"
     assert [c["confused_with"] for c in out["candidates"]] == [list(c.confused_with) for c in d.candidates]
     assert [(s["what"], s["share"], s["follows"]) for s in out["residual_points_at"]] == [
-        (s.what, s.share, s.follows) for s in d.points_at
+        (s.what, s.fraction, s.follows) for s in d.residual_sources
     ]
     shares = [s["share"] for s in out["residual_points_at"]]
     assert shares == sorted(shares, reverse=True)
@@ -148,10 +148,11 @@ def test_no_such_evidence_is_null_and_several_numbers_are_a_list(healthy: Sick) 
     posture = NextSetup(q, np.array([1.0, -2.0, 3.0, 0.0, 0.5, 0.0]), ("tcp",), "tells a from b", 1e-4)
     com = {"com_m": (np.array([0.1, -0.2, 0.3]), np.array([0.01, 0.02, 0.03]), "m")}
     d = replace(
-        healthy.done.diagnosis, verdict="unexplained", lines={"displacement": None, "absolute": None},
-        added=(Added("payload", ("tool",), com, 0.5, ("tool-compliance",)),),
-        changed=(Changed("joint-stiffness", ("joint-2",), "k_nm_per_rad", 5e4, 4e4, 300.0, "N*m/rad"),),
-        points_at=(Share("joint-3", 0.7, "angle of joint 3"), Share("column:humidity", 0.2)), next_setups=(posture,),
+        healthy.done.diagnosis, verdict="unexplained", scores={"displacement": None, "absolute": None},
+        added=(AddedEffect("payload", ("tool",), com, 0.5, ("tool-compliance",)),),
+        changed=(MovedParameter("joint-stiffness", ("joint-2",), "k_nm_per_rad", 5e4, 4e4, 300.0, "N*m/rad"),),
+        residual_sources=(ResidualSource("joint-3", 0.7, "angle of joint 3"), ResidualSource("column:humidity", 0.2)),
+        next_setups=(posture,),
     )  # fmt: skip
     out = diagnosis_report(d)
     assert out["rms_mm"] == out["split_mm"] == {"displacement": None, "absolute": None}

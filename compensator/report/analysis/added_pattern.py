@@ -14,14 +14,14 @@ from compensator.report.analysis.loads import place_wrench
 from compensator.report.analysis.pattern import Pattern
 from compensator.report.analysis.session_residuals import SessionResiduals
 from compensator.report.analysis.state_motion import place_displacement
-from stiffness.diagnosis.result import Added, Diagnosis
+from stiffness.diagnosis.result import AddedEffect, Diagnosis
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, part_of
 
 CLEAR = 0.02  # of the largest motion that an addition explains: below, it has no direction
 
 
-def added_patterns(d: Diagnosis, sessions: tuple[SessionResiduals, ...], added: Added) -> list[Pattern]:
+def added_patterns(d: Diagnosis, sessions: tuple[SessionResiduals, ...], added: AddedEffect) -> list[Pattern]:
     """What is drawn of one addition: of joints one each, the one that moves the reflectors most first."""
     effect = BY_NAME[added.effect]
     without = d.fit.predicted_without(effect)
@@ -34,7 +34,7 @@ def added_patterns(d: Diagnosis, sessions: tuple[SessionResiduals, ...], added: 
     return [_own_way(effect, shares)]
 
 
-def _place(added: Added, shares: list[AddedShare]) -> Pattern:
+def _place(added: AddedEffect, shares: list[AddedShare]) -> Pattern:
     """The displacement that the addition makes most of, over the load along it."""
     n = shares[0].one.session.robot.n
     place = part_of(added.where[0], n)

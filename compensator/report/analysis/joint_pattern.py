@@ -8,7 +8,7 @@ from compensator.report.analysis.added_share import AddedShare, share_of_joint
 from compensator.report.analysis.pattern import Pattern
 from compensator.report.analysis.session_residuals import Floats, SessionResiduals
 from compensator.report.analysis.state_motion import joint_rotation
-from stiffness.diagnosis.result import Added
+from stiffness.diagnosis.result import AddedEffect
 from stiffness.effects.effect import Effect
 
 OWN = 0.5  # of what an addition explains: so much has to be rotation of a joint before it is drawn as one
@@ -17,7 +17,7 @@ FAINT = 0.2  # of the largest torque: below, a compliance cannot be read off
 VANISHED = 0.3  # of the RMS of a rotation: below, it counts as zero where there is no torque
 
 
-def turned_joints(effect: Effect, added: Added, shares: list[AddedShare]) -> list[int]:
+def turned_joints(effect: Effect, added: AddedEffect, shares: list[AddedShare]) -> list[int]:
     """The joints that an addition turns, most motion first; none where it explains mostly other motion."""
     if effect.thermal or not (effect.joint or effect.torque or effect.angle):
         return []

@@ -15,11 +15,11 @@ from stiffness.effects.effect import part_of
 
 def remainder(d: Diagnosis, sessions: tuple[SessionResiduals, ...]) -> Pattern | None:
     """The pattern of the residual; None where nothing names a place or what it follows."""
-    place = next((s for s in d.points_at if not s.what.startswith("column:")), None)
-    column = next((s for s in d.points_at if s.what.startswith("column:")), None)
+    place = next((s for s in d.residual_sources if not s.what.startswith("column:")), None)
+    column = next((s for s in d.residual_sources if s.what.startswith("column:")), None)
     if place is None:
         return None
-    leading = [column.what.removeprefix("column:")] if column is not None and column.share > place.share else []
+    leading = [column.what.removeprefix("column:")] if column is not None and column.fraction > place.fraction else []
     titles = ("model at hand", "refined" if d.added or d.changed else "")
     for follows in [*leading, *place.follows.split("; ")]:
         x = [found for one in sessions if (found := _regressor(one, follows)) is not None]

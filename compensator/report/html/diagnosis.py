@@ -17,7 +17,7 @@ from compensator.report.html.page import page
 from compensator.report.json.text import Report
 from compensator.report.words import diagnosis as words
 from compensator.report.words.numbers import joined, residual_mm
-from stiffness.diagnosis.result import Added, Diagnosis
+from stiffness.diagnosis.result import AddedEffect, Diagnosis
 from stiffness.model.model import ComplianceModel
 
 SETUPS = 12  # in the menu of the map
@@ -110,7 +110,7 @@ def _remainder(d: Diagnosis, residuals: tuple[SessionResiduals, ...]) -> dict[st
     return {} if rest is None else {"remainder": pattern_figure(rest)}
 
 
-def _addition(a: Added, figures: tuple[str, ...]) -> Addition:
+def _addition(a: AddedEffect, figures: tuple[str, ...]) -> Addition:
     return Addition(
         effect=a.effect,
         where=joined(a.where),

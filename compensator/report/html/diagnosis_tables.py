@@ -8,7 +8,7 @@ from compensator.report.html.table import DASH, Cell, OutlierRows, PageTable, St
 from compensator.report.json.text import Report
 from compensator.report.words.diagnosis import WRITTEN, followed_words, place_words
 from compensator.report.words.numbers import joined, parameter_words, residual_mm, rounded, shown_unit
-from stiffness.diagnosis.result import Added, Changed, Diagnosis
+from stiffness.diagnosis.result import AddedEffect, Diagnosis, MovedParameter
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
 
@@ -47,7 +47,7 @@ def added_numbers(d: Diagnosis) -> PageTable:
     return PageTable(rows, head, right=(4, 5), caption="What was added")
 
 
-def _numbers(a: Added, name: str) -> list[list[Cell]]:
+def _numbers(a: AddedEffect, name: str) -> list[list[Cell]]:
     """The rows of one parameter: one number each, or one for all where there are too many."""
     values, sd, unit = a.parameters[name]
     shown, factor = shown_unit(unit)
@@ -79,7 +79,10 @@ def candidates(d: Diagnosis) -> PageTable:
 
 def attribution(d: Diagnosis) -> PageTable:
     """Where the structure sits and what it follows."""
-    rows = [[place_words(s.what), f"{100 * s.share:.0f} %", followed_words(s.follows) or DASH] for s in d.points_at]
+    rows = [
+        [place_words(s.what), f"{100 * s.fraction:.0f} %", followed_words(s.follows) or DASH]
+        for s in d.residual_sources
+    ]
     return PageTable(rows, ["place or column", "share of the structure", "follows"], right=[1])
 
 
@@ -100,7 +103,7 @@ def next_setups(report: Report) -> PageTable:
     return PageTable(rows, head, right=[0])
 
 
-def changed(found: tuple[Changed, ...]) -> PageTable:
+def changed(found: tuple[MovedParameter, ...]) -> PageTable:
     """Numbers that have moved."""
     rows = []
     for c in found:

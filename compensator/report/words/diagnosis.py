@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from compensator.report.words.numbers import LENGTHS, joined, parameter_words, residual_mm, rounded, shown_unit, with_sd
-from stiffness.diagnosis.attribution import Share
-from stiffness.diagnosis.result import Added, Changed, Diagnosis
+from stiffness.diagnosis.attribution import ResidualSource
+from stiffness.diagnosis.result import AddedEffect, Diagnosis, MovedParameter
 from stiffness.effects import BY_NAME
 
 WRITTEN = 6  # numbers of an addition that a line has room for
@@ -55,16 +55,16 @@ def verdict_sentence(d: Diagnosis) -> str:
     if d.verdict == "insufficient-data":
         return "Insufficient data: these readings cannot tell whether the model lacks anything."
     also = f" beside {names}, which was added" if names else ""
-    return f"Unexplained: there is structure that no known effect explains{also}{_sits(d.points_at)}."
+    return f"Unexplained: there is structure that no known effect explains{also}{_sits(d.residual_sources)}."
 
 
-def _sits(points: Sequence[Share]) -> str:
+def _sits(points: Sequence[ResidualSource]) -> str:
     """The place with the largest share, and what it follows: a column with a larger share, else its own features."""
     place = next((s for s in points if not s.what.startswith("column:")), None)
     column = next((s for s in points if s.what.startswith("column:")), None)
     if place is None:
         return f"; it follows {place_words(column.what)}" if column else ""
-    leads = column is not None and column.share > place.share
+    leads = column is not None and column.fraction > place.fraction
     follows = place_words(column.what) if column is not None and leads else followed_words(place.follows, 1)
     return f"; it sits at {place.what}" + (f" and follows {follows}" if follows else "")
 
@@ -75,7 +75,7 @@ def followed_words(follows: str, most: int = 2) -> str:
     return joined(varying[:most]) or "nothing that varies"
 
 
-def _moved(changed: Sequence[Changed]) -> str:
+def _moved(changed: Sequence[MovedParameter]) -> str:
     names = list(dict.fromkeys(f"{c.effect} of {joined(c.where)}" for c in changed))
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
     verb = "has" if len(names) == 1 else "have"
@@ -104,13 +104,13 @@ def split_sentence(report: Report, kind: str) -> str:
     )
 
 
-def added_sentence(a: Added) -> str:
+def added_sentence(a: AddedEffect) -> str:
     """Where, how large, how much of the residual goes with it."""
     text = f"{a.effect} in {joined(a.where)}: {added_numbers(a)}"
     return f"{text}; it takes {100 * a.explains:.0f} % of what was above the noise" if a.explains > 0 else text
 
 
-def added_numbers(a: Added) -> str:
+def added_numbers(a: AddedEffect) -> str:
     """The numbers of an addition, as many as a line has room for."""
     told, left = [], 0
     for name, (values, sd, unit) in a.parameters.items():
@@ -128,7 +128,7 @@ def added_numbers(a: Added) -> str:
     return "; ".join(told) + (f"; {left} further numbers" if left else "")
 
 
-def changed_sentence(c: Changed) -> str:
+def changed_sentence(c: MovedParameter) -> str:
     """From, to."""
     unit, factor = shown_unit(c.unit)
     tail = "" if unit == "1" else f" {unit}"
@@ -163,17 +163,17 @@ def confusion_sentence(d: Diagnosis) -> str:
 
 def place_sentence(d: Diagnosis) -> str:
     """Where the rest sits, or where what was found had been."""
-    if not d.points_at:
+    if not d.residual_sources:
         return "no place and no column carries any structure: the rest is noise"
-    told = ", ".join(share_words(s) for s in d.points_at[:PLACES])
+    told = ", ".join(share_words(s) for s in d.residual_sources[:PLACES])
     before = "the rest sits at" if d.verdict == "unexplained" else "before, the structure sat at"
     return f"{before} {told}"
 
 
-def share_words(s: Share) -> str:
+def share_words(s: ResidualSource) -> str:
     """A place, its share, and what it follows."""
     follows = f", follows {followed_words(s.follows)}" if s.follows else ""
-    return f"{place_words(s.what)} ({100 * s.share:.0f} %{follows})"
+    return f"{place_words(s.what)} ({100 * s.fraction:.0f} %{follows})"
 
 
 def next_sentence(report: Report) -> str:

@@ -15,7 +15,7 @@ from compensator.report.figures.residual_map import enlargement
 from compensator.report.html.diagnosis import diagnosis_page
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.words.numbers import residual_mm, rounded
-from stiffness.diagnosis.attribution import Share
+from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.planning.next_setups import NextSetup
 from tests.compensator.conftest import Sick
 from tests.compensator.report.page_reader import Walk, figures_in
@@ -56,8 +56,8 @@ def test_numbers_of_the_diagnosis_are_there(text: str, loose: Sick) -> None:
     assert f"backlash gap joint-1 mrad {shown[0]} {shown[1]}" in said
     for k, c in enumerate(c for c in d.candidates if c.where):
         assert f"{k + 1} {c.effect}" in said and residual_mm(1e3 * c.heldout_rms) in said
-    for s in d.points_at:
-        assert f"{100 * s.share:.0f} %" in said
+    for s in d.residual_sources:
+        assert f"{100 * s.fraction:.0f} %" in said
     for name, line in d.outliers:
         assert f"{name} {line}" in said
     for note in d.notes:
@@ -104,7 +104,7 @@ def test_unexplained_page_points_and_draws_what_is_left(healthy: Sick) -> None:
     q = np.radians([10.0, -20.0, 30.0, 40.0, -50.0, 60.0])
     d = replace(
         healthy.done.diagnosis, verdict="unexplained",
-        points_at=(Share("column:q3", 0.9), Share("joint-3", 0.7, "angle of joint 3; time")),
+        residual_sources=(ResidualSource("column:q3", 0.9), ResidualSource("joint-3", 0.7, "angle of joint 3; time")),
         next_setups=(NextSetup(q, np.array([0.0, 60.0, 0.0, 0.0, 0.0, 0.0]), ("tcp", "upper"), HOSTILE, 0.0),),
         notes=(HOSTILE,), outliers=((HOSTILE, 7),),
     )  # fmt: skip

@@ -22,8 +22,8 @@ from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.fit import fit_report
 from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness import effects
-from stiffness.diagnosis.attribution import Share
-from stiffness.diagnosis.result import Candidate, Changed, Diagnosis
+from stiffness.diagnosis.attribution import ResidualSource
+from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter
 from stiffness.identification.fit import Fit
 from stiffness.identification.identify import identify
 from stiffness.planning.next_setups import NextSetup
@@ -139,7 +139,7 @@ def unexplained(ask: Callable[[str], Any]) -> Page:
     d = replace(
         sick.done.diagnosis,
         verdict="unexplained",
-        points_at=(Share("column:q3", 0.9), Share("joint-3", 0.7, "angle of joint 3; time")),
+        residual_sources=(ResidualSource("column:q3", 0.9), ResidualSource("joint-3", 0.7, "angle of joint 3; time")),
     )
     report = diagnosis_report(d)
     hostile = with_hostile_words(d)
@@ -157,13 +157,16 @@ def with_hostile_words(d: Diagnosis) -> Diagnosis:
     setup = NextSetup(np.zeros(6), np.zeros(6), (HOSTILE,), HOSTILE, 0.0)
     return replace(
         d,
-        points_at=(Share(f"column:{HOSTILE}", 0.9), Share("joint-3", 0.7, f"angle of joint 3; {HOSTILE}")),
+        residual_sources=(
+            ResidualSource(f"column:{HOSTILE}", 0.9),
+            ResidualSource("joint-3", 0.7, f"angle of joint 3; {HOSTILE}"),
+        ),
         candidates=(
             Candidate(HOSTILE, (HOSTILE,), 1e-5, (HOSTILE,)),
             *d.candidates,
             Candidate(HOSTILE, (), 1e-5, ()),
         ),
-        changed=(Changed(HOSTILE, (HOSTILE,), "k_nm_per_rad", 1.0, 2.0, 0.1, "N*m/rad"),),
+        changed=(MovedParameter(HOSTILE, (HOSTILE,), "k_nm_per_rad", 1.0, 2.0, 0.1, "N*m/rad"),),
         next_setups=(setup,),
         notes=(HOSTILE,),
         outliers=((HOSTILE, 7),),

@@ -48,7 +48,7 @@ def ridge(data: Columns, chosen: list[int], fold: int, strength: float) -> float
 
 @pytest.mark.parametrize("chosen", [[0], [0, 3], [0, 2, 5, 7]], ids=str)
 @pytest.mark.parametrize("seed", range(3))
-def test_a_share_is_what_a_ridge_regression_explains_of_left_out_folds(seed: int, chosen: list[int]) -> None:
+def test_a_fraction_is_what_a_ridge_regression_explains_of_left_out_folds(seed: int, chosen: list[int]) -> None:
     data = Columns.of(seed, weight=np.array([0.5, 0.2, 0, 0.4, 0, -0.3, 0, 0]), blocks=60)
     structure = _Structure.of(data.equations())
     none = np.array([data.left_out([], k) for k in range(5)])
@@ -59,7 +59,7 @@ def test_a_share_is_what_a_ridge_regression_explains_of_left_out_folds(seed: int
         gain = none - np.array([ridge(data, chosen, k, strength) for k in range(5)])
         if steady(gain):
             best = max(best, float(gain.sum()) / above)
-    assert structure.share(np.array(chosen)) == pytest.approx(min(best, 1.0), rel=1e-5, abs=1e-9)
+    assert structure.explained(np.array(chosen)) == pytest.approx(min(best, 1.0), rel=1e-5, abs=1e-9)
     assert best > 0.02
 
 
@@ -68,20 +68,20 @@ def test_noise_has_no_share() -> None:
     for seed in range(40):
         data = Columns.of(100 + seed, weight=np.array([0.8, 0, 0, 0, 0, 0, 0, 0]), blocks=60)
         structure = _Structure.of(data.equations())
-        shares.append(structure.share(np.arange(1, 8)))
-        assert structure.share(np.array([0])) > 0.8
+        shares.append(structure.explained(np.arange(1, 8)))
+        assert structure.explained(np.array([0])) > 0.8
     assert np.mean(np.array(shares) > LEAST) < 0.1
-    assert structure.share(np.empty(0, dtype=np.intp)) == 0.0
+    assert structure.explained(np.empty(0, dtype=np.intp)) == 0.0
 
 
 def test_places_and_columns_share_out_a_ripple() -> None:
     """Joint 3 errs with its angle: it comes first, its angle is what it follows, and columns of noise have no share."""
     ill = sick("unknown ripple")
-    found = attribution.attribution(ill.base, ill.search.sensitivities)
+    found = attribution.residual_sources(ill.base, ill.search.sensitivities)
     assert found[0].what == "joint-3"
     assert "angle of joint 3" in found[0].follows
-    assert [s.share for s in found] == sorted((s.share for s in found), reverse=True)
-    assert all(s.share > LEAST for s in found)
+    assert [s.fraction for s in found] == sorted((s.fraction for s in found), reverse=True)
+    assert all(s.fraction > LEAST for s in found)
     assert not [s for s in found if s.what in ("column:humidity", "column:spindle")]
     assert SIX < 1
 
