@@ -74,7 +74,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= FEWEST
     found = _searched(Search(fits, say), base) if enough else _Found(Judged(base, [], Structure(False, [])))
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
-    # beside structure that nobody understands, the model's own numbers bend: no shift of theirs is believed
+    # structure that no effect explains biases the model's own numbers: none of them is reported as moved
     known = enough and not structure.left
     changed = moved_parameters(fits=fits, model=model, base=base, fit=fit, additions=additions) if known else []
     verdict, more = _verdict(sessions=sessions, enough=enough, outcome=found.judged, changed=changed, base=base)
