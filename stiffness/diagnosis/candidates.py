@@ -36,7 +36,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Column:
-    """One column of the Jacobian: the derivative by ``number`` with the shapes of ``trial``, evaluated in run ``run``."""
+    """One column of the Jacobian: the derivative by ``number`` with the shapes of ``trial``, from run ``run``."""
 
     run: int
     number: Unknown

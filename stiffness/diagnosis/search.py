@@ -255,7 +255,7 @@ def _remaining(term: Term, columns: Sequence[Column], additions: Sequence[Additi
 
 
 def _weak(fit: Fit) -> Floats:
-    """(V,) prior precision that keeps what the data do not determine near the fit: of 1000 of its standard deviations."""
+    """(V,) prior precision that keeps what the data do not determine near the fit: 1000 of its standard deviations."""
     return np.asarray(1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300))
 
 

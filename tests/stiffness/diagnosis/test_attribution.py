@@ -32,7 +32,14 @@ def ridge(data: Columns, chosen: list[int], fold: int, strength: float) -> float
     m = data.nuisance.shape[1]
 
     def reduced(column: Floats) -> Floats:
-        moved = Columns(data.nuisance, data.precision, data.candidates, column, data.block, data.fold)
+        moved = Columns(
+            nuisance=data.nuisance,
+            precision=data.precision,
+            candidates=data.candidates,
+            residual=column,
+            block=data.block,
+            fold=data.fold,
+        )
         own = moved.refit([], inside)[0]
         prior = np.sqrt(data.precision) * own
         return np.concatenate([column[inside] - data.nuisance[inside] @ own, -prior])

@@ -61,7 +61,7 @@ def copied(path: Path, folder: Path) -> Rows:
 
 
 def case(arm: str, scenario: str, folder: Path) -> Row:
-    return run(Task(arm, scenario, 1, 3.0, folder))
+    return run(Task(arm=arm, scenario=scenario, seed=1, size=3.0, keep=folder))
 
 
 @pytest.mark.parametrize(("arm", "scenario"), KNOWN)

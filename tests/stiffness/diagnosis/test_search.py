@@ -53,7 +53,13 @@ def test_what_the_model_has_is_not_looked_for() -> None:
     gap = BY_NAME["backlash"]
     whole = sick("clean")
     values = {**whole.fits.values, "backlash": gap.neutral(6)}
-    fits = ModelFits(whole.fits.data, (BASE, gap), values, whole.fits.used, whole.fits.allowed)
+    fits = ModelFits(
+        data=whole.fits.data,
+        base=(BASE, gap),
+        values=values,
+        used=whole.fits.used,
+        allowed=whole.fits.allowed,
+    )
     assert "backlash" not in {e.name for e in Search(fits, lambda text: None).effects}
 
 

@@ -80,8 +80,8 @@ def test_derivatives_are_those_of_differences(fit: SessionFit, effect: Effect) -
             continue
         step = 2e-5 / size  # 20 micrometres
         lowest = p.neutral == (p.high if u.inverse else p.low)
-        up = position(effect, fit, values, u, step)
-        down = position(effect, fit, values, u, 0.0 if lowest else -step)
+        up = position(effect=effect, fit=fit, values=values, u=u, move=step)
+        down = position(effect=effect, fit=fit, values=values, u=u, move=0.0 if lowest else -step)
         slope = (up - down) / (step if lowest else 2 * step)
         error = np.linalg.norm(found[:, :, k] - slope, axis=1)
         assert np.quantile(error, 0.9) < 0.04 * size, str(u)
@@ -102,7 +102,7 @@ def test_readings_of_a_tracker_that_stands_anywhere(name: str, tmp_path: Path) -
     assert np.abs(placed.predicted.back - np.eye(3)).max() > 0.5
     for k, u in enumerate(mine):
         size = np.abs(found[:, :, k]).max()
-        up, down = (position(effect, placed, given, u, s) for s in (2e-5 / size, 0.0))
+        up, down = (position(effect=effect, fit=placed, values=given, u=u, move=s) for s in (2e-5 / size, 0.0))
         error = np.linalg.norm(found[:, :, k] - (up - down) / (2e-5 / size), axis=1)
         assert np.quantile(error, 0.9) < 0.04 * size, str(u)
 
@@ -115,7 +115,8 @@ def test_friction_holds_what_its_trial_remembers(fit: SessionFit) -> None:
     for k, u in enumerate(mine):
         trial = values[FRICTION.name][u.parameter.name][u.index]
         assert trial > 0
-        difference = position(FRICTION, fit, values, u, 0.0) - position(FRICTION, fit, values, u, -trial)
+        on, off = (position(effect=FRICTION, fit=fit, values=values, u=u, move=m) for m in (0.0, -trial))
+        difference = on - off
         size = np.abs(difference).max()
         assert size > 2e-6
         error = np.linalg.norm(found[:, :, k] * trial - difference, axis=1)
@@ -133,7 +134,7 @@ def test_numbers_of_a_table_move_readings_by_way_of_their_joint(fit: SessionFit,
     assert len(felt) > 6
     for k in felt[::4]:
         values = on_trial(effect, fit)
-        up, down = (position(effect, fit, values, knots[k], s) for s in (1e-5, -1e-5))
+        up, down = (position(effect=effect, fit=fit, values=values, u=knots[k], move=s) for s in (1e-5, -1e-5))
         assert found[:, :, k] == pytest.approx((up - down) / 2e-5, abs=0.03 * np.abs(found[:, :, k]).max())
 
 

@@ -77,7 +77,7 @@ def test_every_state_remembers_what_a_loop_over_the_states_gives(session: Sessio
     effects, numbers = values(name)
     torque, resting = torques(session, seed)
     found = LoadHistory(session).state(effects, numbers, torque, resting)
-    expected = by_hand(session, name, numbers[name], torque, resting)
+    expected = by_hand(session=session, name=name, numbers=numbers[name], torque=torque, resting=resting)
     assert found == pytest.approx(expected, abs=1e-9)
     assert np.abs(found).max() <= 1 + 1e-12
     assert len(np.unique(np.round(found, 6))) > 1

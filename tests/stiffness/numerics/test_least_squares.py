@@ -139,7 +139,14 @@ class Random:
             measured.append(values(truth, t)[0] + root @ rng.normal(size=k))
         sd = rng.uniform(0.003, 0.03, 5)
         mean = truth + sd * rng.normal(size=5)
-        return cls(tuple(time), tuple(measured), tuple(covariance), truth * rng.uniform(0.9, 1.1, 5), mean, sd)
+        return cls(
+            time=tuple(time),
+            measured=tuple(measured),
+            covariance=tuple(covariance),
+            start=truth * rng.uniform(0.9, 1.1, 5),
+            mean=mean,
+            sd=sd,
+        )
 
     def blocks(self, b: Floats) -> list[Whitened]:
         out = []
@@ -193,7 +200,7 @@ def bounded(seed: int, cut: Sequence[int]) -> tuple[Solution, Floats, tuple[Floa
     low[cut[0]] = free[cut[0]] + 0.03
     high[list(cut[1:])] = free[list(cut[1:])] - 0.03
     start = np.clip(data.start, low + 1e-3, high - 1e-3)
-    found = solved(data.blocks, start, data.mean, data.sd, (low, high))
+    found = solved(blocks=data.blocks, start=start, prior=data.mean, prior_sd=data.sd, bounds=(low, high))
     scipy = optimize.least_squares(
         data.residual, start, args=(True,), bounds=(low, high), xtol=1e-14, ftol=1e-14, gtol=1e-14
     )
@@ -343,7 +350,15 @@ def test_spent_numbers_are_taken_from_the_degrees_of_freedom() -> None:
 )
 def test_misfit_is_the_spread_where_noise_does_not_explain_it(chi2: float, freedom: float, expected: float) -> None:
     none = np.zeros((1, 1))
-    solution = Solution(np.zeros(1), none, none, chi2, 10, freedom, 1)
+    solution = Solution(
+        vector=np.zeros(1),
+        covariance=none,
+        information=none,
+        chi2=chi2,
+        count=10,
+        freedom=freedom,
+        steps=1,
+    )
     assert solution.misfit == pytest.approx(expected, rel=1e-12)
 
 
