@@ -75,11 +75,12 @@ def compensate(
 ) -> None:
     """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
     from compensator.tasks.compensate import compensate_file
-    from compensator.terminal.tables import progress, show
+    from compensator.terminal.path import show_path
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
         done = compensate_file(toolpath, cell, program, language=language, report=report, json=json, say=say)
-    show(done)
+    show_path(done)
 
 
 @main.command()
@@ -95,11 +96,12 @@ def preview(
 ) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
     from compensator.tasks.compensate import preview_file
-    from compensator.terminal.tables import progress, show
+    from compensator.terminal.path import show_path
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
         done = preview_file(toolpath, cell, csv=csv, report=report, json=json, say=say)
-    show(done)
+    show_path(done)
 
 
 @main.command()
@@ -124,7 +126,8 @@ def identify(
 ) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
     from compensator.tasks.identify import identify_files
-    from compensator.terminal.tables import progress, show_fit
+    from compensator.terminal.fit import show_fit
+    from compensator.terminal.screen import progress
 
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
@@ -148,7 +151,7 @@ def diagnose(
     """Say what MODEL lacks in the readings of SESSIONS, add it, and say how much better that is."""
     from compensator.report.words.diagnosis import diagnosis_lines
     from compensator.tasks.diagnose import diagnose_files
-    from compensator.terminal.tables import progress, show_lines
+    from compensator.terminal.screen import progress, show_lines
 
     with progress(verbose) as say:
         done = diagnose_files(sessions, model, output, json=json, html=html, say=say)
@@ -165,7 +168,8 @@ def diagnose(
 def evaluate(session: Path, model: Path, register: int | None, json: Path | None, verbose: bool) -> None:
     """Say how well a model predicts the readings of SESSION."""
     from compensator.tasks.identify import evaluate_file
-    from compensator.terminal.tables import progress, show_evaluation
+    from compensator.terminal.fit import show_evaluation
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
         _, report = evaluate_file(session, model, register=register, json=json, say=say)
@@ -202,8 +206,8 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
     from compensator.tasks.stiffness_map import map_file, tool_of
-    from compensator.terminal.models import show_map
-    from compensator.terminal.tables import progress
+    from compensator.terminal.screen import progress
+    from compensator.terminal.stiffness_map import show_map
 
     held = {key: options.pop(f"tool_{key}") for key in ("xyz", "rpy", "name", "mass", "com")}
     with progress(verbose) as say:
@@ -238,8 +242,8 @@ def clamped(
 ) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
     from compensator.tasks.models import clamped_file
-    from compensator.terminal.models import show_made
-    from compensator.terminal.tables import progress
+    from compensator.terminal.made_model import show_made
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
         done = clamped_file(readings, robot, model, above=above, scale_sd=scale_sd, json=json, say=say)
@@ -255,8 +259,8 @@ def clamped(
 def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
     from compensator.tasks.models import datasheet_file
-    from compensator.terminal.models import show_made
-    from compensator.terminal.tables import progress
+    from compensator.terminal.made_model import show_made
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
         done = datasheet_file(robot, model, json=json, say=say)
@@ -289,7 +293,7 @@ def plan(
 ) -> None:
     """Say which set-ups to measure next, so that MODEL is known best."""
     from compensator.tasks.plan import plan_file
-    from compensator.terminal.tables import progress, show_lines
+    from compensator.terminal.screen import progress, show_lines
 
     with progress(verbose) as say:
         done = plan_file(
@@ -316,7 +320,7 @@ def effects(name: str | None, verbose: bool) -> None:
 @_refusals
 def robots(name: str | None, verbose: bool) -> None:
     """List the built-in robots; with NAME (built-in, .toml or .urdf) show one."""
-    from compensator.terminal.tables import show_robot, show_robots
+    from compensator.terminal.robots import show_robot, show_robots
 
     if name is None:
         show_robots()

@@ -12,12 +12,11 @@ import pytest
 from compensator.errors import CompensatorError
 from compensator.tasks.models import clamped_file, datasheet_file
 from compensator.tasks.stiffness_map import map_file
-from compensator.terminal import models as shown
 from stiffness.errors import StiffnessError
 from stiffness.model.model import load_model
 from stiffness.robot.load import load_robot
 from tests.stiffness import arms
-from tests.stiffness.test_clamped import GAP, HEADER, K, cycle, lines, written
+from tests.stiffness.test_clamped import GAP, K, cycle, lines, written
 from tests.stiffness.test_datasheet import BARE, RV, STRAIN_WAVE, robot_text
 
 ABB = arms.NAMES[0]
@@ -79,18 +78,3 @@ def test_refusals_leave_nothing(tmp_path: Path) -> None:
     with pytest.raises(CompensatorError, match="is an input of this run"):
         datasheet_file(str(arm), arm)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["arm.toml", "readings.csv"]
-
-
-def test_terminal_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a person sees, and nothing when piped."""
-    from rich.console import Console
-
-    done = clamped_file(
-        written(tmp_path, lines(cycle(branches=("loading",)), cycle()), HEADER), ABB, tmp_path / "m.toml"
-    )
-    screen = Console(record=True, force_terminal=True, width=120, file=open(tmp_path / "screen", "w"))  # noqa: SIM115
-    monkeypatch.setattr(shown, "Console", lambda **_: screen)
-    shown.show_made(done)
-    text = screen.export_text()
-    screen.file.close()
-    assert "1.5e+06" in text and "not identified" in text and "joint 1: no unloading branch" in text

@@ -1,20 +1,18 @@
-"""The JSON report of ``diagnose``: the keys of the contract, and what its sentences are made of."""
+"""The JSON report of ``diagnose``."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from compensator.report.json.text import MM, Report
 from stiffness.diagnosis.result import Added, Diagnosis, Line
 
 Floats = npt.NDArray[np.float64]
-MM = 1e3
 KINDS = ("displacement", "absolute")
 
 
-def diagnosis_report(d: Diagnosis) -> dict[str, Any]:
+def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
         "verdict": d.verdict,
@@ -50,7 +48,7 @@ def diagnosis_report(d: Diagnosis) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _added(a: Added) -> dict[str, Any]:
+def _added(a: Added) -> Report:
     return {
         "effect": a.effect,
         "where": list(a.where),

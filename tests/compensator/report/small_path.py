@@ -1,20 +1,15 @@
-"""A small run for the tests of the HTML report, and a reader of its pages."""
+"""A small run of compensate for the tests of reports: a circle on an arm with backlash."""
 
 from __future__ import annotations
 
-import json
-import re
 from dataclasses import fields, replace
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 from compensator.solve.compensation import Compensation
 
-VOID = {"meta", "br", "img", "link", "hr", "input"}
 MODEL = """
 schema = "model/1"
 robot = "abb-irb6600-175-255"
@@ -50,49 +45,6 @@ def prepared(folder: Path) -> Path:
     (folder / "model.toml").write_text(MODEL)
     (folder / "cell.toml").write_text(CELL)
     return folder
-
-
-class Walk(HTMLParser):
-    """Tags that open and close in order; text outside scripts and styles; every attribute."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.tags: list[str] = []
-        self.words: list[str] = []
-        self.attributes: list[tuple[str, str, str]] = []
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.attributes += [(tag, name, value or "") for name, value in attrs]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open[-3:]}"
-        self.open.pop()
-
-    def handle_data(self, data: str) -> None:
-        if self.open[-1:] not in (["script"], ["style"]):
-            self.words.append(data)
-
-    @property
-    def said(self) -> str:
-        return re.sub(r"\s+", " ", " ".join(self.words))
-
-
-def figures_in(text: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="figures">(.*?)</script>', text, re.DOTALL)
-    assert found is not None
-    return json.loads(found[1])  # type: ignore[no-any-return]
-
-
-def own(text: str) -> str:
-    """The page without plotly.js."""
-    assert text.count(get_plotlyjs()) == 1
-    return text.replace(get_plotlyjs(), "")
 
 
 def taken(c: Compensation, rows: np.ndarray) -> Compensation:

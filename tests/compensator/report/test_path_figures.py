@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,39 +13,16 @@ from hypothesis import strategies as st
 from compensator.report.figures.curves import along_figure, flanks_figure, joints_figure
 from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT, numbers, path_length, thin
-from compensator.report.html.path import page
+from compensator.report.html.path import path_page
 from compensator.solve.compensation import Compensation
-from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.reports import Walk, figures_in, prepared, taken
+from tests.compensator.report.page_reader import Walk, figures_in
+from tests.compensator.report.small_path import taken
 from toolpaths.toolpath import RAPID
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return prepared(tmp_path_factory.mktemp("report"))
-
-
-@pytest.fixture(scope="module")
-def run(folder: Path) -> tuple[Compensation, dict[str, Any]]:
-    done = compensate_file(folder / "circle.csv", folder / "cell.toml", folder / "out.csv")
-    return done.result, done.report
-
-
-@pytest.fixture(scope="module")
 def text(run: tuple[Compensation, dict[str, Any]]) -> str:
-    return page(*run)
-
-
-@pytest.fixture(scope="module")
-def preview(folder: Path) -> tuple[Compensation, dict[str, Any]]:
-    done = preview_file(folder / "circle.csv", folder / "cell.toml")
-    return done.result, done.report
-
-
-def test_figures_are_what_plotly_knows(text: str, preview: tuple[Compensation, dict[str, Any]]) -> None:
-    for drawn in (figures_in(text), figures_in(page(*preview))):
-        for figure in drawn.values():
-            go.Figure(figure)  # refuses a property that plotly does not have
+    return path_page(*run)
 
 
 def test_colours_share_one_range_and_axes_are_equal(run: tuple[Compensation, dict[str, Any]]) -> None:
@@ -155,9 +130,9 @@ def test_a_long_path_is_thinned_and_says_so(run: tuple[Compensation, dict[str, A
     error = long.before.position.copy()
     error[peak] += [0.0, 0.0, 0.0123]
     long = replace(long, before=replace(long.before, position=error))
-    text = page(long, report, np.zeros(len(long)))
+    text = path_page(long, report, np.zeros(len(long)))
     assert f"The path has {len(long):,} poses" in Walk(text).said
-    assert "The path has" not in Walk(page(c, report)).said
+    assert "The path has" not in Walk(path_page(c, report)).said
     for figure in figures_in(text).values():
         for trace in figure["data"]:
             assert len(trace["x"]) < LIMIT * 1.2
