@@ -12,7 +12,7 @@ import pytest
 
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.small_jobs import ROWS, Files, columns, files, write_csv
+from tests.compensator.small_job import ROWS, Files, columns, files, write_csv
 
 HEADER = ("index", "fx", "fy", "fz", "mx", "my", "mz")
 CELL = {"process": {"kind": "table", "frame": "base", "file": "wrenches.csv"}}

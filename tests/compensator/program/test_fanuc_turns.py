@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.test_real_ls_script import SOFT, job
+from tests.compensator.program.test_real_filtered import SOFT, job
 from toolpaths.languages.fanuc.config import turn_numbers
 
 TURNING = [0, 3, 5]

@@ -10,7 +10,7 @@ import pytest
 
 from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness.effects import CATALOGUE
-from tests.compensator.small_jobs import MODEL, columns, files
+from tests.compensator.small_job import MODEL, columns, files
 
 SPRING = MODEL["effects"]["joint-stiffness"]
 TRACKER = {"linear_m_per_s": [3e-8, -2e-8, 5e-8], "angular_rad_per_s": [1e-8, 2e-8, -3e-8], "settling_s": 3600.0}

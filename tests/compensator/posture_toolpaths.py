@@ -1,4 +1,4 @@
-"""Toolpaths made from joint angles: the arm goes where the test wants it, singularities and limits included."""
+"""Toolpaths that go where the arm has certain joint angles: singularities and limits included."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stiffness.robot.load import load_robot
-from tests.compensator.small_jobs import CELL, Files, files
+from tests.compensator.small_job import CELL, Files, files
 
 QUATERNION = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "feed_mm_min", "kind")
 FIXED = {"solve": {"free_tool_axis": False}}

@@ -13,7 +13,7 @@ import pytest
 from stiffness.effects import CATALOGUE
 from tests.closed_loop import TARGET, limits, page
 from tests.compensator.ill_cells import FIRST, Ill, acting, cancelled
-from tests.compensator.jobs import Table
+from tests.compensator.plant_bench import Table
 from tests.plant.cells import SCENARIOS
 
 UR10, ABB = "ur10", "abb-irb6600-175-255"

@@ -15,7 +15,7 @@ from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
 from stiffness.robot.load import load_robot
-from tests.compensator.small_jobs import ABB, STIFFNESS, files
+from tests.compensator.small_job import ABB, STIFFNESS, files
 
 Floats = npt.NDArray[np.float64]
 NAME = "joint-angle-error"

@@ -17,8 +17,8 @@ from scipy.spatial.transform import Rotation
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import Done, compensate_file, preview_file
 from stiffness.robot.load import load_robot
-from tests.compensator.own_statics import Arm
-from tests.compensator.small_jobs import ABB, CELL, ROWS, STIFFNESS, columns, files, merged
+from tests.compensator.independent_statics import Arm
+from tests.compensator.small_job import ABB, CELL, ROWS, STIFFNESS, columns, files, merged
 
 HEADER = (
     "index,kind,x_mm,y_mm,z_mm,qw,qx,qy,qz,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,feed_mm_min,nominal_x_mm,"
@@ -228,7 +228,7 @@ def test_same_inputs_same_bytes(tmp_path: Path) -> None:
             ]
             run = subprocess.run(
                 [*command, "-o", str(job.out / name), "--json", str(job.out / "a.json")],
-                cwd=Path(__file__).resolve().parents[2], env={**os.environ, "PYTHONHASHSEED": seed},
+                cwd=Path(__file__).resolve().parents[3], env={**os.environ, "PYTHONHASHSEED": seed},
                 capture_output=True, text=True, check=False,
             )  # fmt: skip
             assert run.returncode == 0 and run.stdout == "" and run.stderr == "", run.stderr

@@ -14,7 +14,7 @@ from compensator.program import filter_in_place as filtering
 from compensator.tasks.compensate import Done, compensate_file
 from toolpaths.languages.gcode import filter as gcode_filter
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 def filtered(tmp_path: Path, head: str = "") -> Done:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from tests.compensator import curved_path
-from tests.compensator.jobs import MM, Bench, Table, write_poses
+from tests.compensator.plant_bench import MM, Bench, Table, write_poses
 from tests.compensator.worn_robots import EXTRAS, FORCE, NEVER, WALL, bench, undecided
 from tests.oracles import rapid_reader
 from tests.plant import Walk

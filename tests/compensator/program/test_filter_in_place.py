@@ -17,13 +17,13 @@ import tomli_w
 
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.small_jobs import CELL, MODEL, WORN, files, merged
+from tests.compensator.small_job import CELL, MODEL, WORN, files, merged
 from tests.oracles.robot_programs import KRL, KRL_DAT, RAPID
 from toolpaths.errors import ReadError, ToolpathError
 from toolpaths.files import read_toolpath
 from toolpaths.writing.marker import MARKER
 
-PAGE = Path(__file__).parents[2] / "docs" / "filter.md"
+PAGE = Path(__file__).parents[3] / "docs" / "filter.md"
 STIFF = {"effects": {"joint-stiffness": {"k_nm_per_rad": [1e12] * 6}}}
 CALM = {"process": {"kind": "constant", "frame": "workobject", "wrench": [0.0] * 6}}
 KUKA_TOOL = {"tool": {"name": "spindle"}}

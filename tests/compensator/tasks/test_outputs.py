@@ -16,7 +16,7 @@ from compensator.errors import CompensatorError
 from compensator.tasks import outputs
 from compensator.tasks.compensate import compensate_file, preview_file
 from compensator.tasks.outputs import Outputs
-from tests.compensator.small_jobs import Files, files
+from tests.compensator.small_job import Files, files
 from toolpaths.errors import ToolpathError
 
 REFUSALS = (CompensatorError, ToolpathError)
@@ -188,7 +188,7 @@ def limited(job: Files, most: int, *arguments: str) -> subprocess.CompletedProce
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[3]
     command = [sys.executable, "-B", "-m", "compensator.cli", *arguments]
     return subprocess.run(command, cwd=root, preexec_fn=limit, capture_output=True, text=True, timeout=120, check=False)
 

@@ -14,9 +14,9 @@ from compensator.errors import PathError
 from compensator.path.free_turn import reference_rotation, varying_turn
 from compensator.path.planned_path import PlannedPath
 from stiffness.robot.load import load_robot
-from tests.compensator.paths import angle, toolpath, wandering_axes
-from tests.compensator.postures import frame, job_at, poses_at
-from tests.compensator.small_jobs import ABB, CELL, ROWS, Files, files
+from tests.compensator.handmade_toolpaths import angle, toolpath, wandering_axes
+from tests.compensator.posture_toolpaths import frame, job_at, poses_at
+from tests.compensator.small_job import ABB, CELL, ROWS, Files, files
 from toolpaths.files import read_toolpath
 
 
@@ -141,7 +141,7 @@ def test_a_turn_that_has_to_vary(tmp_path: Path) -> None:
     """A full circle with the tool in a ring around axis 1: with a constant turn axis 6 would run out of its limits."""
     t = np.radians(np.arange(-150, 151, 5))
     rows = [[1700 * np.cos(a), 1700 * np.sin(a), 0, 0, 0, 1, 600, "cut"] for a in t]
-    robot = (Path(__file__).resolve().parents[2] / "stiffness" / "robot" / "data" / f"{ABB}.toml").read_text()
+    robot = (Path(__file__).resolve().parents[3] / "stiffness" / "robot" / "data" / f"{ABB}.toml").read_text()
     narrow = robot.replace("limits = [-300.0, 300.0]", "limits = [-60.0, 60.0]").replace(ABB, "narrow")
     assert narrow.count("-60.0, 60.0") == 2
     (tmp_path / "narrow.toml").write_text(narrow)

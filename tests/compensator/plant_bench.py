@@ -1,4 +1,4 @@
-"""Jobs for tests: files for the product on one side, the plant with the same figures on the other."""
+"""A robot cell, its files for the product on one side, the plant with the same figures on the other."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stiffness.robot.robot import Robot
-from tests.compensator.postures import frame
+from tests.compensator.posture_toolpaths import frame
 
 Array = np.ndarray
 

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from compensator.tasks.compensate import Done, compensate_file, preview_file
 from stiffness.robot.load import load_robot
-from tests.compensator.own_statics import Arm, compliance
-from tests.compensator.postures import frame
-from tests.compensator.small_jobs import CELL, MODEL, STIFFNESS, Files, columns, files, merged
+from tests.compensator.independent_statics import Arm, compliance
+from tests.compensator.posture_toolpaths import frame
+from tests.compensator.small_job import CELL, MODEL, STIFFNESS, Files, columns, files, merged
 from toolpaths.rotation import matrix_from_rpy
 
 TILTED = [

@@ -13,7 +13,7 @@ from compensator.cell.cell_file import load_cell
 from compensator.errors import CellError
 from compensator.tasks import compensate as tasks
 from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.small_jobs import columns, files
+from tests.compensator.small_job import columns, files
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.files import read_toolpath
 

@@ -12,7 +12,7 @@ from compensator.cell.cell_file import load_cell
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import compensate_file
 from stiffness.errors import StiffnessError
-from tests.compensator.small_jobs import ABB, Files, files
+from tests.compensator.small_job import ABB, Files, files
 from toolpaths.errors import ToolpathError
 
 REFUSALS = (CompensatorError, StiffnessError, ToolpathError)

@@ -212,7 +212,7 @@ def test_refusals_leave_everything_as_it_was(healthy: Sick, tmp_path: Path, old:
 def test_other_frames_are_refused(healthy: Sick, tmp_path: Path) -> None:
     """The same robot by name, but a file that puts its flange elsewhere."""
     (tmp_path / "m.toml").write_text((healthy.folder / "model.toml").read_text().replace('"ur10"', '"ur10.toml"'))
-    built_in = Path(__file__).parents[2] / "stiffness" / "robot" / "data" / "ur10.toml"
+    built_in = Path(__file__).parents[3] / "stiffness" / "robot" / "data" / "ur10.toml"
     (tmp_path / "ur10.toml").write_text(built_in.read_text() + "\n[flange]\nxyz = [0.0, 0.0, 10.0]\n")
     with pytest.raises(StiffnessError, match="not the frames of the model"):
         diagnose_files([healthy.session], tmp_path / "m.toml")

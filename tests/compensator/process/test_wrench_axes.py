@@ -15,8 +15,8 @@ from compensator.path.free_turn import about_z
 from compensator.process.constant import ConstantProcess
 from compensator.process.path_axes import path_axes
 from compensator.process.process import ProcessContext, ToolMotion
-from tests.compensator.paths import DOWN, toolpath
-from tests.compensator.small_jobs import files
+from tests.compensator.handmade_toolpaths import DOWN, toolpath
+from tests.compensator.small_job import files
 from toolpaths.frame import Frame
 
 X, Y, Z = np.eye(3)

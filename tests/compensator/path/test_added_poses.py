@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from compensator.path.added_poses import BEFORE_CORNER, rows_between, with_poses_before_corners, with_poses_between
-from tests.compensator.paths import angle, toolpath, wandering_axes
+from tests.compensator.handmade_toolpaths import angle, toolpath, wandering_axes
 from toolpaths.toolpath import CUT, RAPID, Event, Setting
 
 

@@ -12,8 +12,8 @@ import pytest
 
 from compensator.errors import CompensatorError, PathError, SolveError
 from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.postures import between, job_at
-from tests.compensator.small_jobs import ABB, ROWS, STIFFNESS, Files, files
+from tests.compensator.posture_toolpaths import between, job_at
+from tests.compensator.small_job import ABB, ROWS, STIFFNESS, Files, files
 from toolpaths.errors import ToolpathError
 
 HOME = [10, 15, 20, 30, 40, -20]

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import compensate_file, preview_file
-from tests.compensator.small_jobs import CELL, WORN, files, merged
+from tests.compensator.small_job import CELL, WORN, files, merged
 from tests.oracles.robot_programs import RAPID, TURN
 from toolpaths.errors import ToolpathError
 from toolpaths.files import read_toolpath
@@ -194,7 +194,7 @@ def test_declarations_are_checked(tmp_path: Path, axis: dict[str, Any], words: s
 
 def test_the_axes_of_the_page(tmp_path: Path) -> None:
     """The declaration in docs/filter.md, with a rail and a table at 0: as if they were not there."""
-    page = (Path(__file__).parents[2] / "docs" / "filter.md").read_text()
+    page = (Path(__file__).parents[3] / "docs" / "filter.md").read_text()
     block = page[page.index("    [external.E1]") :].split("\n\nThen")[0]
     expected = without_axis(tmp_path, BASE_WRENCH)
     source = part(tmp_path, None, WORK, WORK_TURN)

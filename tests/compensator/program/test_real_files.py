@@ -16,8 +16,8 @@ from compensator.solve.compensation import Compensation
 from compensator.tasks.compensate import compensate_file
 from stiffness.model.model import builtin_model
 from stiffness.robot.load import builtin_robots, load_robot
-from tests.compensator.postures import frame
-from tests.compensator.small_jobs import write_csv
+from tests.compensator.posture_toolpaths import frame
+from tests.compensator.small_job import write_csv
 from tests.oracles import krl_reader, rapid_reader
 from toolpaths.files import write_program
 

@@ -20,7 +20,7 @@ from compensator.tasks.stiffness_map import Mapped, map_file, tool_of
 from stiffness.errors import StiffnessError
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
-from tests.compensator.small_jobs import ABB, MODEL, STIFFNESS
+from tests.compensator.small_job import ABB, MODEL, STIFFNESS
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness.test_datasheet import robot_text
 
