@@ -34,7 +34,7 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     often singular) does not matter to the cut.
 
     Raises:
-        CellError: cell and program contradict each other, or none of them says what is needed.
+        CellError: cell and program contradict each other, or neither has what is needed.
     """
     setting = toolpath.setting
     if setting is None:
