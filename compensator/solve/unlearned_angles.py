@@ -70,16 +70,16 @@ class AngleUncertainty:
         self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], sd: Mapping[str, Numbers]
     ) -> None:
         self.robot, self.values, self.sd = robot, values, sd
-        self.effects = tuple(e for e in effects if e.unsure)
+        self.effects = tuple(e for e in effects if e.angle_sd)
 
     def __repr__(self) -> str:
         return f"AngleUncertainty({', '.join(e.name for e in self.effects) or 'nothing'})"
 
     def angles(self, effect: Effect, q: Floats) -> Floats:
         """(N, n) rad: standard deviation of every joint at commanded angles (N, n)."""
-        if effect.unsure is None:
+        if effect.angle_sd is None:
             return np.zeros_like(q)
-        return effect.unsure(q, self.values[effect.name], self.sd.get(effect.name, {}))
+        return effect.angle_sd(q, self.values[effect.name], self.sd.get(effect.name, {}))
 
     def at_tcp(self, q: Floats, tcp: Floats) -> Floats:
         """(N,) m: root sum square over effects and joints; ``tcp`` (N, 3) m in the flange."""
@@ -115,9 +115,9 @@ class AngleUncertainty:
         Args:
             own: (N, n) rad, its ``angles``.
         """
-        if effect.unsure is None:
+        if effect.angle_sd is None:
             return np.zeros(q.shape, dtype=bool)
-        prior = effect.unsure(q, effect.neutral(self.robot.n), {})
+        prior = effect.angle_sd(q, effect.neutral(self.robot.n), {})
         unlearned = (prior > 0) & (own >= UNLEARNED * prior)
         rows = np.flatnonzero(unlearned.any(axis=1))
         if effect.name in self._errors and len(rows):

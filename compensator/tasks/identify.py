@@ -11,7 +11,7 @@ import numpy as np
 
 from compensator.report.json.evaluation import evaluation_report
 from compensator.report.json.fit import fit_report, local_fit_report
-from compensator.report.json.text import as_json
+from compensator.report.json.text import Report, as_json
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
@@ -78,7 +78,8 @@ def _page(fit: Fit, report: dict[str, Any]) -> str:
 def _written(
     model: ComplianceModel,
     output: Path,
-    report: dict[str, Any],
+    report: Report,
+    *,
     json: Path | None,
     page: tuple[Path, str] | None = None,
 ) -> tuple[Path, ...]:
@@ -97,7 +98,7 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
     robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
     report = local_fit_report(fit, model)
-    return Identified(fit, report, _written(model, output, report, json))
+    return Identified(fit, report, _written(model=model, output=output, report=report, json=json))
 
 
 def evaluate_file(

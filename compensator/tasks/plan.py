@@ -108,7 +108,9 @@ def plan_file(
     return Planned(plan, report, report["sentence"], tuple(p for p in (output, json) if p))
 
 
-def _check_options(count: int, force: float | None, toolpath: Path | None, cell: Path | None, seed: int) -> None:
+def _check_options(
+    *, count: int, force: float | None, toolpath: Path | None, cell: Path | None, seed: int
+) -> None:
     if not 1 <= count <= 1000:
         raise CompensatorError(f"--count {count}: expected 1 ... 1000 set-ups")
     if force is not None and not 0 < force < 1e6:
@@ -126,7 +128,7 @@ def _check_masses(model: ComplianceModel, robot: Robot) -> None:
         )
 
 
-def _check_same(model: ComplianceModel, robot: Robot, other: Robot, gravity: str, source: str) -> None:
+def _check_same(model: ComplianceModel, robot: Robot, other: Robot, *, gravity: str, source: str) -> None:
     if not robot.same_kinematics(other):
         raise StiffnessError(f"{source}: robot {other.name} is not that of the model {model.source} ({robot.name})")
     if gravity != model.gravity:
@@ -168,7 +170,7 @@ def _reflectors(measured: Sequence[Session], tool: Tool, joints: int) -> tuple[R
 
 
 def _design(
-    model: ComplianceModel, robot: Robot, tool: Tool, reflectors: Sequence[Reflector], from_model: bool
+    model: ComplianceModel, robot: Robot, tool: Tool, reflectors: Sequence[Reflector], *, from_model: bool
 ) -> Design:
     effects, _ = model.applied(tool.name)
     values = {e.name: model.values[e.name] for e in effects}

@@ -32,7 +32,8 @@ def show_robot(name: str) -> None:
     robot = load_robot(name)
     console = Console(width=WIDTH, markup=False)
     console.print(repr(robot), highlight=False)
-    joints = table("joint", "limits, deg", "speed, deg/s", "mass, kg", "centre of mass in its link frame, mm")
+    heads = ("joint", "limits, deg", "speed, deg/s", "mass, kg", "centre of mass in its link frame, mm")
+    joints = table(*heads)
     lower, upper, speed = (np.degrees(v) for v in (robot.lower, robot.upper, robot.velocity))
     for k in range(robot.n):
         cells = [

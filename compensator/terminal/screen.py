@@ -15,7 +15,7 @@ from compensator.tasks.say import Say
 
 @contextmanager
 def progress(verbose: bool) -> Iterator[Say]:
-    """Says what is being done: a spinner on a terminal, lines with ``verbose``, nothing when piped."""
+    """Shows what is being done: a spinner on a terminal, lines with ``verbose``, nothing when piped."""
     console = Console(stderr=True, markup=False)
     if verbose:
         yield lambda text: console.print(text, highlight=False)

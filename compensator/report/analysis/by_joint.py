@@ -15,7 +15,7 @@ from stiffness.identification.fit import Fit
 
 Floats = npt.NDArray[np.float64]
 
-FAINT = 0.02  # of the largest torque change, and of the largest motion: less tells nothing of a joint
+FAINT = 0.02  # of the largest torque change, and of the largest motion: below, noise dominates
 
 
 @dataclass(frozen=True, repr=False, eq=False)

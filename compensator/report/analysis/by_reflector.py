@@ -22,7 +22,7 @@ KINDS: dict[str, Judge] = {"displacement": scores.displacement, "absolute": scor
 
 @dataclass(frozen=True)
 class ReflectorResiduals:
-    """Residuals of one reflector, RMS per axis, m; ``floor``: what noise alone leaves."""
+    """Residuals of one reflector, RMS per axis, m; ``floor``: expected of the noise alone."""
 
     name: str
     link: int

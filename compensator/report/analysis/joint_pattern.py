@@ -14,11 +14,11 @@ from stiffness.effects.effect import Effect
 OWN = 0.5  # of what an addition explains: so much has to be rotation of a joint before it is drawn as one
 SLIGHT = 0.01  # of what an addition explains: a joint that turns less is not drawn
 FAINT = 0.2  # of the largest torque: below, a compliance cannot be read off
-VANISHED = 0.3  # of the RMS of a rotation: so much may be left of it where there is no torque
+VANISHED = 0.3  # of the RMS of a rotation: below, it counts as zero where there is no torque
 
 
 def turned_joints(effect: Effect, added: Added, shares: list[AddedShare]) -> list[int]:
-    """The joints that an addition turns, most motion first; none where what it explains is no rotation of joints."""
+    """The joints that an addition turns, most motion first; none where it explains mostly other motion."""
     if effect.thermal or not (effect.joint or effect.torque or effect.angle):
         return []
     named = [int(w.removeprefix("joint-")) - 1 for w in added.where if w.startswith("joint-")]

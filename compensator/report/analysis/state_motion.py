@@ -6,12 +6,12 @@ import numpy as np
 
 from compensator.report.analysis.session_residuals import Bools, Floats, Index, SessionResiduals
 
-STEADY = 0.3  # of the largest lever: below, a state tells little of a rotation
-SINGULAR = 0.05  # of the largest singular value: motions that reflectors tell less of are taken as none
+STEADY = 0.3  # of the largest lever: below, a state determines a rotation badly
+SINGULAR = 0.05  # of the largest singular value: motions that the reflectors determine worse are taken as zero
 
 
 def joint_rotation(one: SessionResiduals, rows: Index, j: int, vectors: Floats) -> tuple[Floats, Bools]:
-    """Rotation (S,) rad of a joint in every state, and which states tell it.
+    """Rotation (S,) rad of a joint in every state, and which states determine it.
 
     Args:
         rows: readings, and ``vectors`` (M, 3) m of each, in the base.
@@ -34,7 +34,7 @@ def lever_of(one: SessionResiduals, rows: Index, j: int) -> Floats:
 def place_displacement(
     one: SessionResiduals, rows: Index, place: int, vectors: Floats
 ) -> tuple[Floats, float, Bools]:
-    """Displacement (S, 6) m and rad of a place in every state, in its axes; its typical lever, m; which states tell.
+    """Displacement (S, 6) m and rad of a place in every state, in its axes; its typical lever, m; which states have it.
 
     Args:
         place: 0 base ... n flange.

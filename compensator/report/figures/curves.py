@@ -10,7 +10,7 @@ from compensator.report.figures.layout import AFTER, BEFORE, FONT, GRID, ORANGE,
 from compensator.report.figures.thinning import Floats, Index, numbers, path_length, thin
 from compensator.solve.compensation import Compensation
 
-# colours after Okabe and Ito: told apart by colour-blind readers
+# colours after Okabe and Ito: colour-blind readers can distinguish them
 JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")
 UNKNOWN = "#777777"
 LANE = 0.36  # half the height of a joint's lane, of 1 between two joints

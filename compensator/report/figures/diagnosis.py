@@ -135,7 +135,7 @@ def model_alone(d: Diagnosis) -> float | None:
 
 
 def pattern_figure(p: Pattern) -> Figure:
-    """Left before, with what an addition says of it if there is one; right after; one scale."""
+    """Left before, with what an addition explains of it; right after; both at one scale."""
     sides = [(0, [0.0, 0.47], p.titles[0]), (1, [0.53, 1.0], p.titles[1])][: 2 if p.titles[1] else 1]
     layout = base_layout(420, left=70, top=60, bottom=50)
     reach = np.concatenate([p.before, p.after])

@@ -12,7 +12,7 @@ Figure = dict[str, Any]  # as plotly.js reads it; plain dicts, so that equal res
 
 INK = "#1c2126"
 FONT = {"family": "system-ui, sans-serif", "size": 13, "color": INK}
-# colours after Okabe and Ito: told apart by colour-blind readers
+# colours after Okabe and Ito: colour-blind readers can distinguish them
 ORANGE, BLUE = "#d55e00", "#0072b2"
 BEFORE, AFTER = ORANGE, BLUE
 GRID, ZERO_LINE = "#e3e6e9", "#b4bac0"

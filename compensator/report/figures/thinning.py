@@ -10,7 +10,7 @@ from compensator.solve.compensation import Compensation
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-LIMIT = 5000  # points per curve; more cannot be told apart on a screen
+LIMIT = 5000  # points per curve; a screen cannot resolve more
 
 
 def thin(columns: Floats, limit: int = LIMIT) -> Index:

@@ -25,8 +25,8 @@ SETUPS = 12  # in the menu of the map
 
 @dataclass(frozen=True)
 class Addition:
-    """What the page tells of an effect that was added: where it is, what these readings hold for as good ("" for
-    nothing), and the ids of its figures."""
+    """An effect that was added, in words: the places it is in, the effects that these readings cannot distinguish from
+    it ("" for none), and the ids of its figures."""
 
     effect: str
     where: str
@@ -126,7 +126,7 @@ def _candidates(d: Diagnosis) -> dict[str, Any]:
 
 
 def _told_apart(d: Diagnosis) -> str:
-    """Where every addition could be told from all others."""
+    """For the page where no addition can be confused with another effect."""
     asked = d.added or d.verdict == "unexplained"
     return _capital(words.confusion_sentence(d) if asked else "nothing was added")
 

@@ -42,7 +42,7 @@ def fit_report(fit: Fit) -> Report:
 
 
 def _rms(fit: Fit) -> dict[str, Any]:
-    """Of each kind of reading: what a rigid arm leaves, what the fit leaves, and what noise alone would leave."""
+    """RMS residual of each kind of reading: of the rigid arm, of the fit, and expected of the noise alone."""
     out: dict[str, Any] = {}
     sessions = predicted_sessions(fit)
     for kind, judge in KINDS.items():

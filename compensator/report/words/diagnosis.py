@@ -59,7 +59,7 @@ def verdict_sentence(d: Diagnosis) -> str:
 
 
 def _sits(points: Sequence[Share]) -> str:
-    """The first place, and what it follows: a column that says more, or what it is known to follow."""
+    """The place with the largest share, and what it follows: a column with a larger share, else its own features."""
     place = next((s for s in points if not s.what.startswith("column:")), None)
     column = next((s for s in points if s.what.startswith("column:")), None)
     if place is None:
@@ -83,7 +83,7 @@ def _moved(changed: Sequence[Changed]) -> str:
 
 
 def place_words(what: str) -> str:
-    """A place or a column as a reader says it."""
+    """A place or a column of the session in words."""
     if what.startswith("column:"):
         name = what.removeprefix("column:")
         if name[:1] == "q" and name[1:].isdigit():
@@ -148,7 +148,7 @@ def before_after(report: Report) -> str:
 
 
 def confusion_sentence(d: Diagnosis) -> str:
-    """What could not be told apart."""
+    """Effects that these readings cannot distinguish."""
     alike = [f"{a.effect} from {joined(a.confused_with, 'or')}" for a in d.added if a.confused_with]
     if alike:
         return f"not told apart by these readings: {'; '.join(alike)}"

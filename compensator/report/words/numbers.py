@@ -39,7 +39,7 @@ def residual_mm(value: float) -> str:
 
 
 def rounded(value: float, sd: float) -> str:
-    """A number with the digits that its standard deviation leaves: up to the second one of ``sd``."""
+    """A number to the second significant digit of its standard deviation."""
     if not np.isfinite(value):
         return "∞" if value > 0 else "-∞"
     if not (np.isfinite(sd) and sd > 0):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from compensator.report.json.text import as_json, known_numbers
 from compensator.report.words.numbers import (
     deflection_mm,
     joined,
@@ -56,3 +58,10 @@ def test_units_and_names() -> None:
         "k", "gap", "friction", "ratio",
     ]  # fmt: skip
     assert [joined(["a", "b", "c"][:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]
+
+
+def test_json_has_no_number_that_is_not_finite() -> None:
+    assert as_json({"a": [1.0, None]}) == '{\n  "a": [\n    1.0,\n    null\n  ]\n}\n'
+    with pytest.raises(ValueError, match="JSON compliant"):
+        as_json({"a": float("nan")})
+    assert known_numbers(np.array([1.0, np.nan]), [True, False]) == [1.0, None]

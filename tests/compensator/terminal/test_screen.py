@@ -20,7 +20,7 @@ from compensator.terminal.path import show_path
 from compensator.terminal.stiffness_map import show_map
 from tests.compensator.report.small_path import prepared
 from tests.stiffness.arms import NAMES
-from tests.stiffness.test_clamped import HEADER, cycle, lines, written
+from tests.stiffness.model.test_clamped import HEADER, cycle, lines, written
 
 Shown = Callable[[], str]
 
