@@ -118,9 +118,9 @@ def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
     theirs = None if read.setting is None else read.setting.workobject
     if ours is None or theirs is None or read.setting is None or read.quaternion is None:
         return read
-    if np.allclose(ours, theirs, rtol=0.0, atol=1e-12):
+    if np.allclose(ours.matrix, theirs.matrix, rtol=0.0, atol=1e-12):
         return read
-    relative = np.linalg.inv(ours) @ theirs
+    relative = np.linalg.inv(ours.matrix) @ theirs.matrix
     known = np.isfinite(read.quaternion[:, :1])
     rotation = relative[:3, :3] @ matrix_from_unit_quaternion(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
     quaternion = np.where(known, quaternion_from_matrix(rotation), read.quaternion)

@@ -10,8 +10,10 @@ from compensator.cell.job import ONE_TOOL, Job
 from compensator.path.pose_names import place
 from compensator.solve.compensation import Compensation
 from stiffness.kinematics.solvers import SphericalInverse
+from toolpaths.frame import Frame
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import WARNING, Finding, Program, ToolFrame
+from toolpaths.writing.program import WARNING, Finding, Program
 
 MM_MIN = 1.0 / 60000.0  # m/s
 
@@ -48,10 +50,10 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
         tool=toolpath.tool if job.cell.tool is None else np.full_like(toolpath.tool, ONE_TOOL),
         line=toolpath.line,
         tools={
-            k: ToolFrame(t.name, t.position, t.rotation, t.mass or None, t.com if t.mass else None)
+            k: ToolFrame(t.name, Frame(t.rotation, t.position), t.mass or None, t.com if t.mass else None)
             for k, t in job.tools.items()
         },
-        workobject=job.cell.workobject.matrix(),
+        workobject=Frame.of(job.cell.workobject.matrix()),
         rapid_speed=job.cell.program.rapid_feed * MM_MIN,
         configuration=job.inverse.configuration(joints).astype(np.int32) if spherical else None,
         start_joints=None if job.cell.start is None else np.radians(job.cell.start.joints),

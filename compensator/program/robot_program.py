@@ -15,8 +15,8 @@ from compensator.path.planner import Planner
 from stiffness.kinematics.solvers import SphericalInverse
 from toolpaths.interpreting.arcs import with_arcs
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, rpy_from_matrix, turn_between
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
-from toolpaths.writing.program import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 
@@ -48,8 +48,8 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
 
 def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObject:
     given = "workobject" in cell.model_fields_set
-    pose = setting.workobject
-    if pose is None:
+    frame = setting.workobject
+    if frame is None:
         if not given:
             raise CellError(f"{cell.source}: workobject is missing, and {toolpath.source} only names it: give it here")
         return cell.workobject
@@ -57,10 +57,10 @@ def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObject:
         own = cell.workobject.matrix()
         _refuse_other(
             f"{cell.source}: [workobject] is not the work object of {toolpath.source}", own[:3, 3], own[:3, :3],
-            pose[:3, 3], pose[:3, :3],
+            frame.origin, frame.rotation,
         )  # fmt: skip
-    rpy = np.degrees(rpy_from_matrix(pose[:3, :3]))
-    return WorkObject.model_construct(xyz=_three(pose[:3, 3] * 1e3), rpy=_three(rpy))
+    rpy = np.degrees(rpy_from_matrix(frame.rotation))
+    return WorkObject.model_construct(xyz=_three(frame.origin * 1e3), rpy=_three(rpy))
 
 
 def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[str, object]:
@@ -90,13 +90,14 @@ def _tool(cell: Cell, toolpath: Toolpath, own: ToolTable | None, program: ToolFr
     if own is not None:
         tool = own.tool()
         what = f"{cell.source}: tool {own.name!r} is not {program.name} of {toolpath.source}"
-        _refuse_other(what, tool.position, tool.rotation, program.xyz, program.rotation)
+        _refuse_other(what, tool.position, tool.rotation, program.frame.origin, program.frame.rotation)
     mass, com = (own.mass, own.com) if own is not None and own.mass is not None else (program.mass, None)
     if com is None and program.com is not None and mass == program.mass:
         com = _three(program.com * 1e3)
-    rpy = np.degrees(rpy_from_matrix(program.rotation))
+    rpy = np.degrees(rpy_from_matrix(program.frame.rotation))
     return ToolTable.model_construct(
-        xyz=_three(program.xyz * 1e3), rpy=_three(rpy), mass=mass, com=com, name="tool" if own is None else own.name
+        xyz=_three(program.frame.origin * 1e3), rpy=_three(rpy), mass=mass, com=com,
+        name="tool" if own is None else own.name,
     )
 
 

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
+from toolpaths.frame import Frame
 from toolpaths.interpreting.arcs import with_arc_points
 from toolpaths.reading.move_buffer import LIMIT
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
-from toolpaths.writing.program import ToolFrame
 
 LINE, PTP, JOINTS, ARC = 0, 1, 2, 3  # straight line; joint move to a pose; joint move to angles; arc
 NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
@@ -41,7 +42,7 @@ class RobotMoves:
             ``target_*`` and ``via_*`` those of the numbers of its target and via point, ``*ref_*`` those where the
             statement gives or names them; -1 where there is none.
         joints: move -> (n,) rad.
-        frames: (4, 4) base -> frame, by number; None: only the controller knows it.
+        frames: in the base, by number; None: only the controller knows it.
         tools, events, external: as in Setting and Toolpath; events and external axes count moves.
     """
 
@@ -54,7 +55,7 @@ class RobotMoves:
     zone: Floats
     mark: dict[str, npt.NDArray[np.int64]]
     joints: dict[int, Floats]
-    frames: tuple[Floats | None, ...]
+    frames: tuple[Frame | None, ...]
     tools: dict[int, ToolFrame]
     events: tuple[Event, ...]
     external: Mapping[str, Floats] = field(default_factory=dict)
@@ -71,14 +72,14 @@ class RobotMoves:
         cut = self.mark["kind"] == CUT
         return int(np.argmax(np.bincount(self.mark["frame"][cut if cut.any() else slice(None)])))
 
-    def from_main(self) -> list[tuple[Floats, Floats]]:
-        """Per frame: rotation (3, 3) and origin (3,) of the main frame in it."""
+    def from_main(self) -> list[Frame]:
+        """Per frame: the main frame in it."""
         main = self.frames[self.main_frame]
-        out: list[tuple[Floats, Floats]] = []
+        out: list[Frame] = []
         for number, frame in enumerate(self.frames):
             posed = (self.mark["frame"] == number) & (self.mark["word"] != JOINTS)
             if number == self.main_frame or not posed.any():
-                out.append((np.eye(3), np.zeros(3)))
+                out.append(Frame.identity())
             elif frame is None or main is None:
                 at = int(np.argmax(posed))
                 raise ReadError(
@@ -86,26 +87,25 @@ class RobotMoves:
                     "Give both frames in the program, or one frame for all moves.",
                 )  # fmt: skip
             else:
-                relative = np.linalg.inv(frame) @ main
-                out.append((relative[:3, :3], relative[:3, 3]))
+                out.append(Frame.of(np.linalg.inv(frame.matrix) @ main.matrix))
         return out
 
     def in_main(self, points: Floats) -> Floats:
         """Points (N, 3), one a move in its own frame, in the main frame."""
         out = points.copy()
-        for number, (turn, origin) in enumerate(self.from_main()):
+        for number, main in enumerate(self.from_main()):
             rows = self.mark["frame"] == number
             if number != self.main_frame and rows.any():
-                out[rows] = (points[rows] - origin) @ turn
+                out[rows] = main.inward(points[rows])
         return out
 
     def turned_to_main(self) -> Floats:
         """Quaternions (N, 4) in the main frame."""
         out = self.quaternion.copy()
-        for number, (turn, _) in enumerate(self.from_main()):
+        for number, main in enumerate(self.from_main()):
             rows = (self.mark["frame"] == number) & np.isfinite(self.quaternion[:, 0])
             if number != self.main_frame and rows.any():
-                out[rows] = quaternion_from_matrix(turn.T @ matrix_from_quaternion(self.quaternion[rows]))
+                out[rows] = quaternion_from_matrix(main.rotation.T @ matrix_from_quaternion(self.quaternion[rows]))
         return out
 
     def toolpath(self, chord: float) -> Toolpath:
@@ -194,7 +194,7 @@ class RobotTrack:
         return {name: table[row, k] for k, name in enumerate(self.external) if used[k]}
 
     def frame(self, pose: Floats | None, name: str = "") -> int:
-        """The number of a frame, the same for the same frame; those that only the controller knows go by name."""
+        """The number of a frame (4, 4), the same for the same; those that only the controller knows go by name."""
         if pose is None:
             if name not in self._unknown:
                 self._unknown[name] = len(self.frames)
@@ -218,8 +218,9 @@ class RobotTrack:
             raise ReadError(self.source, None, "there is no move in the program", "Give one that moves the arm.")
         table = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, len(NUMBERS))
         marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
+        frames = tuple(None if pose is None else Frame.of(pose) for pose in self.frames)
         return RobotMoves(
             self.source, self.language, table[:, :3] * 1e-3, self._quaternions(table[:, 3:7]), table[:, 9:12] * 1e-3,
             table[:, 7] * 1e-3, table[:, 8] * 1e-3, {name: marks[:, k] for k, name in enumerate(MARKS)},
-            self.joints, tuple(self.frames), self.tools, tuple(self.events), self._external(),
+            self.joints, frames, self.tools, tuple(self.events), self._external(),
         )  # fmt: skip

@@ -48,8 +48,7 @@ class Arcs:
             return self.moves.via[r], False
         if not self._one_arc(poses, main + moved):
             return None
-        turn, origin = self._own[int(self.moves.mark["frame"][r])]
-        return turn @ (main + moved) + origin, True
+        return self._own[int(self.moves.mark["frame"][r])].at(main + moved), True
 
     def _one_arc(self, k: Rows, via: Floats) -> bool:
         points = self.program.position[k]

@@ -112,11 +112,11 @@ class Placing:
         """What ``spelled`` takes, for all poses at once: each in the frame of the move that it belongs to."""
         move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
         position, rotation = self.program.position.copy(), self.program.rotation.copy()
-        for number, (turn, origin) in enumerate(self.moves.from_main()):
+        for number, main in enumerate(self.moves.from_main()):
             mine = self.moves.mark["frame"][move] == number
             if mine.any():
-                position[mine] = position[mine] @ turn.T + origin
-                rotation[mine] = turn @ rotation[mine]
+                position[mine] = main.at(position[mine])
+                rotation[mine] = main.rotation @ rotation[mine]
         off = np.linalg.norm(position - self.moves.position[move], axis=1)
         with np.errstate(invalid="ignore"):  # moves to joint angles have no pose
             turned = np.abs(rotation - matrix_from_quaternion(self.moves.quaternion[move])).max(axis=(1, 2)) > SAME_TURN

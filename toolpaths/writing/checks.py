@@ -33,12 +33,12 @@ def _numbers(program: Program) -> Iterator[Finding]:
         if value is not None:
             bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
             yield from _at(program, bad, f"{name} is not a finite number", "report this as a defect")
-    for name in ("workobject", "start_joints"):
-        value = getattr(program, name)
-        if value is not None and not np.isfinite(value).all():
-            yield Finding(ERROR, name, "not a finite number")
+    if not np.isfinite(program.workobject.matrix).all():
+        yield Finding(ERROR, "workobject", "not a finite number")
+    if program.start_joints is not None and not np.isfinite(program.start_joints).all():
+        yield Finding(ERROR, "start_joints", "not a finite number")
     for number, tool in program.tools.items():
-        parts = [tool.xyz, tool.rotation, tool.com, tool.mass]
+        parts = [tool.frame.matrix, tool.com, tool.mass]
         if not all(np.isfinite(np.asarray(p, dtype=float)).all() for p in parts if p is not None):
             yield Finding(ERROR, f"tool {number}", "not a finite number")
 
@@ -48,10 +48,10 @@ def _rotations(program: Program) -> Iterator[Finding]:
     for block in program.blocks(65536):
         bad[block] = ~_is_rotation(program.rotation[block])
     yield from _at(program, bad, "the orientation is no rotation", "report this as a defect")
-    frames = {"workobject": program.workobject[:3, :3]}
-    frames.update({f"tool {n}": tool.rotation for n, tool in program.tools.items()})
-    for name, rotation in frames.items():
-        if not _is_rotation(rotation[None])[0]:
+    frames = {"workobject": program.workobject}
+    frames.update({f"tool {n}": tool.frame for n, tool in program.tools.items()})
+    for name, frame in frames.items():
+        if not _is_rotation(frame.rotation[None])[0]:
             yield Finding(ERROR, name, "the orientation is no rotation")
 
 

@@ -9,30 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import WriteError
+from toolpaths.frame import Frame
+from toolpaths.tool_frame import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
 ERROR, WARNING = "error", "warning"
-
-
-@dataclass(frozen=True)
-class ToolFrame:
-    """Flange -> TCP of one tool, and its load.
-
-    Attributes:
-        name: as the user calls it.
-        xyz: (3,) m, TCP in the flange frame.
-        rotation: (3, 3) of the TCP in the flange frame.
-        mass: kg, or None where it is not known.
-        com: (3,) m, centre of mass in the flange frame, or None.
-    """
-
-    name: str
-    xyz: Floats
-    rotation: Floats
-    mass: float | None = None
-    com: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -76,7 +59,7 @@ class Program:
         tool: (N,) number of the tool; a key of ``tools``.
         line: (N,) line of the source file, counted from 1.
         tools: number -> ToolFrame.
-        workobject: (4, 4) base -> work object.
+        workobject: in the base.
         rapid_speed: m/s of rapids.
         configuration: (N,) bits 4 = wrist centre behind axis 1, 2 = wrist centre behind the lower arm,
             1 = joint 5 negative; None for arms without a spherical wrist.
@@ -102,7 +85,7 @@ class Program:
     tool: Ints
     line: Ints
     tools: dict[int, ToolFrame]
-    workobject: Floats
+    workobject: Frame
     rapid_speed: float
     configuration: Ints | None = None
     exact: npt.NDArray[np.bool_] | None = None
@@ -122,7 +105,7 @@ class Program:
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, np.ndarray):
-                if f.name not in ("workobject", "start_joints") and len(value) != n:
+                if f.name != "start_joints" and len(value) != n:
                     raise ValueError(f"Program.{f.name} has {len(value)} rows, position {n}")
                 value.setflags(write=False)
 

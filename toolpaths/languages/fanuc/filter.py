@@ -49,7 +49,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     found = corrections(moves, program, row)
     if found:
         poses = np.concatenate([c.poses for c in found])
-        work.angles[poses] = np.degrees(fanuc_from_matrix(np.concatenate([c.rotation for c in found])))
+        work.angles[poses] = np.degrees(fanuc_from_matrix(np.concatenate([c.pose.rotation for c in found])))
         work.turns = _turns(work.text, moves, program, row)
         work.changes += [*_other_postures(moves, program, row, path), *_unseen(work.text, path)]
     for c in found:
@@ -208,7 +208,7 @@ class _Work:
 
     def _values(self, c: Correction, k: int) -> dict[str, float]:
         """X, Y, Z mm and W, P, R deg."""
-        numbers = [*(c.position[k] * 1e3).tolist(), *self.angles[c.poses[k]].tolist()]
+        numbers = [*(c.pose.origin[k] * 1e3).tolist(), *self.angles[c.poses[k]].tolist()]
         return dict(zip("XYZWPR", numbers, strict=True))
 
     def _moved(self, c: Correction, k: int) -> str:

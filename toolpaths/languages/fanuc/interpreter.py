@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import ReadError
+from toolpaths.frame import Frame
 from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack
 from toolpaths.interpreting.values import Runtime
 from toolpaths.languages.fanuc.calls import HARMLESS, Called, called
@@ -20,8 +21,8 @@ from toolpaths.languages.fanuc.registers import CONSTANT, Registers
 from toolpaths.languages.fanuc.scan import FREE, Listing, Record, Statement
 from toolpaths.reading.source_text import comment_word
 from toolpaths.rotation import matrix_from_fanuc, quaternion_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, RAPID, Floats
-from toolpaths.writing.program import ToolFrame
 
 _P = r"P\[(\d+)(?::[^\]]*)?\]"
 MOVE = re.compile(
@@ -65,7 +66,7 @@ class TpInterpreter:
         self.inside: list[Statement] = []  # the IFs that are open
         self.lost = ""  # what moved the arm to where only the running program knows
         self.frames: dict[int, Floats] = {0: np.eye(4)}
-        self.tools: dict[int, ToolFrame] = {0: ToolFrame("UT 0", np.zeros(3), np.eye(3))}
+        self.tools: dict[int, ToolFrame] = {0: ToolFrame("UT 0", Frame.identity())}
         self.frame: int | None = None
         self.tool: int | None = None
         self.unknown: int | None = None
@@ -160,9 +161,9 @@ class TpInterpreter:
             return
         tool = self.tools.get(number)
         used = number in self.track.tools and tool is not None
-        if used and tool is not None and not np.allclose(np.hstack([tool.rotation, tool.xyz[:, None]]), pose[:3]):
+        if used and tool is not None and not np.allclose(tool.frame.matrix, pose):
             raise self._refused(s, f"UTOOL[{number}] is changed after moves with it", "Give each tool its own number.")
-        self.tools[number] = ToolFrame(f"UT {number}", pose[:3, 3], pose[:3, :3])
+        self.tools[number] = ToolFrame(f"UT {number}", Frame.of(pose))
 
     def _call(self, s: Statement, name: str) -> None:
         """A called program: where it lies beside, what it may do is known; where it does not, it is let pass."""

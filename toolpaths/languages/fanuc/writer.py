@@ -15,12 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.config import config_texts, controller_joints
 from toolpaths.languages.fanuc.motion import FASTEST, SPEED_ERROR, speed_texts, terminations
 from toolpaths.rotation import fanuc_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.names import is_legal, plain
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: with their comments they stay within the 9999 lines that RoboDK's post takes.
@@ -149,7 +151,7 @@ def _remarks(text: str) -> list[str]:
 def _frames(program: Program) -> list[str]:
     """Instructions that say what is run, and set the user frame and the first tool."""
     head = f"Compensated program {program.name} for {program.robot or 'robot'}"
-    frame = _frame("UFRAME", program.workobject[:3, 3], program.workobject[:3, :3])
+    frame = _frame("UFRAME", program.workobject)
     lines = [*_remarks(head), *_remarks(f"Source: {program.source}"), *frame]
     return [*lines, *_mount(program.tools[int(program.tool[0])])]
 
@@ -161,12 +163,12 @@ def _mount(tool: ToolFrame) -> list[str]:
         lines += _remarks(f"PAYLOAD to set: {tool.mass:.3f} kg")
     if tool.com is not None:
         lines += _remarks("centre mm " + " ".join(f"{c:.1f}" for c in (tool.com * 1e3 + 0.0).tolist()))
-    return lines + _frame("UTOOL", tool.xyz, tool.rotation)
+    return lines + _frame("UTOOL", tool.frame)
 
 
-def _frame(word: str, position: Floats, rotation: Floats) -> list[str]:
+def _frame(word: str, frame: Frame) -> list[str]:
     """A frame through a position register; LPOS makes the register a Cartesian one first."""
-    values = [*(position * 1e3), *np.degrees(fanuc_from_matrix(rotation))]
+    values = [*(frame.origin * 1e3), *np.degrees(fanuc_from_matrix(frame.rotation))]
     lines = [f"  PR[{FRAME}]=LPOS"]
     for i, value in enumerate(values, 1):
         text = f"{round(float(value), 5) + 0.0:.5f}"

@@ -43,8 +43,8 @@ def _text(program: Program) -> Iterator[str]:
     yield f"%\n({MARKER})\n"
     yield f"({_comment('program ' + program.name + ' for ' + (program.robot or 'robot'))})\n"
     yield f"({_comment('source: ' + program.source)})\n"
-    angles = np.degrees(rpy_from_matrix(program.workobject[:3, :3]))
-    values = [number(float(v), 4) for v in (*(program.workobject[:3, 3] * 1e3), *angles)]
+    angles = np.degrees(rpy_from_matrix(program.workobject.rotation))
+    values = [number(float(v), 4) for v in (*(program.workobject.origin * 1e3), *angles)]
     yield f"(G54 is the work object: xyz {' '.join(values[:3])} mm, rpy {' '.join(values[3:])} deg in the base)\n"
     yield "G21 G90 G94 G17 G40 G54\n"
     before = _before(program)

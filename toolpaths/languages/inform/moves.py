@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_motoman, motoman_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending
@@ -30,9 +31,9 @@ class Moves:
 
     def numbers(self, block: slice) -> Floats:
         """(M, 6) X Y Z mm, Rx Ry Rz deg of the TCP in the robot frame, as they will be printed."""
-        w = self.program.workobject
-        position = self.program.position[block] @ w[:3, :3].T + w[:3, 3]
-        angles = _rounded(w[:3, :3] @ self.program.rotation[block])
+        work = self.program.workobject
+        position = work.at(self.program.position[block])
+        angles = _rounded(work.rotation @ self.program.rotation[block])
         return np.asarray(np.column_stack((np.round(position * 1e3, 3), angles)) + 0.0)
 
 
@@ -87,7 +88,7 @@ def rconf(program: Program, block: slice) -> list[str]:
     return [texts[k] for k in keys.tolist()]
 
 
-def angles_text(position: Floats, angles: Floats) -> tuple[str, ...]:
-    """X Y Z in mm, three angles in deg, as text."""
-    values = (*(position * 1e3), *np.degrees(angles))
+def frame_text(frame: Frame) -> tuple[str, ...]:
+    """X Y Z in mm, Rx Ry Rz in deg, as text."""
+    values = (*(frame.origin * 1e3), *np.degrees(motoman_from_matrix(frame.rotation)))
     return tuple(number(float(v), d) for v, d in zip(values, (4, 4, 4, 5, 5, 5), strict=True))

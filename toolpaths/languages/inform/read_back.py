@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_motoman
 from toolpaths.writing.program import Floats, ReadBack
 
@@ -29,10 +30,10 @@ def read_back(path: Path) -> ReadBack:
     if frame is None or len(poses) == 0:
         raise WriteError(f"{path}: no moves found in the written job")
     base = np.array([float(v) for v in frame.groups()])
-    turn = matrix_from_motoman(np.radians(base[3:]))
+    work = Frame(matrix_from_motoman(np.radians(base[3:])), base[:3])
     return ReadBack(
-        position=(poses[:, :3] - base[:3]) @ turn * 1e-3,
-        rotation=turn.T @ matrix_from_motoman(np.radians(poses[:, 3:])),
+        position=work.inward(poses[:, :3]) * 1e-3,
+        rotation=work.rotation.T @ matrix_from_motoman(np.radians(poses[:, 3:])),
         feed=np.concatenate(feeds) * 1e-3,
     )
 

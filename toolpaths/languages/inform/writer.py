@@ -16,11 +16,11 @@ from textwrap import wrap
 
 import numpy as np
 
-from toolpaths.languages.inform.moves import Moves, angles_text, moves, rconf
-from toolpaths.rotation import motoman_from_matrix
+from toolpaths.frame import Frame
+from toolpaths.languages.inform.moves import Moves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
 from toolpaths.writing.names import plain
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+from toolpaths.writing.program import ERROR, WARNING, Finding, Program
 from toolpaths.writing.splitting import part_findings, parts
 from toolpaths.writing.tool_load import load_words
 
@@ -85,7 +85,7 @@ def _tool_findings(program: Program) -> Iterator[Finding]:
         if not 0 <= n <= TOOLS:
             yield Finding(ERROR, f"tool {n}", f"a tool of INFORM has a number from 0 to {TOOLS}", "number it so")
         elif n in program.tools:
-            x, y, z, rx, ry, rz = _placed(program.tools[n].xyz, program.tools[n].rotation)
+            x, y, z, rx, ry, rz = frame_text(program.tools[n].frame)
             load = "".join(f", {words}" for words in load_words(program.tools[n]))
             yield Finding(
                 WARNING, f"tool {n}", "a job holds no tool data",
@@ -214,19 +214,15 @@ def _said(program: Program) -> str:
     lines += _comment(f"Source: {program.source}") + "'Speeds V in mm/s\n"
     for n in sorted({int(t) for t in np.unique(program.tool)}):
         tool = program.tools[n]
-        lines += _comment(f"Tool {n} {tool.name}") + _frame_comment(tool.xyz, tool.rotation)
+        lines += _comment(f"Tool {n} {tool.name}") + _frame_comment(tool.frame)
         lines += "".join(_comment(words) for words in load_words(tool))
     lines += "'Work object in the robot frame\n"
-    return lines + _frame_comment(program.workobject[:3, 3], program.workobject[:3, :3])
+    return lines + _frame_comment(program.workobject)
 
 
-def _frame_comment(position: Floats, rotation: Floats) -> str:
-    x, y, z, rx, ry, rz = _placed(position, rotation)
+def _frame_comment(frame: Frame) -> str:
+    x, y, z, rx, ry, rz = frame_text(frame)
     return f"'X {x} Y {y}\n'Z {z} mm\n'Rx {rx} Ry {ry}\n'Rz {rz} deg\n"
-
-
-def _placed(position: Floats, rotation: Floats) -> tuple[str, ...]:
-    return angles_text(position, motoman_from_matrix(rotation))
 
 
 def _comment(text: str) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpaths.frame import Frame
 from toolpaths.interpreting.moves import RobotTrack
 from toolpaths.interpreting.program_text import Statement
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import POSE, Value, frame
 from toolpaths.languages.krl.names import KrlNames
 from toolpaths.languages.krl.scan import KrlProgram
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import Floats
-from toolpaths.writing.program import ToolFrame
 
 
 class Mounted:
@@ -51,7 +52,7 @@ class Mounted:
                 name = self.names.get(f"TOOL_NAME[{number}]")
                 shown = name.value.strip('"') if name and isinstance(name.value, str) else f"tool {number}"
                 mass, com = _load(load.value if load else None)
-                self._track.tools[number] = ToolFrame(shown, pose[:3, 3], pose[:3, :3], mass, com)
+                self._track.tools[number] = ToolFrame(shown, Frame.of(pose), mass, com)
         return self._tools[key]
 
     def base(self, s: Statement, own: Value) -> int:

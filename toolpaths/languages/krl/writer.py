@@ -15,12 +15,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import kuka_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings
 from toolpaths.writing.names import is_legal, number, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
 
 #: Moves a file. KUKA publishes no limit; files of 5,000 lines run, longer ones stall the smartPAD's editor.
 MOVES_PER_FILE = 5000
@@ -123,7 +125,7 @@ def _main(program: Program, name: str, body: Callable[[], Iterator[str]]) -> Ite
     )
     yield f"  ; {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
     yield f"  ; {plain('Source: ' + program.source)}\n"
-    yield f"  $BASE={_frame(program.workobject[:3, 3], program.workobject[:3, :3])}\n"
+    yield f"  $BASE={_frame(program.workobject)}\n"
     yield _mount(program.tools[int(program.tool[0])])
     yield "  $IPO_MODE=#BASE\n  $ORI_TYPE=#VAR\n  $ADVANCE=5\n  BAS(#VEL_PTP,20)\n"
     for q in (*(() if program.start_joints is None else (program.start_joints,)), program.joints[0]):
@@ -145,9 +147,9 @@ def _head(name: str) -> str:
 
 def _mount(tool: ToolFrame) -> str:
     """$TOOL, and $LOAD where mass and centre of mass are known."""
-    lines = f"  ; tool: {plain(tool.name)}\n  $TOOL={_frame(tool.xyz, tool.rotation)}\n"
+    lines = f"  ; tool: {plain(tool.name)}\n  $TOOL={_frame(tool.frame)}\n"
     if tool.mass is not None and tool.com is not None:
-        com = _frame(tool.com, np.eye(3))
+        com = _frame(Frame(np.eye(3), tool.com))
         lines += f"  $LOAD={{LOAD: M {number(tool.mass, 3)},CM {com},J {{INERTIA: X 0,Y 0,Z 0}}}}\n"
     return lines
 
@@ -232,8 +234,8 @@ def status_and_turn(
     return status, turn.astype(np.int64)
 
 
-def _frame(position: Floats, rotation: Floats) -> str:
-    values = (*(position * 1e3), *np.degrees(kuka_from_matrix(rotation)))
+def _frame(frame: Frame) -> str:
+    values = (*(frame.origin * 1e3), *np.degrees(kuka_from_matrix(frame.rotation)))
     parts = [f"{k} {number(float(v), 5)}" for k, v in zip("XYZABC", values, strict=True)]
     return "{FRAME: " + ",".join(parts) + "}"
 

@@ -16,12 +16,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings
 from toolpaths.writing.names import legal_name, number, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
 
 #: Moves a module: what RoboDK's ABB IRC5 post takes for the same purpose. ABB publishes no figure.
 MOVES_PER_MODULE = 5000
@@ -163,7 +165,7 @@ def _main(program: Program, words: _Words, body: Callable[[], Iterator[str]]) ->
     for t, name in words.tools.items():
         yield f"  ! tool {t}: {plain(program.tools[t].name)}\n"
         yield f"  TASK PERS tooldata {name}:={_tooldata(program.tools[t])};\n"
-    frame = _pose(program.workobject[:3, 3], program.workobject[:3, :3])
+    frame = _pose(program.workobject)
     yield f'  TASK PERS wobjdata {words.module}_wobj:=[FALSE,TRUE,"",{frame},[[0,0,0],[1,0,0,0]]];\n'
     yield _speeds_and_zones(words, slice(0, len(program)))
     yield "\n  PROC main()\n"
@@ -259,19 +261,19 @@ def confdata(joints: Floats, configuration: npt.NDArray[np.int32] | None) -> npt
 
 
 def _tooldata(tool: ToolFrame) -> str:
-    return f"[TRUE,{_pose(tool.xyz, tool.rotation)},{_load(tool)}]"
+    return f"[TRUE,{_pose(tool.frame)},{_load(tool)}]"
 
 
 def _load(tool: ToolFrame) -> str:
     """loaddata; ABB's own of tool0 (0.001 kg) where the mass is not known, half way to the TCP the centre."""
     if tool.mass is None or tool.mass < 1e-3:
         return "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
-    com = 0.5 * tool.xyz if tool.com is None else tool.com
+    com = 0.5 * tool.frame.origin if tool.com is None else tool.com
     return f"[{number(tool.mass, 3)},{_numbers(com * 1e3, 4)},[1,0,0,0],0,0,0]"
 
 
-def _pose(position: Floats, rotation: Floats) -> str:
-    return f"[{_numbers(position * 1e3, 4)},{_numbers(quaternion_from_matrix(rotation), 8)}]"
+def _pose(frame: Frame) -> str:
+    return f"[{_numbers(frame.origin * 1e3, 4)},{_numbers(quaternion_from_matrix(frame.rotation), 8)}]"
 
 
 def _numbers(values: Floats, digits: int) -> str:

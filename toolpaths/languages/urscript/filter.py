@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.frame import Frame
 from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.languages.urscript.interpreter import PARAMETERS
 from toolpaths.languages.urscript.reader import moves_of
@@ -44,7 +45,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     found = corrections(moves, program, row)
     if found:
         poses = np.concatenate([c.poses for c in found])
-        work.vectors[poses] = ur_from_matrix(np.concatenate([c.rotation for c in found]))
+        work.vectors[poses] = ur_from_matrix(np.concatenate([c.pose.rotation for c in found]))
     for c in found:
         work.move(c)
     return Rewritten(work.text_out().encode("latin-1"), merged(work.changes))
@@ -107,7 +108,7 @@ class _Work:
         """New numbers for the pose that the move has; where others use it, too, its own pose in the move."""
         target = self._span(c.move, "target_start", "target_end")
         if target[0] >= 0 and (self.uses[target[0]] == 1 or start <= target[0] < end):
-            literal = self._literal(self.text[slice(*target)], c.position[-1], self.vectors[c.poses[-1]])
+            literal = self._literal(self.text[slice(*target)], c.pose.origin[-1], self.vectors[c.poses[-1]])
             self.edits.append(Edit(*target, literal))
             return
         self._note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
@@ -120,13 +121,12 @@ class _Work:
         given = (start + first, start + last)
         if given != self._span(c.move, "via_start", "via_end"):
             self._note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
-            passed = replace(c, position=np.array([via]), rotation=c.rotation[-1:], poses=c.poses[-1:])
+            passed = replace(c, pose=Frame(c.pose.rotation[-1:], np.array([via])), poses=c.poses[-1:])
             self.edits.append(Edit(*given, self._in_base(passed, 0)))
             return
         old = self.text[slice(*given)]
         vector = np.array([float(m[0]) for m in _NUMBER.finditer(old)][3:])
-        rotation, origin = self._frame(c)
-        self.edits.append(Edit(*given, self._literal(old, rotation @ via + origin, vector)))
+        self.edits.append(Edit(*given, self._literal(old, self._frame(c).at(via), vector)))
 
     def _span(self, move: int, first: str, last: str) -> tuple[int, int]:
         return int(self.moves.mark[first][move]), int(self.moves.mark[last][move])
@@ -147,7 +147,7 @@ class _Work:
         first, last = spans[1 if arc else 0]
         if start + first <= target[0] < start + last:
             inside = slice(target[0] - start, target[1] - start)
-            literal = self._literal(statement[inside], c.position[k], self.vectors[c.poses[k]])
+            literal = self._literal(statement[inside], c.pose.origin[k], self.vectors[c.poses[k]])
             pose = statement[first : inside.start] + literal + statement[inside.stop : last]
         else:
             pose = self._in_base(c, k)
@@ -191,19 +191,18 @@ class _Work:
 
     def _in_base(self, c: Correction, k: int) -> str:
         """Pose ``k`` as a literal in the base frame."""
-        rotation, origin = self._frame(c)
-        vector = ur_from_matrix(rotation @ c.rotation[k])
+        frame = self._frame(c)
+        vector = ur_from_matrix(frame.rotation @ c.pose.rotation[k])
         target = self._span(c.move, "target_start", "target_end")
-        plain = target[0] >= 0 and np.array_equal(rotation, np.eye(3))
+        plain = target[0] >= 0 and np.array_equal(frame.rotation, np.eye(3))
         old = _NUMBER.findall(self.text[slice(*target)]) if plain else []
         turned = _nearest(vector.tolist(), [float(v) for v in old[3:]]) if len(old) == 6 else vector.tolist()
-        values = [*(rotation @ c.position[k] + origin).tolist(), *turned]
+        values = [*frame.at(c.pose.origin[k]).tolist(), *turned]
         return "p[" + ", ".join(f"{round(v, 8) + 0.0:.8f}" for v in values) + "]"
 
-    def _frame(self, c: Correction) -> tuple[Floats, Floats]:
-        """Rotation and origin of the move's frame in the base."""
-        frame = self.moves.frames[int(self.moves.mark["frame"][c.move])]
-        return (np.eye(3), np.zeros(3)) if frame is None else (frame[:3, :3], frame[:3, 3])
+    def _frame(self, c: Correction) -> Frame:
+        """The move's frame in the base."""
+        return self.moves.frames[int(self.moves.mark["frame"][c.move])] or Frame.identity()
 
     def _literal(self, old: str, position: Floats, vector: Floats) -> str:
         """The literal ``p[...]`` with other numbers; no fewer digits, and the vector next to the one that was."""

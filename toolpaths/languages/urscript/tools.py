@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpaths.frame import Frame
 from toolpaths.interpreting.moves import RobotTrack
 from toolpaths.languages.urscript.expressions import Pose, Value
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import Floats
-from toolpaths.writing.program import ToolFrame
 
 
 class Tools:
@@ -40,6 +41,5 @@ class Tools:
         mass, com = self._load
         key = (tcp.numbers, mass, None if com is None else tuple(com.tolist()))
         number = self._known.setdefault(key, len(self._known) + 1)
-        pose = tcp.matrix()
-        self._track.tools[number] = ToolFrame(f"TCP {number}", pose[:3, 3], pose[:3, :3], mass, com)
+        self._track.tools[number] = ToolFrame(f"TCP {number}", Frame.of(tcp.matrix()), mass, com)
         return number

@@ -15,13 +15,15 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import ur_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import legal_name, number, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program, ToolFrame
+from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: users met a UR5 that takes no more than about 2,500 targets (visose/Robots, issue 55).
@@ -119,7 +121,7 @@ def _text(program: Program, words: _Words, function: str, block: slice, followin
     yield f"  # {plain('Source: ' + program.source)}\n  # {MARKER}\n"
     if following:
         yield f"  # continued in: {plain(following, 200)}\n"
-    yield f"  wobj = {_pose(program.workobject[:3, 3], program.workobject[:3, :3])}\n"
+    yield f"  wobj = {_pose(program.workobject)}\n"
     yield f"  v_rapid = {number(program.rapid_speed, 8)}\n"
     yield from _to_start(program, block.start)
     yield from _moves(program, words, block)
@@ -137,16 +139,17 @@ def _to_start(program: Program, first: int) -> Iterator[str]:
 
 def _mount(tool: ToolFrame) -> str:
     """set_tcp, and set_payload where the mass is known; the centre half way to the TCP where that is not."""
-    lines = f"  # tool: {plain(tool.name)}\n  set_tcp({_pose(tool.xyz, tool.rotation)})\n"
+    lines = f"  # tool: {plain(tool.name)}\n  set_tcp({_pose(tool.frame)})\n"
     if tool.mass is not None:
-        com = 0.5 * tool.xyz if tool.com is None else tool.com
+        com = 0.5 * tool.frame.origin if tool.com is None else tool.com
         place = ", ".join(number(float(c), 7) for c in com)
         lines += f"  set_payload({number(tool.mass, 3)}, [{place}])\n"
     return lines
 
 
-def _pose(position: Floats, rotation: Floats) -> str:
-    numbers = [*(number(float(v), 8) for v in position), *(number(float(v), 9) for v in ur_from_matrix(rotation))]
+def _pose(frame: Frame) -> str:
+    vector = ur_from_matrix(frame.rotation)
+    numbers = [*(number(float(v), 8) for v in frame.origin), *(number(float(v), 9) for v in vector)]
     return "p[" + ", ".join(numbers) + "]"
 
 

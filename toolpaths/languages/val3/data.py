@@ -9,6 +9,7 @@ from itertools import chain
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import staubli_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
@@ -68,11 +69,11 @@ def data(program: Program, per: int) -> Data:
 def data_text(program: Program, words: Data) -> Iterator[str]:
     """The .dtx file."""
     yield _HEAD
-    frame = _placed(program.workobject[:3, 3], program.workobject[:3, :3], "world[0]")
+    frame = _placed(program.workobject, "world[0]")
     yield _array("fWork", "frame", [frame])
     for n in words.tools:
         tool = program.tools[n]
-        yield _array(f"tTool{n}", "tool", [_placed(tool.xyz, tool.rotation, "flange[0]")])
+        yield _array(f"tTool{n}", "tool", [_placed(tool.frame, "flange[0]")])
     starts = [program.joints[0]] if program.start_joints is None else [program.start_joints, program.joints[0]]
     yield _array("jStart", "jointRx", [_joints(q) for q in starts])
     yield _array("mStart", "mdesc", [_mdesc(program.rapid_speed * 1e3, 0, 20)])
@@ -102,8 +103,8 @@ def _array(name: str, kind: str, values: Iterable[str]) -> str:
     return _open(name, kind, len(lines)) + "".join(lines) + "    </Data>\n"
 
 
-def _placed(position: Floats, rotation: Floats, father: str) -> str:
-    values = (*(position * 1e3), *np.degrees(staubli_from_matrix(rotation)))
+def _placed(frame: Frame, father: str) -> str:
+    values = (*(frame.origin * 1e3), *np.degrees(staubli_from_matrix(frame.rotation)))
     digits = (4, 4, 4, 6, 6, 6)
     pairs = zip(("x", "y", "z", "rx", "ry", "rz"), values, digits, strict=True)
     return " ".join(f'{k}="{number(float(v), d)}"' for k, v, d in pairs) + f' fatherId="{father}"'
