@@ -20,7 +20,8 @@ from benchmarks.table import Row
 from benchmarks.timing import interleaved, on_cores
 from stiffness.effects import BY_NAME
 from stiffness.identification.identify import identify
-from stiffness.identification.session_fit import Evidence
+from stiffness.identification.prediction import SessionPredictor
+from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import unknowns
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
@@ -122,8 +123,9 @@ def _read(rigid: Session, rng: np.random.Generator) -> Session:
     """The rigid session as instruments would show the elastic arm."""
     effect = BY_NAME["joint-stiffness"]
     nothing_free = unknowns([effect], rigid.robot.n, [effect.name])
-    arm = Evidence(rigid, nothing_free, {effect.name: {"k_nm_per_rad": STIFFNESS}})
-    true = arm.predict(np.zeros(0), np.zeros(0)).position
+    fixed = {effect.name: {"k_nm_per_rad": STIFFNESS}}
+    arm = SessionPredictor.of(SessionData.of(rigid), nothing_free, fixed)
+    true = arm.predict(arm.first_state(), np.zeros(0), np.zeros(0)).position
     load = rigid.samples.load
     sensed = load.wrench + rng.normal(scale=[FORCE] * 3 + [TORQUE] * 3, size=load.wrench.shape)
     position = true + rng.normal(scale=TRACKER, size=true.shape)

@@ -15,7 +15,7 @@ import pinocchio as pin
 from scipy.optimize import least_squares, root
 
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.rig import Floats, Rig, Task, flange, rig, task
 from benchmarks.table import Row
 from benchmarks.timing import cores, hashing, interleaved, on_cores, ratio
-from stiffness.statics.predictor import Command
+from stiffness.statics.prediction import Command
 
 ABB = "abb-irb6600-175-255"
 MANY, FEW = 100_000, 200  # poses of the product and of the loop in one round
@@ -19,14 +19,14 @@ ROUNDS = 7
 
 def command(rig: Rig, task: Task) -> Command:
     """The product: commands and everything that comes with them."""
-    return rig.predictor.command(task.rotation, task.position, task.wrench, np.zeros((len(task), 0)), task.start)
+    return rig.predictor.command(task.tcp, task.wrench, np.zeros((len(task), 0)), task.start)
 
 
 def whole_chain(rig: Rig, task: Task) -> Command:
     """Nominal inverse kinematics, then the command."""
-    batch = rig.inverse.along(*flange(rig, task.rotation, task.position), task.branch, task.start[0])
+    batch = rig.inverse.along(flange(rig, task.tcp), task.branch, task.start[0])
     none = np.zeros((len(task), 0))
-    return rig.predictor.command(task.rotation, task.position, task.wrench, none, batch.q)
+    return rig.predictor.command(task.tcp, task.wrench, none, batch.q)
 
 
 def forward(rig: Rig, task: Task) -> Floats:

@@ -11,10 +11,13 @@ import numpy.typing as npt
 
 from benchmarks.naive import NaiveArm
 from stiffness.effects import BY_NAME
-from stiffness.kinematics.solvers import Inverse, inverse_kinematics
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.solver import inverse_kinematics
+from stiffness.poses import PoseArray, Poses
 from stiffness.robot.load import load_robot
-from stiffness.robot.robot import STANDARD_GRAVITY, Robot
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot, placement
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 
@@ -88,6 +91,11 @@ class Task:
     def __len__(self) -> int:
         return len(self.position)
 
+    @property
+    def tcp(self) -> PoseArray:
+        """The poses."""
+        return PoseArray(self.rotation, self.position)
+
     def first(self, count: int) -> Task:
         """The first poses of the path."""
         some = slice(count)
@@ -122,19 +130,18 @@ def winding(name: str, count: int) -> tuple[Floats, Floats]:
 def task(rig: Rig, count: int) -> Task:
     """A winding path with its nominal inverse kinematics, in the first configuration that follows it all."""
     rotation, position = winding(rig.robot.name, count)
-    flange_r, flange_p = flange(rig, rotation, position)
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = flange_r[0], flange_p[0]
+    under = flange(rig, PoseArray(rotation, position))
+    pose = placement(under.rotation[0], under.origin[0])
     wave = np.sin(np.arange(count) * 0.011)[:, None]
     wrench = (0.25 if rig.tool is LIGHT else 1.0) * WRENCH * (1 + 0.3 * wave)
     for branch, q in rig.inverse.all(pose):
-        batch = rig.inverse.along(flange_r, flange_p, branch, q)
+        batch = rig.inverse.along(under, branch, q)
         if batch.ok.all() and batch.limit_margin.min() > 0:
             return Task(rotation, position, wrench, batch.q, branch)
     raise ValueError(f"{rig.robot.name}: no configuration follows the bench path")
 
 
-def flange(rig: Rig, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
+def flange(rig: Rig, tcp: Poses) -> PoseArray:
     """Flange poses under TCP poses."""
-    r = rotation @ rig.tool.rotation.T
-    return r, position - r @ rig.tool.position
+    r = tcp.rotation @ rig.tool.rotation.T
+    return PoseArray(r, tcp.origin - r @ rig.tool.position)

@@ -8,14 +8,14 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 
-class Table(BaseModel):
+class StrictTable(BaseModel):
     """A table of a file: a key that it does not know is refused, and what was read does not change."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
 
 
 @dataclass(frozen=True)
-class Finding:
+class SchemaFinding:
     """What is wrong with one key.
 
     Attributes:
@@ -43,10 +43,10 @@ class Finding:
 _KINDS: dict[str, Literal["unknown", "missing"]] = {"extra_forbidden": "unknown", "missing": "missing"}
 
 
-def findings(error: ValidationError) -> list[Finding]:
+def findings(error: ValidationError) -> list[SchemaFinding]:
     """What a schema has against a file, in the order of its keys."""
     return [
-        Finding(
+        SchemaFinding(
             kind=_KINDS.get(e["type"], "wrong"),
             key=".".join(str(part + 1) if isinstance(part, int) else str(part) for part in e["loc"]),
             given=e["input"],

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.cluster.vq import kmeans2
 
-from stiffness.diagnosis.added_effects import Addition, Bench
+from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.refined_model import refined_model
 from stiffness.effects import BY_NAME
 from stiffness.identification.evaluate import evaluate
@@ -48,15 +48,16 @@ class Study:
         fit = identify([self.sessions["B"]], ["joint-stiffness", "kinematic-offset"])
         self.model: ComplianceModel = fit.model(self.sessions["B"].robot_name, {})
         self.right = {name: np.ones(len(s.samples), dtype=bool) for name, s in self.sessions.items()}
-        self.right["B"] = fit.evidence[0].used.copy()
+        self.right["B"] = fit.sessions[0].used
 
     def fits(self, used: Mapping[str, Bools]) -> dict[str, Fit]:
         """Fits to some readings, without and with the effect."""
         n = self.sessions["B"].robot.n
-        bench = Bench([self.sessions[k] for k in used], self.model.effects, self.model.values, list(used.values()))
-        without = bench.fit([])
+        sessions = [self.sessions[k] for k in used]
+        fits = ModelFits.of(sessions, self.model.effects, self.model.values, list(used.values()))
+        without = fits.fit([])
         addition = Addition(EFFECT, EFFECT.sites(n), frozenset(), EFFECT.neutral(n))
-        return {"without": without, "with": bench.fit([addition], without)}
+        return {"without": without, "with": fits.fit([addition], without)}
 
     def learned(self, names: Sequence[str]) -> Iterator[str]:
         """Learned on whole sessions, scored on each with `evaluate`: 3-D RMS, mm."""
@@ -75,7 +76,7 @@ class Study:
             out = {name: (r >= 0) & (r % FOLDS == fold) for name, r in region.items()}
             for kind, fit in self.fits({k: self.right[k] & ~out[k] for k in ORDER}).items():
                 for i, name in enumerate(ORDER):
-                    seen = fit.evidence[i].predict(fit.parameters, fit.station(i))
+                    seen = fit.sessions[i].predicted
                     held = out[name] & self.right[name] & self.sessions[name].counts
                     off = self.sessions[name].samples.position[held] - seen.position[held]
                     squares.setdefault((name, kind), []).append((off**2).sum(axis=1))

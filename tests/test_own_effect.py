@@ -44,7 +44,8 @@ import numpy as np
 from compensator.tasks.effects import catalogue, effect_lines
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.model.model import load_model, model_text
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from stiffness.robot.load import load_robot
 from stiffness.identification.unknowns import numbers_of, start_values, unknowns
 
@@ -60,8 +61,8 @@ free = predictor(np.zeros(3)).forward(q, np.zeros(6), np.zeros(0))
 loaded = predictor(given["gravity"])
 under = loaded.forward(q, np.array(given["wrench"]), np.zeros(0))
 wrench = np.tile(given["wrench"], (len(q), 1))
-rotation, position = loaded.nominal(q)
-command = loaded.command(rotation, position, wrench, np.zeros((len(q), 0)), q)
+wanted = loaded.nominal(q)
+command = loaded.command(wanted, wrench, np.zeros((len(q), 0)), q)
 back = loaded.forward(command.q, wrench, np.zeros(0))
 own = BY_NAME["dress-pack"]
 every = unknowns(model.effects, 6)
@@ -73,7 +74,7 @@ print(json.dumps({
     "values": {k: v.tolist() for k, v in model.values["dress-pack"].items()},
     "text": model_text(model),
     "free": free.position.tolist(), "under": under.position.tolist(), "torque": under.torque.tolist(),
-    "missed": float(np.abs(back.position - position).max()),
+    "missed": float(np.abs(back.position - wanted.origin).max()),
     "corrected": float(np.abs(command.q - q).max()),
     "unknowns": [str(u) for u in every.free],
     "start": every.start(start_values(model.effects, 6)).tolist(),

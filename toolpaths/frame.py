@@ -64,8 +64,12 @@ class Frame:
     def inverse(self) -> Frame:
         """The outer frame in the inner one."""
         back = np.swapaxes(self.rotation, -1, -2)
-        return Frame(back, -(back @ self.origin[..., None])[..., 0])
+        return Frame(back, -Frame(back, self.origin).along(self.origin))
 
-    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice) -> Frame:
-        """Some of N frames."""
+    def relative_to(self, other: Frame) -> Frame:
+        """This frame in another one; both are given in the same outer one."""
+        return Frame(np.swapaxes(other.rotation, -1, -2) @ self.rotation, other.inward(self.origin))
+
+    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice | int) -> Frame:
+        """Some of N frames, or one."""
         return Frame(self.rotation[rows], self.origin[rows])

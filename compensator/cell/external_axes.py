@@ -7,14 +7,16 @@ programs get the poses back as their work object has them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.cell import Cell, ExternalAxis
+from compensator.cell.placement import Placement
+from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.errors import CellError
 from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
+from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import Setting, Toolpath, tool_axis
 from toolpaths.writing.program import ERROR, WARNING, Finding, Program
@@ -22,58 +24,44 @@ from toolpaths.writing.program import ERROR, WARNING, Finding, Program
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
-class Carried:
-    """Per pose: from the work object of the program to the same frame with all axes at 0; (N, 3, 3), (N, 3)."""
-
-    turn: Floats
-    shift: Floats
-
-    def forth(self, position: Floats, rotation: Floats) -> tuple[Floats, Floats]:
-        """Poses as the robot's base sees them."""
-        return np.einsum("nij,nj->ni", self.turn, position) + self.shift, self.turn @ rotation
-
-    def back(self, position: Floats, rotation: Floats) -> tuple[Floats, Floats]:
-        """Poses as the program says them."""
-        turn = self.turn.swapaxes(1, 2)
-        return np.einsum("nij,nj->ni", turn, position - self.shift), turn @ rotation
-
-
-def seen_from_base(cell: Cell, toolpath: Toolpath) -> Toolpath:
+def seen_from_base(placement: Placement, toolpath: Toolpath) -> Toolpath:
     """The poses of a program as the robot's base sees them.
 
     Raises:
         CellError, ReadError: a declared axis moves in a cut, or turns the axes of the wrench.
     """
-    _check(cell, toolpath)
-    found = carried(cell, toolpath)
+    _check(placement, toolpath)
+    found = carried(placement, toolpath)
     if found is None or toolpath.quaternion is None:
         return toolpath
-    return _placed(toolpath, *found.forth(toolpath.position, matrix_from_unit_quaternion(toolpath.quaternion)))
+    return _placed(toolpath, found.then(Frame(matrix_from_unit_quaternion(toolpath.quaternion), toolpath.position)))
 
 
-def as_programmed(cell: Cell, toolpath: Toolpath) -> Toolpath:
-    """The poses of joint angles, which the robot's base sees, as the program would say them."""
-    found, setting = carried(cell, toolpath), toolpath.setting
+def as_programmed(placement: Placement, toolpath: Toolpath) -> Toolpath:
+    """The poses of joint angles, which the robot's base sees, as the program has them."""
+    found, setting = carried(placement, toolpath), toolpath.setting
     if found is None or setting is None or toolpath.quaternion is None or not setting.joints:
         return toolpath
     rows = np.isin(toolpath.row, [float(r) for r in setting.joints])[:, None]
     known = np.where(np.isfinite(toolpath.quaternion[:, :1]), toolpath.quaternion, np.array([1.0, 0.0, 0.0, 0.0]))
-    position, rotation = found.back(toolpath.position, matrix_from_unit_quaternion(known))
-    position = np.where(rows, position, toolpath.position)
-    quaternion = np.where(rows, quaternion_from_matrix(rotation), toolpath.quaternion)
+    back = Frame(matrix_from_unit_quaternion(known), toolpath.position).relative_to(found)
+    position = np.where(rows, back.origin, toolpath.position)
+    quaternion = np.where(rows, quaternion_from_matrix(back.rotation), toolpath.quaternion)
     return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
-def _placed(toolpath: Toolpath, position: Floats, rotation: Floats) -> Toolpath:
-    quaternion = quaternion_from_matrix(rotation)
-    return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
+def _placed(toolpath: Toolpath, poses: Frame) -> Toolpath:
+    quaternion = quaternion_from_matrix(poses.rotation)
+    return replace(toolpath, position=poses.origin, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
-def carried(cell: Cell, toolpath: Toolpath) -> Carried | None:
-    """What the declared axes do to the poses of a toolpath; None where they do nothing."""
+def carried(placement: Placement, toolpath: Toolpath) -> Frame | None:
+    """(N) the work object as it stands at every pose, in the work object with all axes at 0; None: it stays there.
+
+    A pose of the program is seen from the base, as if rail and table stood at 0, at ``carried(...).then(pose)``.
+    """
     setting = toolpath.setting
-    axes = {} if setting is None else _axes(cell, setting)
+    axes = {} if setting is None else _axes(placement.external, setting)
     if setting is None or not axes:
         return None
     move = np.maximum(np.ceil(toolpath.row - 1e-9), 0).astype(np.intp)
@@ -86,12 +74,11 @@ def carried(cell: Cell, toolpath: Toolpath) -> Carried | None:
             center = np.array(axis.center) * 1e-3
             more = _about(np.array(axis.direction), np.radians(stands))
             turn, shift = more @ turn, np.einsum("nij,nj->ni", more, shift - center) + center
-    work = cell.workobject.matrix()
-    r, p = work[:3, :3], work[:3, 3]
-    return Carried(r.T @ turn @ r, (turn @ p + shift - p) @ r)
+    r, p = placement.workobject.rotation, placement.workobject.origin
+    return Frame(r.T @ turn @ r, (turn @ p + shift - p) @ r)
 
 
-def external_findings(cell: Cell, toolpath: Toolpath, language: str) -> tuple[Finding, ...]:
+def external_findings(placement: Placement, toolpath: Toolpath, language: str) -> tuple[Finding, ...]:
     """What another language than the program's own loses: it is written without external axes.
 
     A table of numbers (csv) moves no robot: there it is a warning.
@@ -102,7 +89,7 @@ def external_findings(cell: Cell, toolpath: Toolpath, language: str) -> tuple[Fi
     out = []
     for name, (rows, _, end) in cut_places(toolpath.setting.external, cut).items():
         if (np.abs(end) > SAME).any():
-            axis = cell.external.get(name)
+            axis = placement.external.get(name)
             harmless = language == "csv" or (axis is not None and axis.carries == "nothing")
             at = int(rows[int(np.argmax(np.abs(end) > SAME))])
             line = int(toolpath.line[int(np.searchsorted(toolpath.row, at - 1e-9))])
@@ -120,17 +107,17 @@ def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
         return read
     if np.allclose(ours.matrix, theirs.matrix, rtol=0.0, atol=1e-12):
         return read
-    relative = np.linalg.inv(ours.matrix) @ theirs.matrix
+    relative = Frame.of(np.linalg.inv(ours.matrix) @ theirs.matrix)
     known = np.isfinite(read.quaternion[:, :1])
-    rotation = relative[:3, :3] @ matrix_from_unit_quaternion(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
-    quaternion = np.where(known, quaternion_from_matrix(rotation), read.quaternion)
-    position = read.position @ relative[:3, :3].T + relative[:3, 3]
-    arcs = {k: (relative[:3, :3] @ p + relative[:3, 3], off) for k, (p, off) in read.setting.arcs.items()}
+    rotation = matrix_from_unit_quaternion(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
+    poses = relative.then(Frame(rotation, read.position))
+    quaternion = np.where(known, quaternion_from_matrix(poses.rotation), read.quaternion)
+    arcs = {k: (relative.at(p), off) for k, (p, off) in read.setting.arcs.items()}
     setting = replace(read.setting, workobject=ours, arcs=arcs)
-    return replace(read, setting=setting, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
+    return replace(read, setting=setting, position=poses.origin, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
-def external_notes(cell: Cell, toolpath: Toolpath) -> tuple[str, ...]:
+def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath) -> tuple[str, ...]:
     """What is not known of axes that the cell does not declare: they pass through as they are."""
     if toolpath.setting is None:
         return ()
@@ -139,32 +126,32 @@ def external_notes(cell: Cell, toolpath: Toolpath) -> tuple[str, ...]:
         f"{toolpath.source}: external axis {name} {stands}: it is not modelled, the work object is taken "
         f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]"
         for name, stands in found
-        if name not in cell.external
+        if name not in external
     )
 
 
-def without_external(program: Program, cell: Cell, toolpath: Toolpath, language: str) -> Program:
+def without_external(program: Program, placement: Placement, toolpath: Toolpath, language: str) -> Program:
     """The program with what is to be said when it is written in another language."""
-    return replace(program, findings=(*program.findings, *external_findings(cell, toolpath, language)))
+    return replace(program, findings=(*program.findings, *external_findings(placement, toolpath, language)))
 
 
-def _axes(cell: Cell, setting: Setting) -> Mapping[str, ExternalAxis]:
+def _axes(external: Mapping[str, ExternalAxisTable], setting: Setting) -> Mapping[str, ExternalAxisTable]:
     """In the order that they carry the part: the innermost table first, the outermost, then rails."""
-    used = [(n, a) for n, a in cell.external.items() if n in setting.external and a.carries != "nothing"]
+    used = [(n, a) for n, a in external.items() if n in setting.external and a.carries != "nothing"]
     return dict(sorted(reversed(used), key=lambda axis: axis[1].carries == "robot"))
 
 
-def _check(cell: Cell, toolpath: Toolpath) -> None:
+def _check(placement: Placement, toolpath: Toolpath) -> None:
     setting = toolpath.setting
     if setting is None or not setting.external:
         return
-    axes = _axes(cell, setting)
+    axes = _axes(placement.external, setting)
     refuse_moving(toolpath, axes)
     turned = [n for n, a in axes.items() if a.carries == "part"]
-    if turned and cell.process.frame == "workobject":
+    if turned and placement.process.axes == "workobject":
         raise CellError(
-            f"{cell.source}: process.frame = 'workobject', and {turned[0]} turns the work object: give the wrench in "
-            "base, path or tool axes"
+            f"{placement.source}: process.frame = 'workobject', and {turned[0]} turns the work object: give the wrench "
+            "in base, path or tool axes"
         )
 
 

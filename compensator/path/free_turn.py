@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_unit_quaternion
 from toolpaths.toolpath import Toolpath
 
@@ -48,6 +49,18 @@ def _carried(z: Floats) -> Floats:
         guide /= np.linalg.norm(guide)
         x[k] = guide
     return np.asarray(x[np.maximum.accumulate(np.where(changed, np.arange(len(z)), 0))])
+
+
+def about_tool_axis(tcp: Frame, turn: float | Floats) -> Frame:
+    """TCP frames (N) turned about their own z by one angle or (N,), rad."""
+    return Frame(tcp.rotation @ about_z(turn), tcp.origin)
+
+
+def about_z(angle: float | Floats) -> Floats:
+    """Rotation(s) about z: (3, 3), or (N, 3, 3) for an array."""
+    c, s = np.cos(angle), np.sin(angle)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    return np.stack([np.stack([c, -s, zero], -1), np.stack([s, c, zero], -1), np.stack([zero, zero, one], -1)], -2)
 
 
 def varying_turn(

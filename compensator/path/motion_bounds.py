@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.cell import Solve
 from compensator.errors import PathError
-from compensator.path.pose_names import place
-from stiffness.kinematics.solvers import Inverse, SphericalInverse
+from compensator.path.pose_text import place
+from stiffness.kinematics.inverse import Inverse
+from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
 from toolpaths.toolpath import Toolpath
 
@@ -17,25 +19,45 @@ Floats = npt.NDArray[np.float64]
 ON_LIMIT = 1e-9  # rad beyond a limit that rounding explains
 
 
-class Bounds:
-    """The bounds of a robot, and those of [solve] in the cell."""
+@dataclass(frozen=True, eq=False)
+class MotionBounds:
+    """Limits of a robot, and how near its singularities and how far from pose to pose it may go.
 
-    def __init__(self, solve: Solve, robot: Robot, inverse: Inverse) -> None:
-        self.solve, self.robot, self.inverse = solve, robot, inverse
-        # measure -> (bound, its key in [solve], what it is)
-        self._smallest = {
-            "wrist": (np.sin(np.radians(solve.min_wrist_angle)), "min_wrist_angle", "sine of the wrist angle"),
-            "elbow": (np.sin(np.radians(solve.min_elbow_angle)), "min_elbow_angle", "sine of the elbow angle"),
-            "shoulder": (solve.min_shoulder / 1e3, "min_shoulder", "distance (m) of the wrist centre from axis 1"),
-            "jacobian": (solve.min_singular_value, "min_singular_value", "smallest singular value of the Jacobian"),
+    Attributes:
+        min_wrist_angle, min_elbow_angle: rad. min_shoulder: m, of the wrist centre from axis 1.
+        min_singular_value: of the Jacobian, translations divided by half the reach; for arms without a spherical wrist.
+        max_joint_step: rad, between two poses.
+    """
+
+    inverse: Inverse
+    min_wrist_angle: float
+    min_elbow_angle: float
+    min_shoulder: float
+    min_singular_value: float
+    max_joint_step: float
+
+    @property
+    def robot(self) -> Robot:
+        """Whose limits."""
+        return self.inverse.robot
+
+    @property
+    def _smallest(self) -> dict[str, tuple[float, str, str]]:
+        """Measure -> bound, its key in [solve], what it is."""
+        return {
+            "wrist": (float(np.sin(self.min_wrist_angle)), "min_wrist_angle", "sine of the wrist angle"),
+            "elbow": (float(np.sin(self.min_elbow_angle)), "min_elbow_angle", "sine of the elbow angle"),
+            "shoulder": (self.min_shoulder, "min_shoulder", "distance (m) of the wrist centre from axis 1"),
+            "jacobian": (self.min_singular_value, "min_singular_value", "smallest singular value of the Jacobian"),
         }
 
     def margin(self, q: Floats) -> Floats:
         """(N,) how far each posture is from a limit or a singularity; negative beyond. Comparable, not exact."""
         room = np.minimum(q - self.robot.lower, self.robot.upper - q) / np.radians(45)
         margin = np.minimum(np.min(room, axis=1), 1.0)
+        smallest = self._smallest
         for name, value in self._measures(q).items():
-            bound = self._smallest[name][0]
+            bound = smallest[name][0]
             margin = np.minimum(margin, (value - bound) / (8 * bound))
         return np.asarray(margin)
 
@@ -63,18 +85,19 @@ class Bounds:
             )
         self._check_singularity(toolpath, q, what)
         step = np.abs(np.diff(q, axis=0))
-        bound = np.radians(self.solve.max_joint_step)
+        bound = self.max_joint_step
         if (step > bound).any():
             k, j = (int(v) for v in np.unravel_index(np.argmax(step > bound), step.shape))
             raise PathError(
                 f"{place(toolpath, k + 1)}: joint {j + 1} would jump {np.degrees(step[k, j]):.1f} deg from the pose "
-                f"before ({what}; solve.max_joint_step is {self.solve.max_joint_step:g} deg): the arm "
+                f"before ({what}; solve.max_joint_step is {np.degrees(bound):g} deg): the arm "
                 "configuration changes or a singularity is near"
             )
 
     def _check_singularity(self, toolpath: Toolpath, q: Floats, what: str) -> None:
+        smallest = self._smallest
         for name, value in self._measures(q).items():
-            bound, key, meaning = self._smallest[name]
+            bound, key, meaning = smallest[name]
             if not np.all(value >= bound):
                 k = int(np.argmin(value >= bound))
                 raise PathError(

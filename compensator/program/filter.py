@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from compensator.cell.external_axes import carried, in_frame
 from compensator.errors import SolveError
-from compensator.path.planner import Planner
-from compensator.path.pose_names import place
+from compensator.path.pose_text import place
 from compensator.program.export import program_of
 from compensator.program.robot_program import completed
 from compensator.solve.compensation import Compensation
@@ -20,6 +19,7 @@ from compensator.solve.joint_state import follow
 from compensator.solve.upright import tilt, untilted
 from compensator.solve.verify import PRINTED, Verified
 from toolpaths.files import read_toolpath
+from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, slerp_quaternion
 from toolpaths.toolpath import CUT, Toolpath
@@ -78,7 +78,7 @@ def filter_program(c: Compensation, rows: Floats, toolpath: Path, staged: Path, 
         c, left = untilted(c), _left_tilted(c, toolpath)
     index = needed_poses(c, rows)
     program, row = _taken(_as_written(c), index), c.path.toolpath.row[index]
-    rewritten = language.rewrite(source, program, row, toolpath, c.job.cell.posted_for())
+    rewritten = language.rewrite(source, program, row, toolpath, c.job.placement.machine)
     staged.write_bytes(rewritten.text)
     files = [staged]
     for suffix, data in rewritten.beside:
@@ -106,7 +106,7 @@ def needed_poses(c: Compensation, rows: Floats) -> Index:
     keep = source & (cut | np.concatenate([cut[1:], [False]]))
     written = _as_written(c)
     p, q = written.position, quaternion_from_matrix(written.rotation)
-    bound = SHARE * c.job.cell.sampling.chord * 1e-3
+    bound = SHARE * c.job.placement.sampling.chord * 1e-3
     while True:
         kept = np.flatnonzero(keep)
         rest = np.flatnonzero(cut & ~keep)
@@ -163,30 +163,26 @@ def verify_filtered(c: Compensation, done: Filtered, names: Path) -> Verified:
     Raises:
         SolveError: the file does not say what was solved.
     """
-    chord = FINER * c.job.cell.sampling.chord * 1e-3
-    read = read_toolpath(done.files[0], chord=chord, machine=c.job.cell.posted_for(), shown=str(names))
-    read = completed(c.job, in_frame(read, c.path.toolpath.setting))
+    chord = FINER * c.job.placement.sampling.chord * 1e-3
+    read = read_toolpath(done.files[0], chord=chord, machine=c.job.placement.machine, shown=str(names))
+    read = completed(c.job.placement, c.job.arm.robot, in_frame(read, c.path.toolpath.setting))
     row, pose = _aligned(done, read)
     toolpath, cut = c.path.toolpath, c.cutting
-    position, rotation = _between(c, read, row, pose, done)
-    if on_axes := carried(c.job.cell, toolpath):
-        position, rotation = on_axes.forth(position, rotation)
-    base = c.job.cell.workobject.matrix()
-    rotation, position = base[:3, :3] @ rotation, position @ base[:3, :3].T + base[:3, 3]
-    position, rotation = position[cut], rotation[cut]
+    printed = _between(c, read, row, pose, done)
+    if on_axes := carried(c.job.placement, toolpath):
+        printed = on_axes.then(printed)
     rows = np.flatnonzero(cut)
-    planner = Planner(c.job.cell, c.job.robot, c.job.inverse, c.job.tools)
-    some = toolpath.take(rows)
-    batch = c.job.inverse.along(*planner.flange(some, rotation, position), c.path.branch, c.command.q[rows])
+    tcp, some = c.job.placement.workobject.then(printed).take(rows), toolpath.take(rows)
+    batch = c.job.planner.inverse.along(some, tcp, c.path.branch, c.command.q[rows])
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(some, k)}: the written pose has no joint angles: {batch.why(k)}")
     q = c.path.q.copy()
     q[rows] = batch.q
-    prediction, _ = follow(c.job, toolpath, q, c.wrench, c.state)
-    target = np.where(cut[:, None], c.target_position, c.path.position)
+    prediction, _ = follow(c.job.arm, c.job.placement.start, toolpath, q=q, wrench=c.wrench, guess=c.state)
+    target = np.where(cut[:, None], c.target.origin, c.path.tcp.origin)
     error = np.linalg.norm(prediction.position - target, axis=1)
-    return Verified(error, float(np.linalg.norm(position - c.command.position[rows], axis=1).max()))
+    return Verified(error, float(np.linalg.norm(tcp.origin - c.command.position[rows], axis=1).max()))
 
 
 def _aligned(done: Filtered, read: Toolpath) -> tuple[Floats, Index]:
@@ -218,8 +214,8 @@ def _aligned(done: Filtered, read: Toolpath) -> tuple[Floats, Index]:
     return np.array(rows), np.array(poses, dtype=np.intp)
 
 
-def _between(c: Compensation, read: Toolpath, row: Floats, pose: Index, done: Filtered) -> tuple[Floats, Floats]:
-    """Commanded position and rotation (work object) of the written program at every solved pose."""
+def _between(c: Compensation, read: Toolpath, row: Floats, pose: Index, done: Filtered) -> Frame:
+    """(N) commanded TCP (work object) of the written program at every solved pose."""
     position, rotation = read.position.copy(), _rotations(read, row, pose, done)
     rapid = pose[read.kind[pose] != CUT]
     if len(rapid):  # as in the source; those of joint moves are not poses
@@ -239,7 +235,7 @@ def _between(c: Compensation, read: Toolpath, row: Floats, pose: Index, done: Fi
     b = np.clip(np.searchsorted(rows, wanted - 1e-12), 1, len(rows) - 1)
     t = np.clip((wanted - rows[b - 1]) / np.maximum(rows[b] - rows[b - 1], 1e-12), 0.0, 1.0)
     mixed = position[b - 1] + t[:, None] * (position[b] - position[b - 1])
-    return mixed, matrix_from_unit_quaternion(slerp_quaternion(q[b - 1], q[b], t))
+    return Frame(matrix_from_unit_quaternion(slerp_quaternion(q[b - 1], q[b], t)), mixed)
 
 
 def _rotations(read: Toolpath, row: Floats, pose: Index, done: Filtered) -> Floats:

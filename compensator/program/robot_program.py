@@ -7,12 +7,17 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.cell import Cell, Start, ToolTable, WorkObject
+from compensator.cell.arm import Arm, load_arm
+from compensator.cell.cell_file import Cell
 from compensator.cell.external_axes import as_programmed, external_notes, seen_from_base
 from compensator.cell.job import Job, job_of
+from compensator.cell.placement import Placement, placement_of
+from compensator.cell.placement_tables import ToolTable, WorkObjectTable
 from compensator.errors import CellError
-from compensator.path.planner import Planner
-from stiffness.kinematics.solvers import SphericalInverse
+from compensator.path.tcp_inverse import TcpInverse
+from stiffness.kinematics.spherical import SphericalInverse
+from stiffness.robot.robot import Robot
+from toolpaths.frame import Frame
 from toolpaths.interpreting.arcs import with_arcs
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, rpy_from_matrix, turn_between
 from toolpaths.tool_frame import ToolFrame
@@ -36,17 +41,19 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     """
     setting = toolpath.setting
     if setting is None:
-        return job_of(cell), toolpath
+        placement = placement_of(cell)
+        return job_of(load_arm(cell), placement), toolpath
     place = {"workobject": _workobject(cell, toolpath, setting)}
-    cell = cell.model_copy(update={**place, **_tools(cell, toolpath, setting)})
-    job = job_of(cell)
-    job = replace(job, notes=(*job.notes, *external_notes(cell, toolpath)))
-    path = _needed(seen_from_base(cell, completed(job, toolpath)))
-    job = _started(job, path, setting)
-    return job, _with_joint_moves(job, path, setting)
+    placement = placement_of(cell.model_copy(update={**place, **_tools(cell, toolpath, setting)}))
+    arm = load_arm(cell)
+    path = _needed(seen_from_base(placement, completed(placement, arm.robot, toolpath)))
+    if placement.start is None and len(path):
+        placement = replace(placement, start=_start(arm, placement, path, setting))
+    job = job_of(arm, placement, external_notes(placement.external, toolpath))
+    return job, _with_joint_moves(arm, placement, path, setting)
 
 
-def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObject:
+def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectTable:
     given = "workobject" in cell.model_fields_set
     frame = setting.workobject
     if frame is None:
@@ -54,13 +61,10 @@ def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObject:
             raise CellError(f"{cell.source}: workobject is missing, and {toolpath.source} only names it: give it here")
         return cell.workobject
     if given:
-        own = cell.workobject.matrix()
-        _refuse_other(
-            f"{cell.source}: [workobject] is not the work object of {toolpath.source}", own[:3, 3], own[:3, :3],
-            frame.origin, frame.rotation,
-        )  # fmt: skip
+        what = f"{cell.source}: [workobject] is not the work object of {toolpath.source}"
+        _refuse_other(what, cell.workobject.frame(), frame)
     rpy = np.degrees(rpy_from_matrix(frame.rotation))
-    return WorkObject.model_construct(xyz=_three(frame.origin * 1e3), rpy=_three(rpy))
+    return WorkObjectTable.model_construct(xyz=_three(frame.origin * 1e3), rpy=_three(rpy))
 
 
 def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[str, object]:
@@ -90,7 +94,7 @@ def _tool(cell: Cell, toolpath: Toolpath, own: ToolTable | None, program: ToolFr
     if own is not None:
         tool = own.tool()
         what = f"{cell.source}: tool {own.name!r} is not {program.name} of {toolpath.source}"
-        _refuse_other(what, tool.position, tool.rotation, program.frame.origin, program.frame.rotation)
+        _refuse_other(what, Frame(tool.rotation, tool.position), program.frame)
     mass, com = (own.mass, own.com) if own is not None and own.mass is not None else (program.mass, None)
     if com is None and program.com is not None and mass == program.mass:
         com = _three(program.com * 1e3)
@@ -101,11 +105,11 @@ def _tool(cell: Cell, toolpath: Toolpath, own: ToolTable | None, program: ToolFr
     )
 
 
-def _refuse_other(what: str, xyz: Floats, rotation: Floats, other_xyz: Floats, other_rotation: Floats) -> None:
-    off = float(np.linalg.norm(xyz - other_xyz))
-    turned = float(turn_between(np.array([rotation, other_rotation]))[0])
+def _refuse_other(what: str, own: Frame, program: Frame) -> None:
+    off = float(np.linalg.norm(own.origin - program.origin))
+    turned = float(turn_between(np.array([own.rotation, program.rotation]))[0])
     if off > SAME_FRAME or turned > SAME_TURN:
-        shown = [", ".join(f"{v * 1e3:.3f}" for v in p) for p in (xyz, other_xyz)]
+        shown = [", ".join(f"{v * 1e3:.3f}" for v in frame.origin) for frame in (own, program)]
         raise CellError(
             f"{what}: ({shown[0]}) mm against ({shown[1]}) mm, {np.degrees(turned):.4f} deg apart; the program's "
             "holds: correct the cell"
@@ -117,14 +121,14 @@ def _three(values: Floats) -> tuple[float, float, float]:
     return x, y, z
 
 
-def completed(job: Job, toolpath: Toolpath) -> Toolpath:
+def completed(placement: Placement, robot: Robot, toolpath: Toolpath) -> Toolpath:
     """The poses that the robot gives of moves in joint angles, and the points of arcs that start there."""
     if toolpath.setting is None:
         return toolpath
-    return with_arcs(as_programmed(job.cell, _with_positions(job, toolpath, toolpath.setting)))
+    return with_arcs(as_programmed(placement, _with_positions(placement, robot, toolpath, toolpath.setting)))
 
 
-def _with_positions(job: Job, toolpath: Toolpath, setting: Setting) -> Toolpath:
+def _with_positions(placement: Placement, robot: Robot, toolpath: Toolpath, setting: Setting) -> Toolpath:
     """Positions and orientations of moves that are given in joint angles, by forward kinematics."""
     if toolpath.quaternion is None or not setting.joints:
         return toolpath
@@ -132,22 +136,18 @@ def _with_positions(job: Job, toolpath: Toolpath, setting: Setting) -> Toolpath:
     index = {float(r): k for k, r in enumerate(toolpath.row.tolist())}
     for row, q in setting.joints.items():
         k = index[float(row)]
-        if len(q) != job.robot.n:
-            raise CellError(
-                f"{toolpath.source}:{toolpath.line[k]}: {len(q)} joint angles, {job.robot.name} has {job.robot.n}"
-            )
-        position[k], quaternion[k] = _forward(job, q, int(toolpath.tool[k]))
+        if len(q) != robot.n:
+            raise CellError(f"{toolpath.source}:{toolpath.line[k]}: {len(q)} joint angles, {robot.name} has {robot.n}")
+        position[k], quaternion[k] = _tcp(placement, robot, q, int(toolpath.tool[k]))
     return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
-def _forward(job: Job, q: Floats, number: int) -> tuple[Floats, Floats]:
+def _tcp(placement: Placement, robot: Robot, q: Floats, number: int) -> tuple[Floats, Floats]:
     """TCP in the work object: (3,) m and quaternion (4,)."""
-    tool = job.tools.get(number) or next(iter(job.tools.values()))
-    flange = job.robot.pose(q)
-    work = job.cell.workobject.matrix()
-    position = flange[:3, 3] + flange[:3, :3] @ tool.position - work[:3, 3]
-    rotation = work[:3, :3].T @ flange[:3, :3] @ tool.rotation
-    return work[:3, :3].T @ position, quaternion_from_matrix(rotation)
+    tool = placement.tools.tool(number)
+    in_base = Frame.of(robot.pose(q)).then(Frame(tool.rotation, tool.position))
+    tcp = in_base.relative_to(placement.workobject)
+    return tcp.origin, quaternion_from_matrix(tcp.rotation)
 
 
 def _needed(path: Toolpath) -> Toolpath:
@@ -162,72 +162,67 @@ def _needed(path: Toolpath) -> Toolpath:
     return replace(out, tool=tool)
 
 
-def _started(job: Job, path: Toolpath, setting: Setting) -> Job:
-    """The job starting where the program does, if the cell does not say: the posture picks the arm configuration."""
-    if job.cell.start is not None or not len(path):
-        return job
+def _start(arm: Arm, placement: Placement, path: Toolpath, setting: Setting) -> Floats | None:
+    """(n,) rad where the program starts: the posture picks the arm configuration; None: the program leaves it open.
+
+    Raises:
+        CellError: the arm cannot stand there.
+    """
+    robot = arm.robot
     joints = setting.joints.get(round(float(path.row[0])))
     if joints is None:
         wanted = -1
-        if setting.configuration is not None and isinstance(job.inverse, SphericalInverse):
+        if setting.configuration is not None and isinstance(arm.inverse, SphericalInverse):
             wanted = int(setting.configuration[round(float(path.row[0]))])
-        postures = [q for branch, q in _postures(job, path, 0) if branch == wanted]
+        postures = [q for branch, q in _postures(arm, placement, path.take([0])) if branch == wanted]
         if not postures:
-            return job
+            return None
         joints = min(postures, key=lambda q: float(np.abs(q).sum()))
-    outside = np.flatnonzero((joints < job.robot.lower) | (joints > job.robot.upper))
+    outside = np.flatnonzero((joints < robot.lower) | (joints > robot.upper))
     if len(outside):
         i = int(outside[0])
-        low, angle, high = np.degrees([job.robot.lower[i], joints[i], job.robot.upper[i]])
+        low, angle, high = np.degrees([robot.lower[i], joints[i], robot.upper[i]])
         raise CellError(
             f"{path.source}:{path.line[0]}: joint {i + 1} at {angle:.3f} deg is outside the limits {low:.3f} ... "
-            f"{high:.3f} deg of {job.robot.name}: is this program for another robot than that of {job.cell.source}?"
+            f"{high:.3f} deg of {robot.name}: is this program for another robot than that of {placement.source}?"
         )
-    start = Start.model_construct(joints=np.degrees(joints).tolist())
-    return replace(job, cell=job.cell.model_copy(update={"start": start}))
+    return joints
 
 
-def _postures(job: Job, path: Toolpath, k: int) -> list[tuple[int, Floats]]:
-    planner = Planner(job.cell, job.robot, job.inverse, job.tools)
-    some = path.take([k])
-    if some.quaternion is None:
+def _postures(arm: Arm, placement: Placement, pose: Toolpath) -> list[tuple[int, Floats]]:
+    """Every posture (branch, q) of a path of one pose."""
+    if pose.quaternion is None:
         return []
-    work = job.cell.workobject.matrix()
-    rotation = work[:3, :3] @ matrix_from_unit_quaternion(some.quaternion)
-    r, p = planner.flange(some, rotation, some.position @ work[:3, :3].T + work[:3, 3])
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = r[0], p[0]
-    return list(job.inverse.all(pose, limits=True))
+    tcp = placement.workobject.then(Frame(matrix_from_unit_quaternion(pose.quaternion), pose.position))
+    return TcpInverse(arm.inverse, placement.tools).postures(pose, tcp, limits=True)
 
 
-def _with_joint_moves(job: Job, path: Toolpath, setting: Setting) -> Toolpath:
+def _with_joint_moves(arm: Arm, placement: Placement, path: Toolpath, setting: Setting) -> Toolpath:
     """Poses along the joint moves between two cuts."""
     if path.quaternion is None:
         return path
     rapid = [k for k in np.flatnonzero(path.kind != CUT).tolist() if k > 0]
-    made: list[tuple[int, Floats]] = []
-    for k in rapid:
-        joints = setting.joints.get(round(float(path.row[k])))
-        ends = [q for _, q in _postures(job, path, k)] if joints is None else [joints]
-        begins = [q for _, q in _postures(job, path, k - 1)]
-        pairs = [(a, b) for a in begins for b in ends]
-        if pairs:
-            a, b = min(pairs, key=lambda ab: float(np.abs(ab[1] - ab[0]).max()))
-            parts = int(np.ceil(np.abs(b - a).max() / JOINT_STEP))
-            made.append((k, a + np.arange(1, parts)[:, None] / max(parts, 1) * (b - a)))
-    return _with_poses(job, path, made)
-
-
-def _with_poses(job: Job, path: Toolpath, made: list[tuple[int, Floats]]) -> Toolpath:
-    """Poses of joint angles (M, n) put in before poses k."""
-    if path.quaternion is None or not sum(len(q) for _, q in made):
-        return path
     end, row, position, orientation = [], [], [], []
-    for k, angles in made:
+    for k in rapid:
+        angles = _joint_move(arm, placement, path, k, setting.joints.get(round(float(path.row[k]))))
         for part, q in enumerate(angles, start=1):
-            where, turned = _forward(job, q, int(path.tool[k]))
+            where, turned = _tcp(placement, arm.robot, q, int(path.tool[k]))
             end.append(k)
             row.append(path.row[k] - 1 + part / (len(angles) + 1))
             position.append(where)
             orientation.append(turned)
+    if not end:
+        return path
     return path.with_points(np.array(end), np.array(row), np.array(position), np.array(orientation))
+
+
+def _joint_move(arm: Arm, placement: Placement, path: Toolpath, k: int, joints: Floats | None) -> Floats:
+    """(M, n) rad inside the shortest joint move to pose ``k``; ``joints``: what the program has there, if it has."""
+    ends = [q for _, q in _postures(arm, placement, path.take([k]))] if joints is None else [joints]
+    begins = [q for _, q in _postures(arm, placement, path.take([k - 1]))]
+    pairs = [(a, b) for a in begins for b in ends]
+    if not pairs:
+        return np.empty((0, arm.robot.n))
+    a, b = min(pairs, key=lambda ab: float(np.abs(ab[1] - ab[0]).max()))
+    parts = int(np.ceil(np.abs(b - a).max() / JOINT_STEP))
+    return np.asarray(a + np.arange(1, parts)[:, None] / max(parts, 1) * (b - a))

@@ -1,4 +1,4 @@
-"""Compensation: a path with its commands, and what the model says about them."""
+"""Compensation: a path with its commands, and what the model predicts for them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.job import Job
-from compensator.path.planner import Path
+from compensator.path.planned_path import PlannedPath
+from compensator.process.process import ProcessLoad
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import Command, Prediction
+from stiffness.statics.prediction import Command, Prediction
+from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -22,9 +24,9 @@ class Compensation:
 
     Attributes:
         job, path: what was asked.
-        wrench: (N, 6) on the robot, base axes, about the TCP.
-        target_rotation, target_position: where the TCP has to be, base. Differs from the nominal path only
-            where a correction fades along a rapid.
+        load: of the process.
+        target: (N) where the TCP has to be, base. Differs from the nominal path only where a correction fades along
+            a rapid.
         command: the solve.
         state: of every pose.
         before: the equilibrium when the nominal poses are commanded.
@@ -33,10 +35,9 @@ class Compensation:
     """
 
     job: Job
-    path: Path
-    wrench: Floats
-    target_rotation: Floats
-    target_position: Floats
+    path: PlannedPath
+    load: ProcessLoad
+    target: Frame
     command: Command
     state: PreloadState
     before: Prediction
@@ -50,6 +51,11 @@ class Compensation:
         return f"Compensation({self.path.toolpath.source!r}, {len(self)} poses, {self.iterations} rounds)"
 
     @property
+    def wrench(self) -> Floats:
+        """(N, 6) of the process on the robot, base axes, about the TCP."""
+        return self.load.wrench
+
+    @property
     def cutting(self) -> npt.NDArray[np.bool_]:
         """(N,) which poses cut."""
         return np.asarray(self.path.toolpath.kind == CUT)
@@ -57,9 +63,9 @@ class Compensation:
     @property
     def correction(self) -> Floats:
         """(N, 3) m, base axes: command minus nominal."""
-        return self.command.position - self.path.position
+        return self.command.position - self.path.tcp.origin
 
     @property
     def error_before(self) -> Floats:
         """(N, 3) m, base axes: TCP error when the nominal poses are commanded."""
-        return self.before.position - self.path.position
+        return self.before.position - self.path.tcp.origin

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.job import Job
-from compensator.path.planner import Path, Planner
+from compensator.cell.equipped_arm import EquippedArm
+from compensator.path.planned_path import PlannedPath
 from compensator.path.sampling import between, put_in
-from compensator.process.wrench import carried_wrench, process_wrench
+from compensator.process.process import ToolMotion
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import settled_state
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import COLUMNS, Command
+from stiffness.statics.prediction import COLUMNS, Command
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -50,14 +50,14 @@ class _Intervals:
         return np.asarray(self.low + t * (self.high - self.low))
 
 
-def with_changes(planner: Planner, c: Compensation) -> Path | None:
+def with_changes(c: Compensation) -> PlannedPath | None:
     """The path with poses around every flank change of a cut; None when there is none."""
     toolpath, state = c.path.toolpath, c.state
     if not state.low.shape[1]:
         return None
     length = np.linalg.norm(np.diff(toolpath.position, axis=0), axis=1)
     tau, q = c.command.torque[1:], c.command.q[1:]
-    worth = _worth(c.job, q, tau, state.middle[:-1], state.middle[1:]).any(axis=1)
+    worth = _worth(c.job.arm, q, tau, state.middle[:-1], state.middle[1:]).any(axis=1)
     known = state.known[:-1].all(axis=1)  # from an unknown flank nothing can be located
     rows = np.flatnonzero(worth & known & (length > SHORTEST) & (toolpath.kind[1:] == CUT))
     if not len(rows):
@@ -65,31 +65,29 @@ def with_changes(planner: Planner, c: Compensation) -> Path | None:
     intervals = _Intervals(
         rows, np.zeros(len(rows)), np.ones(len(rows)), PreloadState(state.low[rows], state.high[rows])
     )
-    first, closer = _bends(planner, c, intervals, length, deeper=True)
-    second, _ = _bends(planner, c, closer, length, deeper=False) if len(closer) else (first[:0], closer)
+    first, closer = _bends(c, intervals, length, deeper=True)
+    second, _ = _bends(c, closer, length, deeper=False) if len(closer) else (first[:0], closer)
     keep = np.concatenate([first, second])
     keep = keep[(keep[:, 1] > 0) & (keep[:, 1] < 1)]
     if not len(keep):
         return None
     keep = np.unique(keep, axis=0)
     finer = between(toolpath, keep[:, 0].astype(np.intp), keep[:, 1])
-    return planner.again(c.path, finer)
+    return c.job.planner.again(c.path, finer)
 
 
-def _worth(job: Job, q: Floats, tau: Floats, before: Floats, after: Floats) -> Bools:
+def _worth(arm: EquippedArm, q: Floats, tau: Floats, before: Floats, after: Floats) -> Bools:
     """(N, n) whether a change of state moves a joint by more than WORTH_A_POSE."""
-    change = job.joint_deflection(q, tau, after) - job.joint_deflection(q, tau, before)
+    change = arm.joint_deflection(q, tau, after) - arm.joint_deflection(q, tau, before)
     return np.asarray(np.abs(change) > WORTH_A_POSE)
 
 
-def _bends(
-    planner: Planner, c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bool
-) -> tuple[Floats, _Intervals]:
+def _bends(c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bool) -> tuple[Floats, _Intervals]:
     """Poses (K, 2: segment, fraction) where changes begin and end, and the intervals to look into again."""
-    command, state = _solved(planner, c, intervals)
-    n, m, count = c.job.robot.n, state.low.shape[-1], len(intervals)
+    command, state = _solved(c, intervals)
+    n, m, count = c.job.arm.robot.n, state.low.shape[-1], len(intervals)
     worth = _worth(
-        c.job, command.q[1:].reshape(-1, n), command.torque[1:].reshape(-1, n),
+        c.job.arm, command.q[1:].reshape(-1, n), command.torque[1:].reshape(-1, n),
         state.middle[:-1].reshape(-1, m), state.middle[1:].reshape(-1, m),
     ).reshape(PARTS, count, n)  # fmt: skip
     edge = np.zeros((1, count, n), dtype=bool)
@@ -110,16 +108,17 @@ def _bends(
     return bends, finer
 
 
-def _solved(planner: Planner, c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadState]:
+def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadState]:
     """Commands and states (PARTS + 1, M, ...) along every interval, each from its own first state."""
-    job, count, fractions = c.job, len(intervals), intervals.grid()
+    arm, planner, placement = c.job.arm, c.job.planner, c.job.placement
+    count, fractions = len(intervals), intervals.grid()
     order = np.lexsort((fractions.T.ravel(), np.repeat(intervals.segment, PARTS + 1)))
     inner = np.clip(fractions, 1e-9, 1 - 1e-9).T.ravel()[order]  # interval by interval
     segment = np.repeat(intervals.segment, PARTS + 1)[order]
     fine, rows = between(c.path.toolpath, segment, inner), put_in(segment)
     path = planner.part(c.path, fine, rows)
-    wrench = process_wrench(job.cell, fine, *planner.frames(c.path, fine))
-    wrench = carried_wrench(job.cell, wrench, fine, c.path.toolpath, c.wrench)[rows]
+    motion = ToolMotion(fine, placement.workobject, planner.tcp(c.path, fine))
+    wrench = placement.process.load_between(motion, c.path.toolpath, c.load).wrench[rows]
     begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
     wrench[begin] = c.wrench[segment[begin]]  # may be a rapid, without load
     place = np.empty(len(order), dtype=np.intp)
@@ -131,9 +130,8 @@ def _solved(planner: Planner, c: Compensation, intervals: _Intervals) -> tuple[C
     shape = (PARTS + 1, count)
     for _ in range(ROUNDS):
         flat = state.middle.reshape(shape[0] * shape[1], -1)
-        command = job.command(toolpath, path.rotation[pick], path.position[pick], wrench[pick], flat, path.q[pick])
-        command = _folded(command, shape)
-        new = _walked(job, command, state, intervals.state)
+        command = _folded(arm.command(toolpath, path.tcp.take(pick), wrench[pick], flat, path.q[pick]), shape)
+        new = _walked(arm, command, state, intervals.state)
         same = not np.any(np.abs(new.middle - state.middle) > 1e-9)
         state = new
         if same:
@@ -147,6 +145,6 @@ def _folded(command: Command, shape: tuple[int, int]) -> Command:
     return Command(**{k: a.reshape(*shape, *a.shape[1:]) for k, a in columns.items()}, steps=command.steps)
 
 
-def _walked(job: Job, command: Command, state: PreloadState, start: PreloadState) -> PreloadState:
+def _walked(arm: EquippedArm, command: Command, state: PreloadState, first: PreloadState) -> PreloadState:
     """States along the intervals; the first row keeps the state it is given."""
-    return settled_state(job, command, state, start, lambda _, v: np.diff(v, axis=0, prepend=v[:1]))
+    return settled_state(arm, command, state, first, lambda v: np.diff(v, axis=0, prepend=v[:1]))

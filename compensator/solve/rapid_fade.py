@@ -10,62 +10,56 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.job import Job
-from compensator.path.planner import Path
+from compensator.cell.equipped_arm import EquippedArm
+from compensator.path.planned_path import PlannedPath
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.predictor import Command
+from stiffness.statics.prediction import Command
+from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 
 
-def faded_targets(
-    job: Job, path: Path, wrench: Floats, command: Command, state: PreloadState
-) -> tuple[Floats, Floats]:
-    """Target rotation (N, 3, 3) and position (N, 3), base: the nominal path but for rapids next to a cut."""
+def faded_targets(arm: EquippedArm, path: PlannedPath, command: Command, state: PreloadState, fade: float) -> Frame:
+    """(N) TCP targets, base: the nominal path but for rapids next to a cut, nearer than ``fade`` (m)."""
     cut = path.toolpath.kind == CUT
     edges = np.flatnonzero(cut[1:] != cut[:-1])  # between pose e and e + 1
     if not len(edges):
-        return path.rotation, path.position
+        return path.tcp
     cutting = np.where(cut[edges], edges, edges + 1)
-    shift = _process_part(job, path, wrench, command, state, cutting)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.position, axis=0), axis=1))])
+    shift = _process_part(arm, path, command, state, cutting)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.tcp.origin, axis=0), axis=1))])
     # an edge lies at the pose before it: the end of a rapid, or of a cut that a rapid leaves
     edge_at = along[edges]
-    position = path.position.copy()
+    position = path.tcp.origin.copy()
     rows = np.flatnonzero(~cut)
     weight, offset = np.zeros(len(rows)), np.zeros((len(rows), 3))
     for side in (-1, 1):
         near = np.searchsorted(edges, rows, side="left") + (0 if side > 0 else -1)
         valid = (near >= 0) & (near < len(edges))
         near = np.clip(near, 0, len(edges) - 1)
-        distance = np.abs(along[rows] - edge_at[near]) / (job.cell.solve.fade / 1e3)
+        distance = np.abs(along[rows] - edge_at[near]) / fade
         t = np.clip(1 - distance, 0, 1)
         w = np.where(valid, t * t * (3 - 2 * t), 0.0)
         weight, offset = weight + w, offset + w[:, None] * shift[near]
     offset /= np.maximum(weight, 1.0)[:, None]
-    into = path.rotation[rows, :, 2]
+    into = path.tcp.rotation[rows, :, 2]
     offset -= into * np.maximum(np.sum(offset * into, axis=1, keepdims=True), 0.0)
     position[rows] += offset
-    return path.rotation, position
+    return Frame(path.tcp.rotation, position)
 
 
-def held_targets(
-    job: Job, path: Path, wrench: Floats, state: PreloadState, rows: npt.NDArray[np.intp]
-) -> tuple[Floats, Floats]:
-    """Target rotation (N, 3, 3) and position (N, 3), base: the nominal path, at ``rows`` where its command leads."""
-    goes = job.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.middle[rows])
-    rotation, position = path.rotation.copy(), path.position.copy()
+def held_targets(arm: EquippedArm, path: PlannedPath, wrench: Floats, state: PreloadState, rows: Rows) -> Frame:
+    """(N) TCP targets, base: the nominal path, at ``rows`` where its command leads."""
+    goes = arm.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.middle[rows])
+    rotation, position = path.tcp.rotation.copy(), path.tcp.origin.copy()
     rotation[rows], position[rows] = goes.rotation, goes.position
-    return rotation, position
+    return Frame(rotation, position)
 
 
-def _process_part(
-    job: Job, path: Path, wrench: Floats, command: Command, state: PreloadState, rows: npt.NDArray[np.intp]
-) -> Floats:
+def _process_part(arm: EquippedArm, path: PlannedPath, command: Command, state: PreloadState, rows: Rows) -> Floats:
     """(M, 3) m: the part of the correction at ``rows`` that the process load causes."""
-    part = path.toolpath.take(rows)
-    unloaded = job.command(
-        part, path.rotation[rows], path.position[rows], np.zeros((len(rows), 6)), state.middle[rows], path.q[rows]
-    )
+    part, no_load = path.toolpath.take(rows), np.zeros((len(rows), 6))
+    unloaded = arm.command(part, path.tcp.take(rows), no_load, state.middle[rows], path.q[rows])
     return command.position[rows] - unloaded.position

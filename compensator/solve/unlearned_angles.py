@@ -148,11 +148,10 @@ def levers(robot: Robot, q: Floats, tcp: Floats) -> Floats:
 
 def unsure_of(c: Compensation, q: Floats) -> tuple[list[NotLearned], Floats]:
     """Cutting poses of a path with the commands ``q`` (N, n): what was not learned, and (M,) m left open at the TCP."""
-    job, cut = c.job, c.cutting
-    unsure = Unsure(job.robot, job.effects, job.values, job.model.sd)
+    arm, cut = c.job.arm, c.cutting
+    unsure = Unsure(arm.robot, arm.effects, arm.values, arm.model.sd)
     if not unsure.effects:
         return [], np.zeros(int(cut.sum()))
-    only = next(iter(job.tools.values())).position
     number = c.path.toolpath.tool[cut]
-    tcp = np.array([job.tools[int(k)].position if len(job.tools) > 1 else only for k in number]).reshape(-1, 3)
+    tcp = np.array([arm.tools.tool(int(k)).position for k in number]).reshape(-1, 3)
     return unsure.not_learned(q[cut], tcp), unsure.at_tcp(q[cut], tcp)

@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from compensator.cell.external_axes import carried
 from compensator.errors import SolveError
-from compensator.path.pose_names import place
+from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import follow
 from toolpaths.files import read_back
+from toolpaths.frame import Frame
 from toolpaths.rotation import aligned
 
 Floats = npt.NDArray[np.float64]
@@ -47,29 +48,24 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     toolpath = c.path.toolpath
     if len(text.position) != len(c):
         raise SolveError(f"{path}: {len(text.position)} poses stand in the program, {len(c)} were solved")
-    base = c.job.cell.workobject.matrix()
-    where, turns = text.position, text.rotation
-    if on_axes := carried(c.job.cell, toolpath):
-        where, turns = on_axes.forth(where, turns)
+    work, printed = c.job.placement.workobject, Frame(text.rotation, text.position)
+    if on_axes := carried(c.job.placement, toolpath):
+        printed = on_axes.then(printed)
     if not text.turn_known:  # it is that of the solve
-        turns = aligned(base[:3, :3].T @ c.command.rotation, -turns[:, :, 2])
-    rotation = base[:3, :3] @ turns
-    position = where @ base[:3, :3].T + base[:3, 3]
-    off = np.linalg.norm(position - c.command.position, axis=1)
-    turned = np.abs(rotation - c.command.rotation).max(axis=(1, 2))
+        turns = aligned(work.rotation.T @ c.command.rotation, -printed.rotation[:, :, 2])
+        printed = Frame(turns, printed.origin)
+    tcp = work.then(printed)
+    off = np.linalg.norm(tcp.origin - c.command.position, axis=1)
+    turned = np.abs(tcp.rotation - c.command.rotation).max(axis=(1, 2))
     if not np.all(np.maximum(off, turned) <= PRINTED):
         k = int(np.argmax(np.where(np.isfinite(off), np.maximum(off, turned), np.inf)))
         size = f"{off[k] * 1e6:.1f} um and {turned[k] * 1e6:.1f} urad"
         raise SolveError(f"{place(toolpath, k)}: {path} prints a pose that is {size} from the solved one")
-    batch = c.job.inverse.along(*_flange(c, rotation, position), c.path.branch, c.command.q)
+    batch = c.job.planner.inverse.along(toolpath, tcp, c.path.branch, c.command.q)
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(toolpath, k)}: the printed pose has no joint angles: {batch.why(k)}")
-    prediction, _ = follow(c.job, toolpath, batch.q, c.wrench, c.state)
-    return Verified(np.linalg.norm(prediction.position - c.target_position, axis=1), float(off.max()))
-
-
-def _flange(c: Compensation, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
-    from compensator.path.planner import Planner
-
-    return Planner(c.job.cell, c.job.robot, c.job.inverse, c.job.tools).flange(c.path.toolpath, rotation, position)
+    prediction, _ = follow(
+        c.job.arm, c.job.placement.start, toolpath, q=batch.q, wrench=c.wrench, guess=c.state
+    )
+    return Verified(np.linalg.norm(prediction.position - c.target.origin, axis=1), float(off.max()))

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.cell import load_cell
+from compensator.cell.cell_file import load_cell
 from compensator.cell.external_axes import without_external
 from compensator.cell.job import Job
-from compensator.path.planner import Planner
 from compensator.program.export import program_of
 from compensator.program.filter import Filtered, filter_program, filtered_in_place, verify_filtered
 from compensator.program.robot_program import completed, job_for
 from compensator.report.json.path import as_json, summary
+from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
-from compensator.solve.solve import compensate, sampled, uncompensated
+from compensator.solve.planned import planned
 from compensator.solve.verify import verify
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from toolpaths.files import Written, language_of, read_toolpath, refuse_own, write_program
@@ -68,7 +68,7 @@ def compensate_file(
     job, path, source = _loaded(toolpath, cell, say)
     in_place = filtered_in_place(source, written_in, toolpath)
     say("solving")
-    result = compensate(job, path, rapids_stay=in_place)
+    result = compensate(job, planned(job, path), rapids_stay=in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
         with outputs.writing(program) as staged:
@@ -79,7 +79,7 @@ def compensate_file(
                 say("verifying the written program")
                 checked = verify_filtered(result, written, program)
             else:
-                alone = without_external(program_of(result), job.cell, source, written_in.name)
+                alone = without_external(program_of(result), job.placement, source, written_in.name)
                 written = write_program(alone, staged, written_in.name)
                 say("verifying the written program")
                 checked = verify(result, staged, written_in.name)
@@ -123,8 +123,7 @@ def preview_file(
     refuse_clashes((toolpath, cell), (csv, report, json))
     job, path, _ = _loaded(toolpath, cell, say)
     say("predicting")
-    planner = Planner(job.cell, job.robot, job.inverse, job.tools)
-    result = uncompensated(job, planner.plan(sampled(job, path)))
+    result = uncompensated(job, planned(job, path))
     error = np.linalg.norm(result.error_before, axis=1)
     numbers = summary(result, error, result.path.q, time.monotonic() - began, corrected=False)
     with Outputs() as outputs:
@@ -148,7 +147,7 @@ def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Toolpath, Toolpa
     say(f"reading {toolpath.name}")
     source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     job, path = job_for(table, source)
-    return job, path, completed(job, source)
+    return job, path, completed(job.placement, job.arm.robot, source)
 
 
 def _report(

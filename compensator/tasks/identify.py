@@ -17,7 +17,7 @@ from compensator.version import version
 from stiffness.effects import BASE
 from stiffness.errors import StiffnessError
 from stiffness.identification import scores
-from stiffness.identification.evaluate import Evaluation, evaluate, place, rigid_evidence
+from stiffness.identification.evaluate import Evaluation, evaluate, predicted_rigid
 from stiffness.identification.fit import Fit
 from stiffness.identification.identify import identify
 from stiffness.identification.scores import Score
@@ -160,7 +160,7 @@ def identify_report(fit: Fit) -> dict[str, Any]:
         "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(sd, known, strict=True)],
         "identifiable": [bool(ok) for ok in known],
         "rms_mm": _rms(fit),
-        "n_readings": int(sum(len(e.samples) for e in fit.evidence)),
+        "n_readings": int(sum(len(s.samples) for s in fit.sessions)),
         "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
         "condition_number": fit.condition_number(),
         "observability": fit.observability(),
@@ -171,15 +171,12 @@ def identify_report(fit: Fit) -> dict[str, Any]:
 
 def _rms(fit: Fit) -> dict[str, Any]:
     out: dict[str, Any] = {}
-    seen = [e.predict(fit.parameters, fit.station(k)) for k, e in enumerate(fit.evidence)]
-    rigid = []
-    for e in fit.evidence:
-        bare = rigid_evidence(e.session)
-        bare.used = e.used
-        rigid.append((bare, bare.predict(np.zeros(0), place(bare))))
+    rigid = [predicted_rigid(s.session, s.used).predicted for s in fit.sessions]
     for name, score in (("displacement", scores.displacement), ("absolute", scores.absolute)):
-        fitted = scores.pooled([score(e, s, e.used) for e, s in zip(fit.evidence, seen, strict=True)])
-        before = scores.pooled([score(e, s, e.used) for e, s in rigid])
+        fitted = scores.pooled([score(s.session, s.predicted, s.used, s.used) for s in fit.sessions])
+        before = scores.pooled(
+            [score(s.session, seen, s.used, s.used) for s, seen in zip(fit.sessions, rigid, strict=True)]
+        )
         out[name] = (
             None
             if fitted is None or before is None
@@ -205,7 +202,7 @@ def _approached(sessions: Sequence[Session]) -> bool:
 
 
 def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
-    sessions = [e.session for e in fit.evidence]
+    sessions = [s.session for s in fit.sessions]
     forces = [float(np.linalg.norm(s.samples.load.wrench[:, :3], axis=1).max()) for s in sessions]
     out: dict[str, Any] = {
         "kind": "static",

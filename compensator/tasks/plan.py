@@ -14,23 +14,23 @@ import numpy.typing as npt
 
 from compensator.cell.job import Job, load_job
 from compensator.errors import CompensatorError
-from compensator.path.planner import Planner
 from compensator.report.json.path import as_json
-from compensator.solve.solve import sampled, uncompensated
+from compensator.solve.compensate import uncompensated
+from compensator.solve.planned import planned
 from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
-from stiffness.identification.readings import Reader
+from stiffness.identification.readings import ReadingModel
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
-from stiffness.planning.postures import reachable
+from stiffness.planning.postures import reachable_postures
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 from toolpaths.files import read_toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -87,7 +87,7 @@ def plan_file(
     design = _design(loaded, robot, tool, _reflectors(measured, tool, robot.n), not measured)
     loading, more = _loading(design, measured, force)
     say("looking for postures")
-    postures = reachable(robot, tool.rotation, tool.position, max(POSTURES, 2 * count), seed)
+    postures = reachable_postures(robot, tool, max(POSTURES, 2 * count), seed)
     before = sum((design.measured(s) for s in measured), design.known)
     matters = None
     if job is not None and toolpath is not None:
@@ -123,8 +123,7 @@ def _check_masses(model: ComplianceModel, robot: Robot) -> None:
 
 
 def _check_same(model: ComplianceModel, robot: Robot, other: Robot, gravity: str, source: str) -> None:
-    pairs = ((robot.before, other.before), (robot.axis, other.axis), (robot.after, other.after))
-    if not all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs):
+    if not robot.same_kinematics(other):
         raise StiffnessError(f"{source}: robot {other.name} is not that of the model {model.source} ({robot.name})")
     if gravity != model.gravity:
         raise StiffnessError(
@@ -135,9 +134,10 @@ def _check_same(model: ComplianceModel, robot: Robot, other: Robot, gravity: str
 
 def _job(cell: Path, model: ComplianceModel, robot: Robot) -> Job:
     job = load_job(cell)
-    _check_same(model, robot, job.robot, model.gravity, str(cell))
-    if len(job.tools) > 1:
-        raise CompensatorError(f"{cell}: {len(job.tools)} tools; a plan is for one: give a cell with one [tool]")
+    _check_same(model, robot, job.arm.robot, model.gravity, str(cell))
+    tools = job.placement.tools.by_number
+    if len(tools) > 1:
+        raise CompensatorError(f"{cell}: {len(tools)} tools; a plan is for one: give a cell with one [tool]")
     return job
 
 
@@ -146,7 +146,7 @@ def _tool(measured: Sequence[Session], job: Job | None) -> tuple[Tool, list[str]
     if measured:
         return measured[-1].tool.tool(), []
     if job is not None:
-        return next(iter(job.tools.values())), []
+        return job.placement.tools.first, []
     note = "no session and no cell says what tool hangs on the flange: the TCP is the flange"
     return Tool(np.eye(3), np.zeros(3)), [note]
 
@@ -168,11 +168,11 @@ def _design(
 ) -> Design:
     effects, _ = model.applied(tool.name)
     values = {e.name: model.values[e.name] for e in effects}
-    return Design(_reader(model, robot, effects, tool), values, reflectors, model.sd if from_model else None)
+    return Design(_reading_model(model, robot, effects, tool), values, reflectors, model.sd if from_model else None)
 
 
-def _reader(model: ComplianceModel, robot: Robot, effects: Sequence[Effect], tool: Tool) -> Reader:
-    return Reader(
+def _reading_model(model: ComplianceModel, robot: Robot, effects: Sequence[Effect], tool: Tool) -> ReadingModel:
+    return ReadingModel(
         robot,
         planned_layout(effects, robot.n),
         {e.name: model.values[e.name] for e in effects},
@@ -197,14 +197,12 @@ def _loading(design: Design, measured: Sequence[Session], force: float | None) -
 
 def _path(model: ComplianceModel, robot: Robot, job: Job, toolpath: Path) -> Floats:
     """What of the parameters matters to the deflection at the poses of a toolpath that cut."""
-    source = read_toolpath(toolpath, chord=job.cell.sampling.chord / 1e3, machine=job.cell.posted_for())
-    path = sampled(job, source)
-    planner = Planner(job.cell, job.robot, job.inverse, job.tools)
-    followed = uncompensated(job, planner.plan(path))
+    source = read_toolpath(toolpath, chord=job.placement.sampling.chord / 1e3, machine=job.placement.machine)
+    followed = uncompensated(job, planned(job, source))
     cutting = np.flatnonzero(followed.cutting)
     some = cutting if len(cutting) else np.arange(len(followed))
     rows = some[np.unique(np.linspace(0, len(some) - 1, min(POSES, len(some))).astype(int))]
-    design = _design(model, robot, next(iter(job.tools.values())), (), False)
+    design = _design(model, robot, job.placement.tools.first, (), False)
     state = _flanks(design, job, followed.state.middle[rows])
     return design.of_path(followed.path.q[rows], followed.wrench[rows], state)
 
@@ -212,10 +210,10 @@ def _path(model: ComplianceModel, robot: Robot, job: Job, toolpath: Path) -> Flo
 def _flanks(design: Design, job: Job, state: Floats) -> Floats:
     """(N, m) flanks of the path as a share of their range; where the cell's model knows of others, the middle."""
     own = [e for e in design.layout.effects if e.memory]
-    theirs = [e for e in job.effects if e.memory]
+    theirs = [e for e in job.arm.effects if e.memory]
     if [e.name for e in own] != [e.name for e in theirs]:
-        return np.zeros((len(state), design.reader.statics.n_state))
-    half = [e.memory.bounds(job.values[e.name]) for e in theirs if e.memory]
+        return np.zeros((len(state), design.model.statics.n_state))
+    half = [e.memory.bounds(job.arm.values[e.name]) for e in theirs if e.memory]
     return np.asarray(state / np.maximum(np.concatenate(half), 1e-12)) if half else state
 
 

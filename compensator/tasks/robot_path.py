@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import numpy as np
-
 from stiffness.errors import RobotError, StiffnessError
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.load import load_robot
@@ -42,8 +40,7 @@ def refuse_other_robot(session: Session, model: ComplianceModel) -> None:
             f"{session.source}: robot {session.robot_name!r} is not the robot {model.robot!r} of the model "
             f"{model.source}: a stiffness model holds for the robot it was identified on"
         )
-    pairs = ((own.before, other.before), (own.axis, other.axis), (own.after, other.after))
-    if not all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs):
+    if not own.same_kinematics(other):
         raise StiffnessError(
             f"{session.source}: base {own.base!r} and tip {own.tip!r} of the session are not the frames of the model "
             f"{model.source} (base {other.base!r}, tip {other.tip!r}), or the robot file has changed since"

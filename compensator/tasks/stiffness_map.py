@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
 
-from compensator.cell.cell import ToolTable
+from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
 from compensator.tasks.joint_grid import Grid, grid_of
 from compensator.tasks.outputs import Outputs, refuse_clashes
@@ -21,7 +21,7 @@ from stiffness.errors import ModelError
 from stiffness.model.model import ComplianceModel, load_model
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
-from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
+from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
 
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
@@ -33,7 +33,7 @@ class Mapped:
     """What a map made: the postures, its JSON report, the files."""
 
     grid: Grid
-    result: Workspace
+    result: StiffnessMap
     report: dict[str, Any]
     files: tuple[Path, ...]
 
@@ -96,7 +96,7 @@ def map_file(
     effects, left_out = loaded.applied(held.name)
     _usable(loaded, robot, effects, weight)
     say(f"{len(grid.first)} x {len(grid.second)} postures")
-    result = workspace(
+    result = stiffness_map(
         robot, effects, {e.name: loaded.values[e.name] for e in effects}, held, grid.q, np.array(wrench, dtype=float),
         gravity=np.array(STANDARD_GRAVITY) * weight, tool_axes=frame == "tool", min_singular_value=min_singular_value,
     )  # fmt: skip
@@ -111,7 +111,7 @@ def map_file(
 
 def _write(
     grid: Grid,
-    result: Workspace,
+    result: StiffnessMap,
     report: dict[str, Any],
     title: str,
     png: Path | None,
@@ -175,13 +175,13 @@ def _notes(
     return notes
 
 
-def _counted(result: Workspace) -> str:
+def _counted(result: StiffnessMap) -> str:
     words = {LIMIT: "beyond a joint limit", SINGULAR: "singular", NO_EQUILIBRIUM: "without equilibrium"}
     counts = {words[s]: int(np.sum(result.status == s)) for s in words}
     return f"{len(result.q)} postures, " + ", ".join(f"{n} {word}" for word, n in counts.items() if n)
 
 
-def summary(grid: Grid, result: Workspace, left_out: tuple[str, ...], notes: list[str]) -> dict[str, Any]:
+def summary(grid: Grid, result: StiffnessMap, left_out: tuple[str, ...], notes: list[str]) -> dict[str, Any]:
     """The report as JSON; where extremes lie, and what is blank."""
     low, high, direction = result.softest
     low_rigid, _, _ = result.softest_rigid

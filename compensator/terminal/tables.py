@@ -38,10 +38,9 @@ def show(done: Done) -> None:
     if not console.is_terminal:
         return
     report, result = done.report, done.result
-    job = result.job
     console.print(
         Text(result.path.toolpath.source, "bold"),
-        f"on {job.robot.name}: {report['n_poses']} poses, {report['n_cut']} cutting, {report['seconds']} s",
+        f"on {result.job.arm.robot.name}: {report['n_poses']} poses, {report['n_cut']} cutting, {report['seconds']} s",
     )
     table = Table(title="predicted TCP error, mm")
     for head in ("", "mean", "95 %", "max"):

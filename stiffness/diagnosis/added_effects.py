@@ -1,20 +1,22 @@
-"""Additions: what a diagnosis adds to a model: effects at some of their sites, and fits that have them."""
+"""Added effects: what a diagnosis adds to a model, effects at some of their sites, and the fits that have them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.candidates import Column, Unit, started
+from stiffness.diagnosis.candidates import Column, Term, started
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect, Numbers, Site
-from stiffness.identification.fit import Fit
-from stiffness.identification.identify import fitted
-from stiffness.identification.session_fit import Evidence
+from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.problem import Problem
+from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of, unknowns
+from stiffness.identification.weighting import Weighting
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -56,46 +58,67 @@ def with_sites(addition: Addition, joints: int) -> Addition:
 
 
 def merged(
-    old: Sequence[Addition], unit: Unit, columns: Sequence[Column], weight: Floats, joints: int
+    old: Sequence[Addition], term: Term, columns: Sequence[Column], weight: Floats, joints: int
 ) -> list[Addition]:
-    """Additions with one unit more, its numbers begun where the linear fit found them."""
-    begun = started(unit, columns, weight, joints)
-    extras = frozenset({unit.site}) if unit.extras else frozenset()
-    before = next((a for a in old if a.effect is unit.effect), None)
+    """Additions with one term more, its numbers begun where the linear fit found them."""
+    begun = started(term, columns, weight, joints)
+    extras = frozenset({term.site}) if term.extras else frozenset()
+    before = next((a for a in old if a.effect is term.effect), None)
     if before is None:
-        return [*old, with_sites(Addition(unit.effect, (unit.site,), extras, begun), joints)]
+        return [*old, with_sites(Addition(term.effect, (term.site,), extras, begun), joints)]
     values = {k: np.array(v) for k, v in before.values.items()}
-    for p in (p for p in unit.effect.parameters if p.site == unit.site.kind):
-        if unit.site not in before.sites or p.extra:  # of a site that is there only the extras are new
-            values[p.name][p.of_site(unit.site.index)] = begun[p.name][p.of_site(unit.site.index)]
-    sites = before.sites if unit.site in before.sites else (*before.sites, unit.site)
-    order = {s: k for k, s in enumerate(unit.effect.sites(joints))}
-    now = Addition(unit.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
+    for p in (p for p in term.effect.parameters if p.site == term.site.kind):
+        if term.site not in before.sites or p.extra:  # of a site that is there only the extras are new
+            values[p.name][p.of_site(term.site.index)] = begun[p.name][p.of_site(term.site.index)]
+    sites = before.sites if term.site in before.sites else (*before.sites, term.site)
+    order = {s: k for k, s in enumerate(term.effect.sites(joints))}
+    now = Addition(term.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
     return [now if a is before else a for a in old]
 
 
-class Bench:
-    """Sessions and the model at hand, ready for fits with additions.
+@dataclass(frozen=True, repr=False, eq=False)
+class ModelFits:
+    """Fits of one model to the same readings, with and without effects added.
 
-    Args:
+    Attributes:
         base: effects of the model that these sessions show; ``values``: theirs.
-        used: per session, which readings take part.
+        used: per session (N,), readings that take part. allowed: readings that may.
     """
 
-    def __init__(
-        self,
+    data: tuple[SessionData, ...]
+    base: tuple[Effect, ...]
+    values: Mapping[str, Numbers]
+    used: tuple[Bools, ...]
+    allowed: tuple[Bools, ...]
+
+    @classmethod
+    def of(
+        cls,
         sessions: Sequence[Session],
         base: Sequence[Effect],
         values: Mapping[str, Numbers],
         used: Sequence[Bools],
-    ) -> None:
-        self.sessions, self.base, self.values = tuple(sessions), tuple(base), values
-        self.used = [u.copy() for u in used]
-        self.allowed = [u.copy() for u in used]
-        self.joints = sessions[0].robot.n
+    ) -> ModelFits:
+        """Fits to the ``used`` readings of sessions; no others may take part."""
+        return cls(tuple(SessionData.of(s) for s in sessions), tuple(base), values, tuple(used), tuple(used))
 
     def __repr__(self) -> str:
-        return f"Bench({len(self.sessions)} sessions, {', '.join(e.name for e in self.base)})"
+        return f"ModelFits({len(self.data)} sessions, {', '.join(e.name for e in self.base)})"
+
+    @property
+    def sessions(self) -> tuple[Session, ...]:
+        """What was measured."""
+        return tuple(d.session for d in self.data)
+
+    @property
+    def joints(self) -> int:
+        """Of the robot."""
+        return self.data[0].session.robot.n
+
+    @cached_property
+    def weightings(self) -> tuple[Weighting, ...]:
+        """Absolute positions are trusted."""
+        return tuple(Weighting(d.session, 0.0) for d in self.data)
 
     def layout(self, additions: Sequence[Addition], *, base_fixed: bool = False) -> Unknowns:
         """The free numbers: all of the model at hand, and those of the additions."""
@@ -123,31 +146,19 @@ class Bench:
         layout = replace(layout, free=tuple(u for u in layout.free if u.effect not in held))
         fixed = {e.name: self.values[e.name] for e in self.base}
         fixed |= {a.effect.name: a.values for a in additions}
-        evidence = tuple(Evidence(s, layout, fixed) for s in self.sessions)
-        for e, mask, allowed in zip(evidence, self.used, self.allowed, strict=True):
-            e.used, e.allowed = mask.copy(), allowed.copy()
-        vector = None if start is None else self._begun(layout, fixed, start, evidence)
-        return fitted(layout, fixed, evidence, 0.0, None, (), vector, once=not any(a.effect.angle for a in additions))
-
-    def _begun(
-        self, layout: Unknowns, fixed: Mapping[str, Numbers], start: Fit, evidence: tuple[Evidence, ...]
-    ) -> Floats:
-        """Numbers of another fit where it has them; stations begin where that fit placed them."""
-        known = {
-            (u.effect, u.parameter.name, u.index): v for u, v in zip(start.unknowns.free, start.parameters, strict=True)
-        }
-        first = layout.start(fixed)
-        own = np.array(
-            [known.get((u.effect, u.parameter.name, u.index), v) for u, v in zip(layout.free, first, strict=True)]
+        problem = Problem.of_sessions(self.data, self.weightings, layout, fixed)
+        # increments of tracker poses count from the first guess of the fit that gives their start
+        poses = [None] * len(self.data) if start is None else [s.state.poses for s in start.sessions]
+        states = tuple(
+            replace(state, used=used, allowed=allowed, poses=guess)
+            for state, used, allowed, guess in zip(problem.first_states(), self.used, self.allowed, poses, strict=True)
         )
-        for new, old in zip(evidence, start.evidence, strict=True):
-            new.station = old.station  # its first guess is what increments count from
-            new.placed = old.placed
-        return np.concatenate([own, start.solution.vector[len(start.unknowns) :]])
+        vector = None if start is None else _begun(problem, start)
+        return fitted(problem, states, vector, once=not any(a.effect.angle for a in additions))
 
-    def sound(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
+    def within_limits(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
         """A fit whose effects allow their values: what one does not allow is moved to the nearest that it does and held
-        there, and all else answers to that."""
+        there, and all else is fitted again."""
         values = fit.values()
         wrong = [a for a in additions if a.effect.nearest and a.effect.check(values[a.effect.name])]
         if not wrong:
@@ -156,7 +167,21 @@ class Bench:
         moved = [replace(a, values=held.get(a.effect.name, values[a.effect.name])) for a in additions]
         return self.fit(moved, fit, held=tuple(held))
 
-    def current(self, fit: Fit, additions: Sequence[Addition]) -> list[Addition]:
-        """Additions with the values of a fit."""
-        values = fit.values()
-        return [replace(a, values=values[a.effect.name]) for a in additions]
+
+def _begun(problem: Problem, start: Fit) -> Floats:
+    """(V,) numbers of another fit where it has them; those of the stations are the same in both."""
+    known = {
+        (u.effect, u.parameter.name, u.index): v for u, v in zip(start.unknowns.free, start.parameters, strict=True)
+    }
+    layout = problem.unknowns
+    first = layout.start(problem.fixed)
+    own = np.array(
+        [known.get((u.effect, u.parameter.name, u.index), v) for u, v in zip(layout.free, first, strict=True)]
+    )
+    return np.concatenate([own, start.solution.vector[len(start.unknowns) :]])
+
+
+def at_values_of(fit: Fit, additions: Sequence[Addition]) -> list[Addition]:
+    """Additions with the values of a fit."""
+    values = fit.values()
+    return [replace(a, values=values[a.effect.name]) for a in additions]

@@ -1,9 +1,8 @@
 """Attribution: where a residual sits and what it follows, without the catalogue.
 
-Every joint may turn, and every place may move, by any blend of simple features of a reading: constant, load, angles,
-the way it was approached, the order of loads, time, temperature, further columns. How much of the residual of
-set-ups left out a place explains that way is its share; how much one column explains, wherever it acts, is the
-column's. Noise explains nothing that it has not seen, so a column of noise has no share.
+Every joint may turn, and every place may move, by any linear combination of the regressors of a reading. The fraction
+of the structure (chi-square above the noise) that a place explains that way on held-out set-ups is its share; what one
+column explains, wherever it acts, is the share of the column. In cross-validation a column of noise explains nothing.
 """
 
 from __future__ import annotations
@@ -14,149 +13,127 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.linear_fit import Held, Ledger
-from stiffness.diagnosis.search import fold_of
+from stiffness.diagnosis.linear_fit import HeldOutFold, NormalEquations
+from stiffness.diagnosis.regressors import Regressors, regressors, without_columns
+from stiffness.diagnosis.search import normal_equations
 from stiffness.diagnosis.selection import steady
-from stiffness.diagnosis.sensitivities import Screen
+from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name
 from stiffness.identification.fit import Fit
-from stiffness.identification.fit import columns_of as station_columns
-from stiffness.identification.session_fit import Evidence, Predicted
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-RIDGES = (1e-3, 1e-2, 1e-1)  # prior size of a feature's weight over the residual's own
-HARMONICS = 4
-SIX = 0.8  # a place moves in six ways, that of the joint beside it among them: its share counts for less
+RIDGES = (1e-3, 1e-2, 1e-1)  # prior precision of a weight over that of the data, all columns scaled alike
+SIX = 0.8  # factor on the share of a place: it has six coordinates, one of which moves as the joint beside it
 LEAST = 0.02  # a share below is not reported
-SILENT = 0.02  # of the largest torque: below, a torque has no sign
+SECOND = 0.1  # of what the best family leaves: so much more a second family has to explain to be named
 
 
 @dataclass(frozen=True)
 class Share:
-    """``what``: a place or ``column:NAME``; ``share`` of the structure; ``follows``: features that carry it."""
+    """``what``: a place or ``column:NAME``; ``share`` of the structure; ``follows``: regressors that carry it."""
 
     what: str
     share: float
     follows: str = ""
 
 
-@dataclass(frozen=True, repr=False)
-class Features:
-    """Regressors of N readings: ``values`` (N, F), the ``family`` of each for the report, the ``column`` it is of.
-
-    ``joint``: the joint that a feature is for, -1 for all.
-    """
-
-    values: Floats
-    family: tuple[str, ...]
-    column: tuple[str, ...]
-    joint: tuple[int, ...]
-
-
-def features(evidence: Evidence, seen: Predicted) -> Features:
-    """All regressors of a session, each scaled to a root mean square of one."""
-    s, n = evidence.samples, evidence.session.robot.n
-    out: list[tuple[Floats, str, str, int]] = [(np.ones(len(s)), "always the same", "", -1)]
-    most = np.maximum(np.abs(seen.torque).max(axis=0), 1e-9)
-    tau = seen.torque / most
-    sign = np.where(np.abs(tau) > SILENT, np.sign(tau), 0.0)
-    for j in range(n):
-        name = f"torque of joint {j + 1}"
-        out.append((tau[:, j], name, "", -1))
-        out.append((sign[:, j], f"sign of its torque, joint {j + 1}", "", j))
-        out.append((tau[:, j] * np.abs(tau[:, j]), f"size of its torque, joint {j + 1}", "", j))
-        out.append((tau[:, j] ** 3, f"size of its torque, joint {j + 1}", "", j))
-        for h in range(1, HARMONICS + 1):
-            only = -1 if h == 1 else j
-            for wave in (np.cos, np.sin):
-                out.append((wave(h * s.q[:, j]), f"angle of joint {j + 1}", "", only))
-        for i in range(n):
-            for wave in (np.cos, np.sin):
-                out.append(
-                    (tau[:, j] * wave(s.q[:, i]), f"torque of joint {j + 1} times angle of joint {i + 1}", "", j)
-                )
-        approach = s.approach[:, j].astype(float)
-        out.append((approach, f"approach of joint {j + 1}", f"approach{j + 1}", j))
-        out.append((approach * np.abs(tau[:, j]), f"approach of joint {j + 1} times its load", f"approach{j + 1}", j))
-        out.append((_change(evidence, tau[:, j]), f"last change of load of joint {j + 1}", "state", j))
-    for name, column in columns(evidence).items():
-        out.append((column, name, name, -1))
-        out += [(column * tau[:, j], f"{name} times torque of joint {j + 1}", name, j) for j in range(n)]
-        if len(np.unique(column)) > 3:
-            out.append((column**2, name, name, -1))
-    keep = [(v / np.sqrt(np.mean(v**2)), *rest) for v, *rest in out if np.sqrt(np.mean(v**2)) > 1e-9]
-    return Features(
-        np.stack([v for v, *_ in keep], axis=1),
-        tuple(str(f) for _, f, _, _ in keep),
-        tuple(str(c) for *_, c, _ in keep),
-        tuple(int(j) for *_, j in keep),
-    )
-
-
-def columns(evidence: Evidence) -> dict[str, Floats]:
-    """Columns of the session that vary, centred and scaled: time, temperature, payload, and whatever else it has."""
-    s = evidence.samples
-    every = {"time": s.time, "temperature": s.temperature, "payload": s.payload, **s.extra}
-    out = {}
-    for name, raw in every.items():
-        finite = np.isfinite(raw)
-        if finite.any() and np.ptp(raw[finite]) > 0:
-            filled = np.where(finite, raw, raw[finite].mean())
-            out[name] = (filled - filled.mean()) / filled.std()
-    return out
-
-
-def _change(evidence: Evidence, tau: Floats) -> Floats:
-    """(N,) sign of the last change of a torque, from the state before in the same set-up; 0 in the first."""
-    states = evidence.session.states
-    now = tau[states.first]
-    before = np.where(states.before >= 0, now[states.before], now)
-    change = now - before
-    return np.asarray(np.where(np.abs(change) > SILENT, np.sign(change), 0.0)[states.of])
-
-
-def attribution(fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted]) -> list[Share]:
+def attribution(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[Share]:
     """Shares of places and of columns, largest first."""
-    layouts = [features(e, p) for e, p in zip(fit.evidence, seen, strict=True)]
+    layouts = [regressors(s) for s in fit.sessions]
     common = [f for f in range(len(layouts[0].family)) if all(layouts[0].family == o.family for o in layouts)]
-    if not common:  # sessions with different columns: what they share is what can be looked at
-        layouts = [_without_columns(f) for f in layouts]
+    if not common:  # sessions with different columns: those that they have in common can be compared
+        layouts = [without_columns(r) for r in layouts]
     first, n = layouts[0], fit.unknowns.joints
-    index, ledger = _ledger(fit, screens, seen, layouts)
-    base = np.array([h.chi2 for h in ledger.held])
-    noise = np.array([h.count for h in ledger.held], dtype=float)
-    structure = max(float((base - noise).sum()), 1e-9)
+    index, equations = _equations(fit, sensitivities, layouts)
+    structure = _Structure.of(equations)
     places = [f"joint-{j + 1}" for j in range(n)] + [place_name(k, n) for k in range(n + 1)]
     out = []
     for k, place in enumerate(places):
-        share, follows = _carried(ledger, index[k], first, base, structure)
+        share, follows = _carried(structure, index[k], first)
         share *= 1.0 if k < n else SIX
         if share > LEAST:
             out.append(Share(place, share, follows))
     for name in sorted({c for c in first.column if c}):
-        mine = np.concatenate([_of_column(index[k], first, name) for k in range(n)])
-        share = _share(ledger, mine, base, structure)
+        share = structure.share(np.concatenate([_of_column(index[k], first, name) for k in range(n)]))
         if share > LEAST:
             out.append(Share(f"column:{name}", share))
     return sorted(out, key=lambda s: -s.share)
 
 
-def _without_columns(f: Features) -> Features:
-    keep = [i for i, c in enumerate(f.column) if not c or c[0] == "a" or c == "state"]
-    family, column, joint = (tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint))
-    return Features(f.values[:, keep], family, column, joint)  # type: ignore[arg-type]
+@dataclass(frozen=True, repr=False, eq=False)
+class _Structure:
+    """Normal equations of all columns; per fold (folds,) the chi-square ``without`` them; the ``total`` above noise."""
+
+    equations: NormalEquations
+    without: Floats
+    total: float
+
+    @classmethod
+    def of(cls, equations: NormalEquations) -> _Structure:
+        chi2 = np.array([f.chi2 for f in equations.folds])
+        noise = np.array([f.count for f in equations.folds], dtype=float)
+        return cls(equations, chi2, max(float((chi2 - noise).sum()), 1e-9))
+
+    def share(self, columns: Index) -> float:
+        """Fraction that some columns explain in held-out folds; 0 where it is not steady."""
+        if not len(columns):
+            return 0.0
+        best = 0.0
+        for ridge in RIDGES:
+            gain = self.without - np.array([_ridge(f, columns, ridge) for f in self.equations.folds])
+            if steady(gain):
+                best = max(best, float(gain.sum()) / self.total)
+        return min(best, 1.0)
 
 
-def _ledger(
-    fit: Fit, screens: Sequence[Screen], seen: Sequence[Predicted], layouts: Sequence[Features]
-) -> tuple[list[Index], Ledger]:
-    """Columns of every place times every feature, and per place the column of each feature (-1: none)."""
-    n, width = fit.unknowns.joints, len(fit.solution.vector)
+def _ridge(fold: HeldOutFold, columns: Index, ridge: float) -> float:
+    """Chi-square of a fold by ridge regression, columns scaled to equal squares."""
+    curvature = fold.training.curvature[np.ix_(columns, columns)]
+    there = np.diag(curvature) > 0
+    scale = there / np.sqrt(np.where(there, np.diag(curvature), 1.0))
+    scaled = curvature * np.outer(scale, scale) + ridge * np.eye(len(columns))
+    weight = scale * np.linalg.solve(scaled, scale * fold.training.slope[columns])
+    return fold.score(columns, weight)
+
+
+def _carried(structure: _Structure, index: Index, first: Regressors) -> tuple[float, str]:
+    """The share of a place, and what carries it: all regressors at once, one family, or the best two."""
+    repeat = len(index) // len(first.family)
+    families = {}
+    for family in dict.fromkeys(first.family):
+        mine = [i for i, f in zip(index, first.family * repeat, strict=True) if f == family and i >= 0]
+        families[family] = np.array(mine, dtype=np.intp)
+    alone = {f: structure.share(at) for f, at in families.items()}
+    best = max(alone, key=lambda f: alone[f])
+    if alone[best] <= LEAST:
+        return 0.0, ""
+    pairs = {
+        f: structure.share(np.concatenate([families[best], at])) for f, at in families.items() if f != best
+    }
+    second = max(pairs, key=lambda f: pairs[f])
+    whole = structure.share(index[index >= 0])
+    if pairs[second] > alone[best] + SECOND * (1 - alone[best]):
+        return max(pairs[second], whole), f"{best}; {second}"
+    return max(alone[best], whole), best
+
+
+def _of_column(index: Index, first: Regressors, name: str) -> Index:
+    at = np.array(
+        [i for i, c in zip(index, first.column * (len(index) // len(first.column)), strict=True) if c == name]
+    )
+    return at[at >= 0].astype(np.intp) if len(at) else np.empty(0, dtype=np.intp)
+
+
+def _equations(
+    fit: Fit, sensitivities: Sequence[Sensitivities], layouts: Sequence[Regressors]
+) -> tuple[list[Index], NormalEquations]:
+    """Columns of every place times every regressor, and per place the column of each regressor (-1: none)."""
+    n = fit.unknowns.joints
     joint = layouts[0].joint
     index: list[Index] = []
-    wanted: list[tuple[int, int]] = []  # coordinate, feature
+    wanted: list[tuple[int, int]] = []  # coordinate, regressor
     for j in range(n):
         at = np.full(len(joint), -1)
         for f, only in enumerate(joint):
@@ -173,65 +150,9 @@ def _ledger(
                 wanted.append((n + 6 * k + c, f))
         index.append(at)
     coordinate, feature = np.array(wanted).T
-    blocks, folds = [], []
-    for k, (e, screen, shown, layout) in enumerate(zip(fit.evidence, screens, seen, layouts, strict=True)):
-        geometry = screen.geometry(e, shown, fit.station(k))
-        more = geometry[:, :, coordinate] * layout.values[:, None, feature]
-        span = station_columns(fit.evidence, len(fit.unknowns))[k]
-        mine = e.blocks(fit.parameters, fit.station(k), 0.0, span, width, more)
-        blocks += mine
-        folds += [fold_of(e.session, int(b.rows[0])) for b in mine]
-    weak = 1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300)
-    return index, Ledger(blocks, folds, width, np.asarray(weak))
-
-
-def _of_column(index: Index, first: Features, name: str) -> Index:
-    at = np.array(
-        [i for i, c in zip(index, first.column * (len(index) // len(first.column)), strict=True) if c == name]
+    more = (
+        own.geometry(s)[:, :, coordinate] * layout.values[:, None, feature]
+        for s, own, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
     )
-    return at[at >= 0].astype(np.intp) if len(at) else np.empty(0, dtype=np.intp)
-
-
-def _share(ledger: Ledger, columns: Index, base: Floats, structure: float) -> float:
-    """How much of the structure of folds left out some columns explain; 0 where it is not steady."""
-    if not len(columns):
-        return 0.0
-    best = 0.0
-    for ridge in RIDGES:
-        gain = base - np.array([_ridge(h, columns, ridge) for h in ledger.held])
-        if steady(gain):
-            best = max(best, float(gain.sum()) / structure)
-    return min(best, 1.0)
-
-
-def _ridge(held: Held, columns: Index, ridge: float) -> float:
-    """Chi-square of a fold for weights that a prior keeps small: sizes as if all columns explained alike."""
-    curvature = held.trained.curvature[np.ix_(columns, columns)]
-    there = np.diag(curvature) > 0
-    scale = there / np.sqrt(np.where(there, np.diag(curvature), 1.0))
-    scaled = curvature * np.outer(scale, scale) + ridge * np.eye(len(columns))
-    weight = scale * np.linalg.solve(scaled, scale * held.trained.slope[columns])
-    return held.score(columns, weight)
-
-
-def _carried(ledger: Ledger, index: Index, first: Features, base: Floats, structure: float) -> tuple[float, str]:
-    """The share of a place, and what carries it: all features at once, one family, or the best two."""
-    repeat = len(index) // len(first.family)
-    families = {}
-    for family in dict.fromkeys(first.family):
-        mine = [i for i, f in zip(index, first.family * repeat, strict=True) if f == family and i >= 0]
-        families[family] = np.array(mine, dtype=np.intp)
-    alone = {f: _share(ledger, at, base, structure) for f, at in families.items()}
-    best = max(alone, key=lambda f: alone[f])
-    if alone[best] <= LEAST:
-        return 0.0, ""
-    pairs = {
-        f: _share(ledger, np.concatenate([families[best], at]), base, structure)
-        for f, at in families.items()
-        if f != best
-    }
-    second = max(pairs, key=lambda f: pairs[f])
-    whole = _share(ledger, index[index >= 0], base, structure)
-    if pairs[second] > alone[best] + 0.1 * (1 - alone[best]):
-        return max(pairs[second], whole), f"{best}; {second}"
-    return max(alone[best], whole), best
+    weak = 1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300)
+    return index, normal_equations(fit, more, np.asarray(weak))[0]

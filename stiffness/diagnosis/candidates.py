@@ -44,7 +44,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Unit:
+class Term:
     """What may be added in one step: an effect at a site with one choice of its alternatives.
 
     Attributes:
@@ -118,10 +118,10 @@ def _filled(p: Parameter, value: float, joints: int, torque: Floats) -> Floats:
     return np.full(p.count(joints), value)
 
 
-def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[list[Column], list[Unit]]:
-    """Every column that a screen has to give, and the units made of them."""
+def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[list[Column], list[Term]]:
+    """Every column that a screen has to give, and the terms made of them."""
     columns: list[Column] = []
-    units: list[Unit] = []
+    terms: list[Term] = []
     for effect in effects:
         runs = list(enumerate(trials(effect, joints, torque)))
         for site in effect.sites(joints):
@@ -130,10 +130,10 @@ def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[
                 core = _added(columns, effect, site, joints, mine, extras=False)
                 extra = _added(columns, effect, site, joints, mine[:1], extras=True)
                 if core:
-                    units.append(_unit(columns, effect, site, choice, core, extras=False))
+                    terms.append(_term(columns, effect, site, choice, core, extras=False))
                 if core and extra:
-                    units.append(_unit(columns, effect, site, choice, core + extra, extras=True))
-    return columns, units
+                    terms.append(_term(columns, effect, site, choice, core + extra, extras=True))
+    return columns, terms
 
 
 def _added(
@@ -150,10 +150,10 @@ def _added(
     return out
 
 
-def _unit(
+def _term(
     columns: Sequence[Column], effect: Effect, site: Site, choice: int, mine: Sequence[int], *, extras: bool
-) -> Unit:
-    return Unit(effect, site, choice, extras, tuple(mine), tuple(_one_sided(columns[k].number.parameter) for k in mine))
+) -> Term:
+    return Term(effect, site, choice, extras, tuple(mine), tuple(_one_sided(columns[k].number.parameter) for k in mine))
 
 
 def _one_sided(p: Parameter) -> bool:
@@ -161,15 +161,15 @@ def _one_sided(p: Parameter) -> bool:
     return p.neutral == (p.high if p.fit == "inverse" else p.low)
 
 
-def started(unit: Unit, columns: Sequence[Column], weight: Floats, joints: int) -> dict[str, Floats]:
+def started(term: Term, columns: Sequence[Column], weight: Floats, joints: int) -> dict[str, Floats]:
     """Values to begin a fit with: columns weighted (K,) as the linear fit found them, neutral at all other sites."""
-    values = unit.effect.neutral(joints)
-    picked = [columns[k] for k in unit.columns]
+    values = term.effect.neutral(joints)
+    picked = [columns[k] for k in term.columns]
     heaviest = max(range(len(picked)), key=lambda i: abs(weight[i]))
-    for p in unit.effect.parameters:
+    for p in term.effect.parameters:
         mine = [(c, w) for c, w in zip(picked, weight, strict=True) if c.number.parameter is p]
         if p.neutral is None:
-            values[p.name] = _shape(p, unit, picked, weight, picked[heaviest].trial)
+            values[p.name] = _shape(p, term, picked, weight, picked[heaviest].trial)
         else:
             for c, w in mine:
                 k = c.number.index
@@ -179,7 +179,7 @@ def started(unit: Unit, columns: Sequence[Column], weight: Floats, joints: int) 
     return values
 
 
-def _shape(p: Parameter, unit: Unit, picked: Sequence[Column], weight: Floats, heaviest: Trial) -> Floats:
+def _shape(p: Parameter, term: Term, picked: Sequence[Column], weight: Floats, heaviest: Trial) -> Floats:
     """A shape as the columns blend it: the mean of the trials, weighted by what was found at each."""
     if not blends(p):
         return heaviest.values[p.name].copy()

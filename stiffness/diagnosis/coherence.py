@@ -1,26 +1,23 @@
-"""Coherence: whether residuals of readings that share an arm at rest agree, as no instrument's noise does."""
+"""Coherence: whether residuals of readings of one arm at rest agree with each other, which noise does not."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.identification.fit import Fit
-from stiffness.identification.session_fit import Evidence
+from stiffness.identification.session_fit import SessionFit
 
 Floats = npt.NDArray[np.float64]
 
 CLEARLY = 5.0  # standard errors
 
 
-def coherent(evidence: Evidence, fit: Fit, k: int) -> bool:
+def coherent(fit: SessionFit) -> bool:
     """Whether residuals agree between reflectors of one link in one state, or between the states of a set-up."""
-    s = evidence.samples
-    seen = evidence.predict(fit.parameters, fit.station(k))
-    residual = (s.position - seen.position) / s.sd
-    used = evidence.used & evidence.session.counts
-    link = evidence.link
-    between_reflectors = np.column_stack([s.setup, s.state, link])
+    s = fit.samples
+    residual = (s.position - fit.predicted.position) / s.sd
+    used = fit.used & fit.session.counts
+    between_reflectors = np.column_stack([s.setup, s.state, fit.observations.data.link])
     between_states = np.column_stack([s.setup, s.reflector])
     return any(_agree(residual[used], key[used]) > CLEARLY for key in (between_reflectors, between_states))
 

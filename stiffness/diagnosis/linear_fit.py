@@ -1,7 +1,7 @@
-"""Ledger: what columns explain of whitened residuals, inside the data and on set-ups left out.
+"""Linear fit: least squares of whitened residuals on columns of a Jacobian, cross-validated over folds of set-ups.
 
-All that linear least squares asks of the data are products of columns. They are summed once per fold of set-ups;
-after that a choice of columns costs a small matrix, and thousands can be compared.
+The normal equations need nothing of the data but products of columns. These are summed once per fold; a fit of any
+columns then costs a small matrix, so that thousands can be compared.
 """
 
 from __future__ import annotations
@@ -17,25 +17,29 @@ from stiffness.numerics.least_squares import Whitened, batches
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-SINGULAR = 1e-4  # of a column's own square: what nuisance or other columns leave of it below is not told apart
+SINGULAR = 1e-4  # of a column's square: less, beside nuisance and other columns, counts as linearly dependent
 
 
 @dataclass(frozen=True, repr=False)
-class Reduced:
-    """Products of columns with what nuisance explains taken out: curvature (C, C), slope (C,), chi2; ``whole`` (C,)
-    squares of the columns before that."""
+class ReducedEquations:
+    """Normal equations with the nuisance parameters eliminated.
+
+    Attributes:
+        curvature: (C, C) J'J. slope: (C,) J'r. chi2: r'r.
+        squares: (C,) of the columns before the elimination.
+    """
 
     curvature: Floats
     slope: Floats
     chi2: float
-    whole: Floats
+    squares: Floats
 
 
 @dataclass(frozen=True, repr=False)
-class Held:
-    """One fold left out: the fit is made on ``trained``, the score is chi2 - 2 slope'b + b'curvature b."""
+class HeldOutFold:
+    """One fold left out: weights b are from ``training``; the fold's chi-square is chi2 - 2 slope'b + b'curvature b."""
 
-    trained: Reduced
+    training: ReducedEquations
     slope: Floats
     curvature: Floats
     chi2: float
@@ -48,28 +52,28 @@ class Held:
 
 
 @dataclass(frozen=True, repr=False)
-class Linear:
-    """A linear fit: ``weight`` (K,) of the columns, ``gain`` in chi-square, ``rank`` of what was fitted."""
+class LinearFit:
+    """Weights (K,) of some columns, the ``gain``: how far chi-square falls, and the ``rank`` of the system."""
 
     weight: Floats
     gain: float
     rank: int
 
 
-class Ledger:
-    """Products of columns, fold by fold.
+class NormalEquations:
+    """Products of columns, fold by fold. Constant.
 
     Args:
-        blocks: whitened residuals; their jacobian holds ``nuisance`` columns, then the candidates'.
-        fold: which fold every block is in.
-        precision: (nuisance,) prior weight of the nuisance, per squared unit.
+        blocks: whitened residuals; their jacobian has the ``nuisance`` parameters' columns first, then the candidates'.
+        fold: (blocks,) number of the fold that every block is in.
+        precision: (nuisance,) prior precision of the nuisance parameters.
     """
 
     def __init__(self, blocks: Sequence[Whitened], fold: Sequence[int], nuisance: int, precision: Floats) -> None:
-        self.nuisance, self.folds = nuisance, max(fold) + 1
+        self.nuisance, folds = nuisance, max(fold) + 1
         width = blocks[0].jacobian.shape[1]
-        gram, count = np.zeros((self.folds, width + 1, width + 1)), np.zeros(self.folds, dtype=int)
-        for k in range(self.folds):
+        gram, count = np.zeros((folds, width + 1, width + 1)), np.zeros(folds, dtype=int)
+        for k in range(folds):
             for some in batches([b for b, f in zip(blocks, fold, strict=True) if f == k]):
                 both = np.concatenate([np.column_stack([b.jacobian, b.residual]) for b in some])
                 gram[k] += both.T @ both
@@ -77,14 +81,14 @@ class Ledger:
         self.count = int(count.sum())
         self._precision = precision
         total = gram.sum(axis=0)
-        self.all = self._reduced(total)[0]
-        self.held = [self._held(total - gram[k], gram[k], int(count[k])) for k in range(self.folds)]
+        self.reduced = self._reduced(total)[0]
+        self.folds = tuple(self._fold(total - gram[k], gram[k], int(count[k])) for k in range(folds))
 
     def __repr__(self) -> str:
-        return f"Ledger({self.count} numbers, {len(self.all.slope)} columns, {self.folds} folds)"
+        return f"NormalEquations({self.count} numbers, {len(self.reduced.slope)} columns, {len(self.folds)} folds)"
 
-    def _reduced(self, gram: Floats) -> tuple[Reduced, Floats]:
-        """Without nuisance, and the weights (nuisance, C + 1) that take it out."""
+    def _reduced(self, gram: Floats) -> tuple[ReducedEquations, Floats]:
+        """The reduced equations, and the weights (nuisance, C + 1) that eliminate the nuisance parameters."""
         m = self.nuisance
         own = gram[:m, :m] + np.diag(self._precision)
         scale = 1 / np.sqrt(np.maximum(np.diag(own), 1e-300))
@@ -92,44 +96,46 @@ class Ledger:
         inverse = (vectors / np.maximum(values, 1e-13)) @ vectors.T * np.outer(scale, scale)
         out = inverse @ gram[:m, m:]
         rest = gram[m:, m:] - gram[m:, :m] @ out
-        return Reduced(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), np.diag(gram)[m:-1].copy()), out
+        return ReducedEquations(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), np.diag(gram)[m:-1].copy()), out
 
-    def _held(self, trained: Floats, left: Floats, count: int) -> Held:
+    def _fold(self, training: Floats, left: Floats, count: int) -> HeldOutFold:
         m = self.nuisance
-        reduced, out = self._reduced(trained)
+        reduced, out = self._reduced(training)
         test = left[m:, m:] - out.T @ left[:m, m:] - left[m:, :m] @ out + out.T @ left[:m, :m] @ out
-        return Held(reduced, test[:-1, -1], test[:-1, :-1], float(test[-1, -1]), count)
+        return HeldOutFold(reduced, test[:-1, -1], test[:-1, :-1], float(test[-1, -1]), count)
 
-    def fit(self, columns: Sequence[int], positive: Sequence[bool], reduced: Reduced | None = None) -> Linear:
-        """Weights of columns by least squares; those that cannot be negative are not."""
+    def fit(
+        self, columns: Sequence[int], positive: Sequence[bool], reduced: ReducedEquations | None = None
+    ) -> LinearFit:
+        """Weights of columns by least squares, not negative where ``positive``; from all folds, or from ``reduced``."""
         at = np.asarray(columns, dtype=np.intp)
-        given = reduced or self.all
-        free = given.whole[at] > 0
+        given = reduced or self.reduced
+        free = given.squares[at] > 0
         weight = np.zeros(len(at))
         sided = np.asarray(positive, dtype=bool)
         rank = 0
         while free.any():
             some = at[free]
-            part, rank = _solved(given.curvature[np.ix_(some, some)], given.slope[some], given.whole[some])
+            part, rank = _solved(given.curvature[np.ix_(some, some)], given.slope[some], given.squares[some])
             below = sided[free] & (part < 0)
             if not below.any():
                 weight[free] = part
                 break
             worst = np.flatnonzero(free)[below]
-            free[worst[np.argmin(part[below] * np.sqrt(given.whole[at[worst]]))]] = False
+            free[worst[np.argmin(part[below] * np.sqrt(given.squares[at[worst]]))]] = False
             rank = 0
         gain = float(2 * given.slope[at] @ weight - weight @ given.curvature[np.ix_(at, at)] @ weight)
-        return Linear(weight, gain, rank)
+        return LinearFit(weight, gain, rank)
 
-    def heldout(self, columns: Sequence[int], positive: Sequence[bool]) -> Floats:
+    def cross_validated(self, columns: Sequence[int], positive: Sequence[bool]) -> Floats:
         """(folds,) chi-square of every fold, fitted on the others."""
         at = np.asarray(columns, dtype=np.intp)
-        return np.array([h.score(at, self.fit(columns, positive, h.trained).weight) for h in self.held])
+        return np.array([f.score(at, self.fit(columns, positive, f.training).weight) for f in self.folds])
 
 
-def _solved(curvature: Floats, slope: Floats, whole: Floats) -> tuple[Floats, int]:
+def _solved(curvature: Floats, slope: Floats, squares: Floats) -> tuple[Floats, int]:
     """Least-squares solution with the smallest scaled norm, and its rank."""
-    scale = 1 / np.sqrt(whole)
+    scale = 1 / np.sqrt(squares)
     values, vectors = np.linalg.eigh(curvature * np.outer(scale, scale))
     keep = values > SINGULAR
     part = vectors[:, keep]

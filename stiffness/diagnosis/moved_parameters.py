@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from stiffness.diagnosis.added_effects import Addition, Bench
+from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.result import Changed
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import part_of
@@ -22,28 +22,28 @@ CHANCE = 1e-3  # that a number which did not move is said to have
 
 
 def changed_numbers(
-    bench: Bench, model: ComplianceModel, base: Fit, fit: Fit, additions: Sequence[Addition]
+    fits: ModelFits, model: ComplianceModel, base: Fit, fit: Fit, additions: Sequence[Addition]
 ) -> list[Changed]:
     """Numbers that differ from the model beyond what it and the data leave open.
 
     A model that was made with an effect undeclared has its numbers bent by it: where something was added, a number has
     moved only if it differs in the fit without the addition too, and to the same side.
     """
-    fixed = bench.fit([], base, base_fixed=True)
+    fixed = fits.fit([], base, base_fixed=True)
     drop = (fixed.solution.chi2 - base.solution.chi2) / base.solution.misfit**2
     if stats.chi2.sf(max(drop, 0.0), max(len(base.unknowns), 1)) > CHANCE:
         return []
     first, last = _distance(base, model), _distance(fit, model)
     least = float(stats.norm.isf(CHANCE / 2 / max(len(first), 1)))
     # an effect added at a joint, or at a link beside it, shares out what its spring was
-    beside = {part_of(w, bench.joints) for a in additions for w in a.where}
+    beside = {part_of(w, fits.joints) for a in additions for w in a.where}
     out = []
     for key, z in first.items():
         still = last.get(key, 0.0)  # no longer determined: not moved either
         if abs(z) < least or (additions and (abs(still) < least or still * z < 0)):
             continue
-        found = _changed(key, fit, model, bench.joints)
-        if not any(abs(part_of(w, bench.joints) - b) <= 1 for w in found.where for b in beside if b >= 0):
+        found = _changed(key, fit, model, fits.joints)
+        if not any(abs(part_of(w, fits.joints) - b) <= 1 for w in found.where for b in beside if b >= 0):
             out.append(found)
     return out
 

@@ -26,5 +26,5 @@ def refined_model(model: ComplianceModel, fit: Fit, free: Fit, additions: Sequen
     tools = dict(model.tools)
     for a in additions:
         if a.effect.scope == "tool":
-            tools[a.effect.name] = fit.evidence[0].session.tool.name
+            tools[a.effect.name] = fit.sessions[0].session.tool.name
     return replace(model, values=values, sd=sd, tools=tools, correlations=None)

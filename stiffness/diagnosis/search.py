@@ -1,28 +1,29 @@
 """Search: which effects of the catalogue a model lacks, on readings that may take part.
 
-Linear selection proposes, a nonlinear fit disposes, and the screen is taken again at that fit, until nothing pays.
+Terms are selected in the model linearised at a fit, then fitted with the full model, and linearised again at that fit,
+until nothing pays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from stiffness.diagnosis.added_effects import Addition, Bench, merged
-from stiffness.diagnosis.candidates import Column, Unit, columns_of
-from stiffness.diagnosis.linear_fit import Ledger
-from stiffness.diagnosis.selection import CHANCE, Choice, Selector
-from stiffness.diagnosis.sensitivities import Screen
-from stiffness.diagnosis.switching_torques import thresholds
+from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged
+from stiffness.diagnosis.candidates import Column, Term, columns_of
+from stiffness.diagnosis.linear_fit import NormalEquations
+from stiffness.diagnosis.selection import CHANCE, Selection, Selector
+from stiffness.diagnosis.sensitivities import Sensitivities
+from stiffness.diagnosis.switching_torques import with_better_torques
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect, Site
 from stiffness.identification.fit import Fit
-from stiffness.identification.fit import columns_of as station_columns
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.identification.session_fit import SessionFit
 from stiffness.numerics.least_squares import inverse
 from stiffness.session.session import Session
 
@@ -30,40 +31,45 @@ Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
 
 FOLDS = 10
-ROUNDS = 4  # of screen and fit
+ROUNDS = 4  # of linearisation and fit
 WARMED = 0.1  # K; a smaller range of temperature tells nothing
 SETTLED = 1.1  # residual over noise below which a fit need not be begun elsewhere
 NOT_THERE = 1e-3  # chance above which a site of a fitted effect counts as empty
 
 
-@dataclass(frozen=True, repr=False)
-class Screened:
-    """A fit and what every unit would add to it."""
+@dataclass(frozen=True, repr=False, eq=False)
+class Linearised:
+    """The model linearised at a fit: the columns of all terms that may be added, and their selector."""
 
     fit: Fit
     columns: tuple[Column, ...]
     selector: Selector
 
 
+@dataclass(frozen=True, repr=False, eq=False)
 class Search:
-    """The search of one diagnosis; screens are kept, they do not depend on the fit."""
+    """The search of one diagnosis: ``fits`` of the model at hand; ``say`` tells of progress."""
 
-    def __init__(self, bench: Bench, say: Say) -> None:
-        self.bench, self.say = bench, say
-        own = {e.name for e in bench.base}
-        self.effects = tuple(e for e in CATALOGUE if e.name not in own and _can_show(e, bench.sessions))
-        self._screens: list[Screen] | None = None
-        self._last: tuple[Fit, Screened] | None = None
+    fits: ModelFits
+    say: Say
 
-    def run(self, start: Fit) -> tuple[Fit, list[Addition]]:
+    @cached_property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects that the model lacks and the sessions could show."""
+        own = {e.name for e in self.fits.base}
+        return tuple(e for e in CATALOGUE if e.name not in own and _can_show(e, self.fits.sessions))
+
+    def run(self, start: Linearised) -> tuple[Fit, list[Addition]]:
         """From a fit of the model at hand to one that lacks nothing the data can show."""
-        fit, additions = start, list[Addition]()
+        fit, additions, linear = start.fit, list[Addition](), start
         for round_ in range(ROUNDS):
-            screened = self.screened(fit, additions)
-            chosen = screened.selector.forward()
-            if not chosen.units:
+            if round_:
+                linear = self.linearised(fit, additions)
+                fit = linear.fit
+            chosen = linear.selector.forward()
+            if not chosen.terms:
                 break
-            more, trial = self.adopted(screened, chosen, additions)
+            more, trial = self.adopted(linear, chosen, additions)
             kept, trial = self.pruned(more, trial)
             self.say(f"round {round_ + 1}: " + ", ".join(f"{a.effect.name} ({' '.join(a.where)})" for a in kept))
             if not _better(trial, fit):
@@ -76,39 +82,41 @@ class Search:
                 break
         return fit, additions
 
-    def adopted(self, screened: Screened, chosen: Choice, additions: Sequence[Addition]) -> tuple[list[Addition], Fit]:
-        """Chosen units as additions, fitted; where much is left, from every shape on trial."""
-        weights = {u.key: chosen.weights(u) for u in chosen.units}
-        begun = self._merged(screened, chosen.units, weights, additions)
-        fit = self.bench.fit(begun, screened.fit)
+    def adopted(
+        self, linear: Linearised, chosen: Selection, additions: Sequence[Addition]
+    ) -> tuple[list[Addition], Fit]:
+        """Chosen terms as additions, fitted; where much is left, started from every shape on trial."""
+        weights = {u.key: chosen.weights(u) for u in chosen.terms}
+        begun = self._merged(linear, chosen.terms, weights, additions)
+        fit = self.fits.fit(begun, linear.fit)
         if fit.solution.misfit > SETTLED:  # the numbers of a model without the effect may be far off with it
-            other = self.bench.fit(begun)
+            other = self.fits.fit(begun)
             fit = min(fit, other, key=lambda f: f.solution.chi2)
-        for unit in chosen.units if fit.solution.misfit > SETTLED else ():
-            for alone in _one_trial_each(unit, screened.columns, weights[unit.key]):
-                trial = self._merged(screened, chosen.units, {**weights, unit.key: alone}, additions)
-                other = self.bench.fit(trial, screened.fit)
+        for term in chosen.terms if fit.solution.misfit > SETTLED else ():
+            for alone in _one_trial_each(term, linear.columns, weights[term.key]):
+                trial = self._merged(linear, chosen.terms, {**weights, term.key: alone}, additions)
+                other = self.fits.fit(trial, linear.fit)
                 if other.solution.chi2 < fit.solution.chi2:
                     fit, begun = other, trial
         if fit.solution.misfit > SETTLED:
-            begun = self.bench.current(fit, begun)
-            moved = thresholds(fit, begun)
+            begun = at_values_of(fit, begun)
+            moved = with_better_torques(fit, begun)
             if moved is not None:
-                other = self.bench.fit(moved, fit)
+                other = self.fits.fit(moved, fit)
                 if other.solution.chi2 < fit.solution.chi2:
                     fit, begun = other, moved
-        return self.bench.current(fit, begun), fit
+        return at_values_of(fit, begun), fit
 
     def _merged(
         self,
-        screened: Screened,
-        units: Sequence[Unit],
+        linear: Linearised,
+        terms: Sequence[Term],
         weights: Mapping[tuple[str, tuple[str, ...]], Floats],
         additions: Sequence[Addition],
     ) -> list[Addition]:
         more = list(additions)
-        for unit in units:
-            more = merged(more, unit, screened.columns, weights[unit.key], self.bench.joints)
+        for term in terms:
+            more = merged(more, term, linear.columns, weights[term.key], self.fits.joints)
         return more
 
     def pruned(self, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
@@ -119,14 +127,14 @@ class Search:
             if worst is None or worst[0] < NOT_THERE:
                 return additions, fit
             _, where, site = worst
-            less = where.without(site, self.bench.joints)
+            less = where.without(site, self.fits.joints)
             additions = [b for a in additions if (b := less if a is where else a) is not None]
-            fit = self.bench.fit(additions, fit)
-            additions = self.bench.current(fit, additions)
+            fit = self.fits.fit(additions, fit)
+            additions = at_values_of(fit, additions)
 
     def _chance(self, fit: Fit, addition: Addition, site: Site) -> float:
         """That noise alone makes what the fit finds at a site."""
-        mine = set(replace(addition, sites=(site,)).numbers(self.bench.joints))
+        mine = set(replace(addition, sites=(site,)).numbers(self.fits.joints))
         at = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is not None]
         neutral = np.array([fit.unknowns.free[k].parameter.neutral for k in at], dtype=float)
         off = fit.parameters[at] - np.where(fit.unknowns.inverse[at], 1 / np.where(neutral == 0, 1, neutral), neutral)
@@ -143,66 +151,68 @@ class Search:
         )
         return float(stats.chi2.sf(score, len(at)))
 
-    def screened(self, fit: Fit, additions: Sequence[Addition]) -> Screened:
-        """What every unit would add to a fit."""
-        if self._last is None or self._last[0] is not fit:
-            self._last = fit, self._screened(fit, additions)
-        return self._last[1]
-
-    def _screened(self, fit: Fit, additions: Sequence[Addition]) -> Screened:
-        torque = np.zeros(self.bench.joints)
-        seen = [e.predict(fit.parameters, fit.station(k)) for k, e in enumerate(fit.evidence)]
-        for s in seen:
-            torque = np.maximum(torque, np.abs(s.torque).max(axis=0))
-        columns, units = columns_of(self.effects, self.bench.joints, torque)
-        screens = self.screens(fit.evidence)
-        blocks, folds = [], []
+    def linearised(self, fit: Fit, additions: Sequence[Addition]) -> Linearised:
+        """What every term would add to a fit."""
+        torque = np.zeros(self.fits.joints)
+        for s in fit.sessions:
+            torque = np.maximum(torque, np.abs(s.predicted.torque).max(axis=0))
+        columns, terms = columns_of(self.effects, self.fits.joints, torque)
+        more = (
+            self._slopes(sensitivities, s, fit, columns, additions)
+            for sensitivities, s in zip(self.sensitivities, fit.sessions, strict=True)
+        )
         width = len(fit.solution.vector)
-        for k, (e, screen, shown) in enumerate(zip(fit.evidence, screens, seen, strict=True)):
-            more = self._slopes(screen, e, shown, fit, k, columns, additions)
-            at = station_columns(fit.evidence, len(fit.unknowns))[k]
-            mine = e.blocks(fit.parameters, fit.station(k), 0.0, at, width, more)
-            blocks += mine
-            folds += [fold_of(e.session, int(b.rows[0])) for b in mine]
-        ledger = Ledger(blocks, folds, width, np.full(width, 1e-12) + _weak(fit))
-        units = [u for u in (_remaining(u, columns, additions) for u in units) if u is not None]
-        return Screened(fit, tuple(columns), Selector(ledger, units, fit.solution.freedom))
+        equations, fit = normal_equations(fit, more, np.full(width, 1e-12) + _weak(fit))
+        terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
+        return Linearised(fit, tuple(columns), Selector(equations, terms, fit.solution.freedom))
 
-    def screens(self, evidence: Sequence[Evidence]) -> list[Screen]:
-        """One screen per session."""
-        if self._screens is None:
-            torque = np.ones(self.bench.joints)
-            columns, _ = columns_of(self.effects, self.bench.joints, torque)
-            numbers = list(dict.fromkeys(c.number for c in columns))
-            effects = tuple(e for e in CATALOGUE if e in self.effects or e in self.bench.base)
-            self._screens = [Screen(e, effects, numbers) for e in evidence]
-        return self._screens
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivities, ...]:
+        """Of every session; they do not depend on a fit."""
+        columns, _ = columns_of(self.effects, self.fits.joints, np.ones(self.fits.joints))
+        numbers = list(dict.fromkeys(c.number for c in columns))
+        effects = tuple(e for e in CATALOGUE if e in self.effects or e in self.fits.base)
+        return tuple(Sensitivities(d, effects, numbers) for d in self.fits.data)
 
     def _slopes(
         self,
-        screen: Screen,
-        e: Evidence,
-        seen: Predicted,
+        sensitivities: Sensitivities,
+        s: SessionFit,
         fit: Fit,
-        k: int,
         columns: Sequence[Column],
         additions: Sequence[Addition],
     ) -> Floats:
-        """(N, 3, C) slopes of all columns, run by run."""
-        place = {u: i for i, u in enumerate(screen.numbers)}
-        out = np.zeros((len(e.samples), 3, len(columns)))
+        """(N, 3, C) derivatives of the readings by all columns, run by run."""
+        place = {u: i for i, u in enumerate(sensitivities.numbers)}
+        out = np.zeros((len(s.samples), 3, len(columns)))
         fitted = fit.values()
         for run in range(max((c.run for c in columns), default=-1) + 1):
             mine = [i for i, c in enumerate(columns) if c.run == run]
             trial = {c.number.effect: c.trial.values for c in columns if c.run == run}
-            values = {x.name: x.neutral(self.bench.joints) for x in screen.layout.effects}
+            values = {x.name: x.neutral(self.fits.joints) for x in sensitivities.layout.effects}
             values.update({name: dict(v) for name, v in trial.items()})
-            values.update({x.name: fitted[x.name] for x in self.bench.base})
+            values.update({x.name: fitted[x.name] for x in self.fits.base})
             for a in additions:
-                values[a.effect.name] = _kept(a, values[a.effect.name], fitted[a.effect.name], self.bench.joints)
-            slopes = screen.of(e, seen, fit.station(k), values)
+                values[a.effect.name] = _kept(a, values[a.effect.name], fitted[a.effect.name], self.fits.joints)
+            slopes = sensitivities.of(s, values)
             out[:, :, mine] = slopes[:, :, [place[columns[i].number] for i in mine]]
         return out
+
+
+def normal_equations(fit: Fit, more: Iterable[Floats], precision: Floats) -> tuple[NormalEquations, Fit]:
+    """Products of further columns with the residuals of a fit, fold by fold; the fit's own numbers are nuisance. And
+    the fit, evaluated once more.
+
+    Args:
+        more: per session (N, 3, C) derivatives of the readings. precision: (V,) prior weight of the fit's numbers.
+    """
+    blocks, folds, states = [], [], []
+    for s, own in zip(fit.sessions, more, strict=True):
+        mine, state = s.observations.blocks(s.predicted.state, s.vector, s.columns, own)
+        blocks += mine
+        folds += [fold_of(s.session, int(b.rows[0])) for b in mine]
+        states.append(state)
+    return NormalEquations(blocks, folds, len(fit.solution.vector), precision), replace(fit, states=tuple(states))
 
 
 def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats], joints: int) -> dict[str, Floats]:
@@ -214,10 +224,10 @@ def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats]
     return out
 
 
-def _one_trial_each(unit: Unit, columns: Sequence[Column], weight: Floats) -> list[Floats]:
-    """Weights that put all of a unit on one of its trials; none where it has but one."""
-    trial = [id(columns[k].trial) for k in unit.columns]
-    number = [columns[k].number for k in unit.columns]
+def _one_trial_each(term: Term, columns: Sequence[Column], weight: Floats) -> list[Floats]:
+    """Weights that put all of a term on one of its trials; none where it has but one."""
+    trial = [id(columns[k].trial) for k in term.columns]
+    number = [columns[k].number for k in term.columns]
     total = {u: sum(w for w, v in zip(weight, number, strict=True) if v == u) for u in number}
     if len(set(trial)) < 2:
         return []
@@ -227,15 +237,15 @@ def _one_trial_each(unit: Unit, columns: Sequence[Column], weight: Floats) -> li
     ]
 
 
-def _remaining(unit: Unit, columns: Sequence[Column], additions: Sequence[Addition]) -> Unit | None:
-    """What of a unit an addition does not have yet."""
-    a = next((a for a in additions if a.effect is unit.effect and unit.site in a.sites), None)
+def _remaining(term: Term, columns: Sequence[Column], additions: Sequence[Addition]) -> Term | None:
+    """What of a term an addition does not have yet."""
+    a = next((a for a in additions if a.effect is term.effect and term.site in a.sites), None)
     if a is None:
-        return unit
-    if not unit.extras or unit.site in a.extras or unit.choice != 0:
+        return term
+    if not term.extras or term.site in a.extras or term.choice != 0:
         return None
-    keep = [i for i, c in enumerate(unit.columns) if columns[c].number.parameter.extra]
-    return replace(unit, columns=tuple(unit.columns[i] for i in keep), positive=tuple(unit.positive[i] for i in keep))
+    keep = [i for i, c in enumerate(term.columns) if columns[c].number.parameter.extra]
+    return replace(term, columns=tuple(term.columns[i] for i in keep), positive=tuple(term.positive[i] for i in keep))
 
 
 def _weak(fit: Fit) -> Floats:
@@ -260,7 +270,7 @@ def fold_of(session: Session, row: int) -> int:
 def _can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
     """Whether anything in the sessions could tell of an effect."""
     setups = sum(len(np.unique(s.samples.setup)) for s in sessions)
-    if effect.name == "joint-stiffness" or any(p.each > setups for p in effect.parameters):
+    if effect.is_base or any(p.each > setups for p in effect.parameters):
         return False
     if effect.wrench_reading:
         return any(s.has_wrench for s in sessions)

@@ -1,7 +1,9 @@
-"""Selection: which units explain the residual better than chance, in the linear picture of a ledger.
+"""Selection: stepwise selection of terms in a linearised model.
 
-Forward one unit at a time, each time looking back whether an earlier one can be exchanged or has become superfluous.
-A unit has to beat the noise after correction for all that were tried, and has to improve set-ups that it has not seen.
+Forward one term at a time; after every step an earlier term may be exchanged for a better one, and at the end terms
+that have become superfluous are removed. A term must be significant after correction for the number of terms that were
+tried (Bonferroni), it must lower the Bayesian information criterion (BIC), and it must improve the cross-validated
+chi-square.
 """
 
 from __future__ import annotations
@@ -13,117 +15,118 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from stiffness.diagnosis.candidates import Unit
-from stiffness.diagnosis.linear_fit import Ledger, Linear
+from stiffness.diagnosis.candidates import Term
+from stiffness.diagnosis.linear_fit import LinearFit, NormalEquations
 
 Floats = npt.NDArray[np.float64]
 
-CHANCE = 0.01  # that one session of a robot which lacks nothing shows an effect
-STEADY = 1.5  # standard errors by which folds left out have to improve on the whole
-MOST = 14  # units; a robot that lacks more has to be looked at otherwise
-TRIED = 5  # of the best, where the best does not hold on set-ups left out
+CHANCE = 0.01  # false-positive rate: of one session of a robot to whose model nothing needs to be added
+STEADY = 1.5  # standard errors of the mean by which held-out folds have to improve
+MOST = 14  # terms
+TRIED = 5  # of the best terms, where the best does not improve the cross-validated chi-square
 ROUNDS = 3  # of exchanges per step
 
 
 @dataclass(frozen=True, repr=False)
-class Choice:
-    """Units and what they explain together.
+class Selection:
+    """Some terms, fitted together.
 
     Attributes:
         fit: of all their columns, in order.
-        price: chi-square that their numbers cost.
-        scale: factor on variances where the noise does not explain what is left.
+        penalty: of the BIC: rank times the logarithm of the number of readings.
+        scale: factor on variances where the noise does not explain the residual that is left.
     """
 
-    units: tuple[Unit, ...]
-    fit: Linear
-    price: float
+    terms: tuple[Term, ...]
+    fit: LinearFit
+    penalty: float
     scale: float
 
     @property
-    def worth(self) -> float:
-        """Gain above what as many numbers without meaning would cost."""
-        return self.fit.gain / self.scale - self.price
+    def bic_gain(self) -> float:
+        """How far the terms lower the BIC."""
+        return self.fit.gain / self.scale - self.penalty
 
-    def weights(self, unit: Unit) -> Floats:
-        """Weights of one unit's columns."""
+    def weights(self, term: Term) -> Floats:
+        """Weights of one term's columns."""
         at = 0
-        for u in self.units:
-            if u is unit:
+        for u in self.terms:
+            if u is term:
                 return self.fit.weight[at : at + len(u.columns)]
             at += len(u.columns)
-        raise ValueError(f"{unit} was not chosen")
+        raise ValueError(f"{term} was not chosen")
 
 
 class Selector:
-    """Compares units on one ledger; ``tried`` counts what chance could have picked from."""
+    """Compares terms by the normal equations of one fit, which has ``freedom`` degrees of freedom."""
 
-    def __init__(self, ledger: Ledger, units: Sequence[Unit], freedom: float) -> None:
-        self.ledger, self.units, self.freedom = ledger, tuple(units), freedom
-        self.tried = max(len(self.units), 1)
-        self._cost = float(np.log(max(ledger.count, 8)))
+    def __init__(self, equations: NormalEquations, terms: Sequence[Term], freedom: float) -> None:
+        self.equations, self.terms, self.freedom = equations, tuple(terms), freedom
+        self.tried = max(len(self.terms), 1)  # what chance could have picked from
+        self._cost = float(np.log(max(equations.count, 8)))
 
-    def together(self, units: Sequence[Unit]) -> Choice:
-        """Some units, fitted at once."""
-        columns = [c for u in units for c in u.columns]
-        positive = [p for u in units for p in u.positive]
-        fit = self.ledger.fit(columns, positive)
-        left = max(self.ledger.all.chi2 - fit.gain, 0.0)
+    def together(self, terms: Sequence[Term]) -> Selection:
+        """Some terms, fitted at once."""
+        columns = [c for u in terms for c in u.columns]
+        positive = [p for u in terms for p in u.positive]
+        fit = self.equations.fit(columns, positive)
+        left = max(self.equations.reduced.chi2 - fit.gain, 0.0)
         scale = max(1.0, left / max(self.freedom - fit.rank, 1.0))
-        return Choice(tuple(units), fit, self._cost * fit.rank, scale)
+        return Selection(tuple(terms), fit, self._cost * fit.rank, scale)
 
-    def heldout(self, units: Sequence[Unit]) -> Floats:
-        """(folds,) chi-square on set-ups left out."""
-        return self.ledger.heldout([c for u in units for c in u.columns], [p for u in units for p in u.positive])
+    def cross_validated(self, terms: Sequence[Term]) -> Floats:
+        """(folds,) chi-square of every fold, fitted on the others."""
+        columns = [c for u in terms for c in u.columns]
+        return self.equations.cross_validated(columns, [p for u in terms for p in u.positive])
 
-    def ranked(self, chosen: Choice) -> list[Choice]:
-        """``chosen`` with one unit more each, those that are worth most first."""
-        taken = {u.key for u in chosen.units}
-        options = [self.together([*chosen.units, u]) for u in self.units if u.key not in taken]
-        # the residual that the best leaves is the yardstick for all
+    def ranked(self, chosen: Selection) -> list[Selection]:
+        """``chosen`` with one term more each, those of the lowest BIC first."""
+        taken = {u.key for u in chosen.terms}
+        options = [self.together([*chosen.terms, u]) for u in self.terms if u.key not in taken]
+        # the residual that the best leaves sets the scale for all
         scale = min((o.scale for o in options), default=1.0)
-        return sorted(options, key=lambda o: o.price - o.fit.gain / scale)
+        return sorted(options, key=lambda o: o.penalty - o.fit.gain / scale)
 
-    def beats(self, more: Choice, less: Choice) -> bool:
-        """Whether ``more`` is better than ``less`` beyond chance, inside the data and outside."""
+    def beats(self, more: Selection, less: Selection) -> bool:
+        """Whether ``more`` is better than ``less``: significantly, by BIC, and in cross-validation."""
         drop, numbers = (more.fit.gain - less.fit.gain) / more.scale, max(more.fit.rank - less.fit.rank, 1)
-        if stats.chi2.sf(max(drop, 0.0), numbers) * self.tried > CHANCE or more.worth <= less.worth:
+        if stats.chi2.sf(max(drop, 0.0), numbers) * self.tried > CHANCE or more.bic_gain <= less.bic_gain:
             return False
-        return steady(self.heldout(less.units) - self.heldout(more.units))
+        return steady(self.cross_validated(less.terms) - self.cross_validated(more.terms))
 
-    def forward(self) -> Choice:
-        """All units that pay, forward and looking back."""
+    def forward(self) -> Selection:
+        """The selected terms."""
         chosen = self.together([])
-        while len(chosen.units) < MOST:
+        while len(chosen.terms) < MOST:
             more = next((o for o in self.ranked(chosen)[:TRIED] if self.beats(o, chosen)), None)
             if more is None:
                 break
             chosen = self._exchanged(more)
         return self._without_superfluous(chosen)
 
-    def _exchanged(self, chosen: Choice) -> Choice:
-        """Every unit in turn against the best other in its place."""
-        for _ in range(ROUNDS if len(chosen.units) > 1 else 0):
+    def _exchanged(self, chosen: Selection) -> Selection:
+        """With terms exchanged one by one for others that lower the BIC."""
+        for _ in range(ROUNDS if len(chosen.terms) > 1 else 0):
             before = chosen
-            for unit in chosen.units:
-                rest = self.together([u for u in chosen.units if u is not unit])
+            for term in chosen.terms:
+                rest = self.together([u for u in chosen.terms if u is not term])
                 other = self.ranked(rest)[0]
-                if other.worth > chosen.worth + 1e-6 * abs(chosen.worth):
+                if other.bic_gain > chosen.bic_gain + 1e-6 * abs(chosen.bic_gain):
                     chosen = other
                     break
             if chosen is before:
                 break
         return chosen
 
-    def _without_superfluous(self, chosen: Choice) -> Choice:
-        for unit in chosen.units:
-            rest = self.together([u for u in chosen.units if u is not unit])
+    def _without_superfluous(self, chosen: Selection) -> Selection:
+        for term in chosen.terms:
+            rest = self.together([u for u in chosen.terms if u is not term])
             if not self.beats(chosen, rest):
                 return self._without_superfluous(rest)
         return chosen
 
 
 def steady(gain: Floats) -> bool:
-    """Whether folds left out improve: on the whole, and by more than they scatter."""
+    """Whether the gain (folds,) of held-out folds is positive by more than its scatter explains."""
     error = float(np.std(gain, ddof=1) / np.sqrt(len(gain))) if len(gain) > 1 else np.inf
     return bool(gain.mean() > STEADY * error)

@@ -16,7 +16,7 @@ the same text and take derivatives from it.
     torque   angle (n,) rad of the links                        tau (n,) N*m of an internal spring
     mass     number of joints                                  point masses on links
     place    PlaceInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
-    wrench_reading    Shown: what the sensor shows              the wrench (6,) that acts, same axes
+    wrench_reading    ShownWrench: what the sensor shows        the wrench (6,) that acts, same axes
     position_reading  a position (3,) in the tracker's frame, time s   the position (3,) that it shows
 
 The two readings belong to instruments: they judge data and never act on a planned path. The wrench of a place is the
@@ -138,7 +138,7 @@ class PlaceInput:
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownWrench:
     """What a wrench sensor shows."""
 
     wrench: ca.SX  # (6,) N and N*m, in the axes and about the point of the session
@@ -226,7 +226,7 @@ class Effect:
     mass: Callable[[int, Values], tuple[PointMass, ...]] | None = None
     place: Callable[[PlaceInput, Values], ca.SX] | None = None
     places: Callable[[int], tuple[int, ...]] = lambda n: ()
-    wrench_reading: Callable[[Shown, Values], ca.SX] | None = None
+    wrench_reading: Callable[[ShownWrench, Values], ca.SX] | None = None
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
     memory: Memory | None = None
     unloaded: bool = False

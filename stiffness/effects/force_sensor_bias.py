@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import casadi as ca
 
-from stiffness.effects.effect import Effect, Numbers, Parameter, Shown, Values
+from stiffness.effects.effect import Effect, Numbers, Parameter, ShownWrench, Values
 
 
-def _acting(given: Shown, p: Values) -> ca.SX:
+def _acting(given: ShownWrench, p: Values) -> ca.SX:
     turned = p["in_tool_axes"]
     to_sensor = turned * given.to_tool + (1 - turned) * ca.SX.eye(3)
     f, m = ca.mtimes(to_sensor, given.wrench[:3]), ca.mtimes(to_sensor, given.wrench[3:])

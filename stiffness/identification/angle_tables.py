@@ -1,8 +1,8 @@
-"""Tables: laws of the angle alone, with as many numbers as it takes.
+"""Angle tables: joint errors that follow the joint's angle alone, interpolated between hundreds of numbers.
 
-Such a law does not depend on the load, so it is worked out once per posture: the statics is given the error of every
-joint's angle, and how a reading moves with a number of the table is how it moves with its joint's angle, times the
-number's own share.
+Such an error does not depend on the load, so it is evaluated once per posture and given to the statics. By the chain
+rule the derivative of a reading by a number of the table is its derivative by the joint's angle, times that of the
+angle error by the number.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stiffness.numerics.kernel import Kernel
 Floats = npt.NDArray[np.float64]
 
 
-class Tables:
+class AngleTables:
     """Numbers of ``unknowns`` that belong to laws of the angle alone, and the ``core`` of the others.
 
     Attributes:
@@ -43,7 +43,7 @@ class Tables:
         return bool(self.effects)
 
     def __repr__(self) -> str:
-        return f"Tables({', '.join(e.name for e in self.effects) or 'none'}, {len(self.own)} free numbers)"
+        return f"AngleTables({', '.join(e.name for e in self.effects) or 'none'}, {len(self.own)} free numbers)"
 
     def whole(self, core: ca.SX) -> ca.SX:
         """All free numbers as symbols: those of tables are zero, their laws are worked out beside the statics."""

@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects import BY_NAME
-from stiffness.effects.effect import Effect
+from stiffness.effects import CATALOGUE
+from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
 from stiffness.identification import scores
-from stiffness.identification.fit import loose_sd
-from stiffness.identification.session_fit import Evidence
-from stiffness.identification.unknowns import unknowns
+from stiffness.identification.problem import Problem
+from stiffness.identification.session_data import SessionData
+from stiffness.identification.session_fit import SessionFit
+from stiffness.identification.unknowns import Unknowns, unknowns
+from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import solve
 from stiffness.session.session import Session
 
-Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 
+RIGID = 1e12  # N*m/rad
 REGISTER = 25  # states per block that place the tracker of a session that is not registered
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Scores on every reading that did not help to place the tracker; None where a session has no such evidence."""
+    """Scores on every reading that did not help to place the tracker; None where a session cannot tell."""
 
     displacement: scores.Score | None
     absolute: scores.Score | None
@@ -50,16 +53,12 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             f"the tracker; give a number above 0 (default {REGISTER})"
         )
     chosen = _evenly(session, count)
-    drift = _drift(session, model) if count else None
-    evidence = evidence_of(session, model, drift)
-    evidence.used = chosen
-    size = len(evidence.unknowns)
-    own = place(evidence) if count else np.zeros(size + evidence.station.size)
-    seen = evidence.predict(own[:size], own[size:])
-    evidence.used = np.ones(len(session.samples), dtype=bool)
-    rest = ~chosen
+    seen = predicted_by(model, session, chosen, _drift(session, model) if count else None).predicted
+    rest, every = ~chosen, np.ones(len(session.samples), dtype=bool)
     return Evaluation(
-        scores.displacement(evidence, seen, rest), scores.absolute(evidence, seen, rest), int(chosen.sum())
+        displacement=scores.displacement(session, seen, rest, every),
+        absolute=scores.absolute(session, seen, rest, every),
+        registered_on=int(chosen.sum()),
     )
 
 
@@ -70,15 +69,24 @@ def _drift(session: Session, model: ComplianceModel) -> Effect | None:
     return drifts[0] if timed and drifts else None
 
 
-def evidence_of(session: Session, model: ComplianceModel, free: Effect | None = None) -> Evidence:
-    """The session against a model without free numbers; tool effects only with the tool they were measured with.
+def predicted_by(model: ComplianceModel, session: Session, used: Bools, free: Effect | None = None) -> SessionFit:
+    """A session as a model without free numbers predicts it; tool effects only with the tool they were measured with.
 
     Args:
+        used: (N,) readings that estimate what belongs to the set-up: tracker poses, roughly known reflectors.
         free: an effect of instruments that belongs to this session and is estimated with its station.
     """
     effects = shown_effects(model, session)
     layout = unknowns(effects, session.robot.n, [e.name for e in effects if e is not free])
-    return Evidence(session, layout, {e.name: model.values[e.name] for e in effects})
+    return _placed(session, layout, {e.name: model.values[e.name] for e in effects}, used)
+
+
+def predicted_rigid(session: Session, used: Bools) -> SessionFit:
+    """A session as the nominal, rigid arm predicts it, placed by the ``used`` (N,) readings."""
+    base = [e for e in CATALOGUE if e.is_base]
+    layout = unknowns(base, session.robot.n, [e.name for e in base])
+    rigid = {e.name: {p.name: np.full(session.robot.n, RIGID) for p in e.parameters} for e in base}
+    return _placed(session, layout, rigid, used)
 
 
 def shown_effects(model: ComplianceModel, session: Session) -> tuple[Effect, ...]:
@@ -87,26 +95,16 @@ def shown_effects(model: ComplianceModel, session: Session) -> tuple[Effect, ...
     return tuple(e for e in model.effects if e in applied or e.scope == "instruments")
 
 
-def rigid_evidence(session: Session) -> Evidence:
-    """The session against the nominal, rigid arm."""
-    effect = BY_NAME["joint-stiffness"]
-    layout = unknowns([effect], session.robot.n, [effect.name])
-    return Evidence(session, layout, {effect.name: {"k_nm_per_rad": np.full(session.robot.n, 1e12)}})
-
-
-def place(evidence: Evidence) -> Floats:
-    """The session's own numbers (P + S,) from the readings in use: free effects of instruments, then the station."""
-    shared, size = len(evidence.unknowns), len(evidence.unknowns) + evidence.station.size
-    if not size:
-        return np.zeros(0)
-    begin = np.concatenate([evidence.unknowns.start(evidence.fixed), np.zeros(size - shared)])
-    prior = np.concatenate([loose_sd(evidence.unknowns), evidence.station.prior_sd()])
-    infinite = np.full(size, np.inf)
-    at = slice(shared, size)
-    solution = solve(
-        lambda v: evidence.blocks(v[:shared], v[shared:], 0.0, at, size), begin, begin, prior, -infinite, infinite
-    )
-    return solution.vector
+def _placed(session: Session, layout: Unknowns, fixed: Mapping[str, Numbers], used: Bools) -> SessionFit:
+    """The session with its own numbers estimated from the readings in use: free effects of instruments, the station."""
+    problem = Problem.of_sessions([SessionData.of(session)], [Weighting(session, 0.0)], layout, fixed)
+    states = tuple(replace(s, used=used) for s in problem.first_states())
+    vector = problem.start
+    if len(vector) and used.any():
+        solution, states = problem.solved(states, bounded=False)
+        vector = solution.vector
+    (placed,) = problem.sessions(vector, states)
+    return placed
 
 
 def _evenly(session: Session, count: int) -> npt.NDArray[np.bool_]:

@@ -1,15 +1,18 @@
-"""Fit: an identified model, how sure it is, and what the data do not tell."""
+"""Fit: an identified model, how sure it is, and what the data do not determine."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers
-from stiffness.identification.session_fit import Evidence
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.identification.prediction import PredictedReadings, SessionPredictor
+from stiffness.identification.problem import Problem, States, loose_sd
+from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
@@ -18,32 +21,42 @@ from stiffness.numerics.least_squares import Solution
 Floats = npt.NDArray[np.float64]
 
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
-LOOSE = 3000.0  # typical sizes: a wrist of a light arm yields a hundred times as much as a heavy arm
 LOADED = 30.0  # typical sizes of compliance that a reading has to tell before it is said to load a joint
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Fit:
     """A model, and how it came about.
 
     Attributes:
-        unknowns: layout of ``solution.vector``, before the sessions' own numbers.
-        fixed: values of what was not free.
+        problem: what was fitted to what.
         solution: estimate and covariance.
-        evidence: one per session, with the rows that were used.
-        offset: m, standard deviation given to the absolute position of a reflector of a set-up; 0: trusted.
+        states: where the evaluation of every observations ended, with the rows that were used.
         notes: what was decided, and why.
     """
 
-    unknowns: Unknowns
-    fixed: Mapping[str, Numbers]
+    problem: Problem
     solution: Solution
-    evidence: tuple[Evidence, ...]
-    offset: float
-    notes: tuple[str, ...]
+    states: States
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Fit({', '.join(e.name for e in self.unknowns.effects)}, {self.solution.count} numbers)"
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """Layout of the parameters."""
+        return self.problem.unknowns
+
+    @property
+    def fixed(self) -> Mapping[str, Numbers]:
+        """Values of what was not free."""
+        return self.problem.fixed
+
+    @cached_property
+    def sessions(self) -> tuple[SessionFit, ...]:
+        """The sessions that were fitted to, as the fit left them."""
+        return self.problem.sessions(self.solution.vector, self.states)
 
     @property
     def parameters(self) -> Floats:
@@ -56,9 +69,18 @@ class Fit:
         variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
         return np.asarray(np.sqrt(variance) * self.solution.misfit)
 
-    def station(self, k: int) -> Floats:
-        """The own numbers of session ``k``."""
-        return self.solution.vector[columns_of(self.evidence, len(self.unknowns))[k]]
+    def predicted_without(self, effect: Effect) -> tuple[PredictedReadings, ...]:
+        """The readings of every session for the same numbers, one effect left out."""
+        keep = [k for k, u in enumerate(self.unknowns.free) if u.effect != effect.name]
+        effects = tuple(e for e in self.unknowns.effects if e is not effect)
+        layout = Unknowns(effects, self.unknowns.joints, tuple(self.unknowns.free[k] for k in keep))
+        fixed = {e.name: self.fixed[e.name] for e in effects}
+        out = []
+        for s in self.sessions:
+            predictor = SessionPredictor.of(s.observations.data, layout, fixed)
+            start = replace(predictor.first_state(), poses=s.state.poses)
+            out.append(predictor.predict(start, self.parameters[keep], s.own))
+        return tuple(out)
 
     def determined(self) -> npt.NDArray[np.bool_]:
         """(P,) what the data determine: for a stiffness to half its value, else to half of what was assumed."""
@@ -129,13 +151,11 @@ class Fit:
 
     def outlier_rows(self) -> list[tuple[str, int]]:
         """(session, line of samples.csv) of every row that was left out."""
-        return [
-            (e.session.source, int(line)) for e in self.evidence for line in e.samples.line[~e.used]
-        ]
+        return [(s.session.source, int(line)) for s in self.sessions for line in s.samples.line[~s.used]]
 
     def model(self, robot: str, provenance: Mapping[str, object]) -> ComplianceModel:
         """The fit as a model of ``robot`` (name or path as the model file shall say)."""
-        first = self.evidence[0].session
+        first = self.sessions[0].session
         known = self.determined()
         identified = {}
         for e in self.unknowns.effects:
@@ -170,11 +190,22 @@ class Fit:
         return Correlations.of(tuple(str(self.unknowns.free[k]) for k in own), 0.5 * (covariance + covariance.T))
 
 
-def columns_of(evidence: Sequence[Evidence], shared: int) -> list[slice]:
-    ends = shared + np.cumsum([e.station.size for e in evidence])
-    return [slice(int(end) - e.station.size, int(end)) for e, end in zip(evidence, ends, strict=True)]
+def fitted(
+    problem: Problem,
+    states: States,
+    start: Floats | None = None,
+    *,
+    notes: tuple[str, ...] = (),
+    once: bool = False,
+) -> Fit:
+    """Least squares of a problem.
 
-
-def loose_sd(layout: Unknowns, inverse: float = LOOSE) -> Floats:
-    """How far a number may be from its start where nothing else is known: loose, but in the right world."""
-    return np.where(layout.inverse, inverse, 5.0) * layout.scale
+    Args:
+        states: where the evaluations start. start: (V,) first vector; None: the mean of the prior.
+        once: priors are too loose to be weighed anew.
+    """
+    solution, states = problem.solved(states, start)
+    if solution.misfit > 1 and not once:
+        # what the model does not explain is noise to its parameters: the prior weighs more against it
+        solution, states = problem.solved(states, solution.vector, widened=solution.misfit)
+    return Fit(problem, solution, states, notes)

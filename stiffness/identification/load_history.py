@@ -1,4 +1,4 @@
-"""Load histories: what approach and load order make of the joint states in every state of a session."""
+"""Load history: the approach to every set-up and the order of its loads, and the joint memory that they leave."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SMALLEST = 1e-8  # typical sizes: a gap of zero still has sides
 RELATIVE = 1e-4  # step of a difference
 
 
-class Histories:
+class LoadHistory:
     """The set-ups of a session side by side: a move to each, then its states one after the other."""
 
     def __init__(self, session: Session) -> None:
@@ -48,7 +48,7 @@ class Histories:
             torque: (N, n) N*m of every reading.
             resting: (N, n) N*m at its posture without load: what the joints carry on the way there.
         """
-        values = {e.name: _open(e, values[e.name]) for e in effects}
+        values = {e.name: opened(e, values[e.name]) for e in effects}
         begin = unknown(effects, values)
         if not len(begin.low):
             return np.zeros((len(self.samples), 0))
@@ -64,7 +64,6 @@ class Histories:
         walked = walk(effects, values, moves, torques, start).middle[1:]
         share = walked / begin.high
         return np.asarray(share[self._row, self._column][self._of])
-
 
     def slopes(
         self,
@@ -84,7 +83,7 @@ class Histories:
         for k, effect in enumerate(e for e in effects if e.memory):
             for p in effect.parameters:
                 if p.fit == "direct":
-                    own = _open(effect, values[effect.name])
+                    own = opened(effect, values[effect.name])
                     step = -RELATIVE * np.maximum(np.abs(own[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
                     more = {**values, effect.name: {**own, p.name: own[p.name] + step}}
                     columns = slice(k * n, (k + 1) * n)
@@ -93,6 +92,7 @@ class Histories:
         return out
 
 
-def _open(effect: Effect, values: Numbers) -> dict[str, Floats]:
+def opened(effect: Effect, values: Numbers) -> dict[str, Floats]:
+    """Values with gaps that are not quite zero: the share of a half range of zero is not defined."""
     smallest = {p.name: SMALLEST * p.scale for p in effect.parameters if effect.memory and p.neutral == 0}
     return {k: np.maximum(v, smallest[k]) if k in smallest else v for k, v in values.items()}

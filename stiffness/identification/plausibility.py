@@ -1,13 +1,11 @@
-"""Doubts: what in a fit makes one ask whether the session is of this robot, or the model has the effects it needs."""
+"""Plausibility: signs in a fit that a session is not of this robot, or that the model lacks an effect."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from stiffness.identification.fit import Fit
+from stiffness.effects import CATALOGUE
+from stiffness.identification.fit import Fit
 
 DOUBTFUL = 3.0  # a residual so many times the noise is no matter of noise
 ASIDE = 0.01  # m, RMS; no arm that was mastered is so far from its drawing
@@ -30,26 +28,25 @@ def _residual(fit: Fit) -> list[str]:
 
 def _aside(fit: Fit) -> list[str]:
     """Without kinematic offsets a fit looks at displacements alone: are the positions where they should be?"""
-    if not fit.offset:
+    if not any(s.observations.weighting.offset for s in fit.sessions):
         return []
-    off = [
-        (e.samples.position - e.predict(fit.parameters, fit.station(k)).position)[e.used]
-        for k, e in enumerate(fit.evidence)
-    ]
+    off = [(s.samples.position - s.predicted.position)[s.used] for s in fit.sessions]
     aside = float(np.sqrt(np.mean(np.sum(np.concatenate(off) ** 2, axis=1))))
     if aside <= ASIDE:
         return []
+    geometry = ", ".join(e.name for e in CATALOGUE if e.fitted_where == "position")
     return [
         f"readings lie {aside * 1e3:.0f} mm (RMS) from where the robot model has its reflectors: is it the robot that "
-        "was measured? kinematic-offset would fit them"
+        f"was measured? {geometry} would fit them"
     ]
 
 
 def _far(fit: Fit) -> list[str]:
+    geometry = {e.name for e in fit.unknowns.effects if e.fitted_where == "position"}
     far = [
         f"{u.parameter.name} of joint {u.index + 1}: {value * 1e3:.0f} m{u.parameter.unit}"
         for u, value in zip(fit.unknowns.free, fit.parameters, strict=True)
-        if u.effect == "kinematic-offset" and abs(value) > FAR
+        if u.effect in geometry and abs(value) > FAR
     ]
     if not far:
         return []

@@ -1,28 +1,30 @@
-"""What a laser tracker would read: the same statics as prediction uses, with parameters left free.
+"""Reading model: what a laser tracker would read, on the statics that prediction uses, with free parameters.
 
 A reading is the position of a reflector on some link under a load on some link. One CasADi function per kind of
-load gives the arm at rest, with the slopes of its elastic coordinates by parameters, wrench and memory; it is run over
-all of that kind at once. What a reflector shows of it is kinematics (sight.py).
+load gives the arm at rest, with the derivatives of its elastic coordinates by parameters, wrench and memory; it is
+evaluated for all readings of that kind at once. Where a reflector then is, is kinematics (statics/point_motion.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers, Shown, Values
-from stiffness.identification.angle_tables import Tables
+from stiffness.effects.effect import Numbers, ShownWrench, Values
+from stiffness.identification.angle_tables import AngleTables
 from stiffness.identification.unknowns import Unknowns
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
-from stiffness.statics.point_motion import Sight
-from stiffness.statics.predictor import Tool
-from stiffness.statics.statics import Load, Posture, Statics
+from stiffness.statics.deflected_arm import DeflectedArm
+from stiffness.statics.load import Load
+from stiffness.statics.point_motion import PointMotion
+from stiffness.statics.statics import Statics
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -31,8 +33,8 @@ SWEEPS = 3  # per call, from the coordinates of the call before
 
 
 @dataclass(frozen=True)
-class Pull:
-    """What loads of one kind share.
+class LoadKind:
+    """What loads of one kind have in common: they share one CasADi function.
 
     Attributes:
         link: the load acts on.
@@ -45,8 +47,35 @@ class Pull:
     tool_axes: bool
 
 
-@dataclass(frozen=True, repr=False)
-class Rest:
+@dataclass(frozen=True, repr=False, eq=False)
+class ArmLoads:
+    """What loads N arms.
+
+    Attributes:
+        q: (N, n) rad, commanded.
+        wrench: (N, 6) N and N*m, as the sensor shows it. point: (N, 3) m in its link, that the moment is about.
+        state: (N, s) memory as a share of its half range, -1 ... 1.
+        payload: (N, 1) kg at the tool's centre of mass. warm: (N, 1) K above the reference temperature.
+    """
+
+    q: Floats
+    wrench: Floats
+    point: Floats
+    state: Floats
+    payload: Floats
+    warm: Floats
+
+    def take(self, rows: Index) -> ArmLoads:
+        """Some of them, in the given order."""
+        return ArmLoads(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+
+    def table(self) -> Floats:
+        """All numbers of an arm in one row: arms with equal rows deflect alike."""
+        return np.concatenate([self.q, self.wrench, self.point, self.state, self.payload, self.warm], axis=1)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ArmEquilibria:
     """N arms at rest under their loads.
 
     Attributes:
@@ -66,15 +95,25 @@ class Rest:
     by_state: Floats
     by_angle: Floats
 
-    def take(self, rows: Index) -> Rest:
+    def take(self, rows: Index) -> ArmEquilibria:
         """Some of them, in the given order."""
-        names = ("q", "x", "torque", "by_parameter", "by_wrench", "by_state", "by_angle")
-        return Rest(*(getattr(self, name)[rows] for name in names))
+        return ArmEquilibria(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+
+    @classmethod
+    def gathered(cls, parts: Sequence[tuple[Index, ArmEquilibria]]) -> ArmEquilibria:
+        """Arms under several kinds of load as one: each part with the rows (k,) that it takes."""
+        count = sum(len(rows) for rows, _ in parts)
+        out = {}
+        for name in (f.name for f in fields(cls)):
+            out[name] = np.empty((count, *getattr(parts[0][1], name).shape[1:]))
+            for rows, part in parts:
+                out[name][rows] = getattr(part, name)
+        return cls(**out)
 
 
-@dataclass(frozen=True, repr=False)
-class Read:
-    """Predicted readings of reflectors on one link.
+@dataclass(frozen=True, repr=False, eq=False)
+class ReflectorPositions:
+    """Predicted positions of reflectors on one link, with their derivatives.
 
     Attributes:
         position: (N, 3) m, base.
@@ -93,8 +132,8 @@ class Read:
     rotation: Floats
 
 
-class Reader:
-    """Predicts readings of one robot with one tool, parameters free.
+class ReadingModel:
+    """Predicts the readings of one robot with one tool; its parameters are free. Constant: only kernels are kept.
 
     Args:
         gravity: (3,) m/s2 in the base.
@@ -115,8 +154,8 @@ class Reader:
         self.calibrated_out = calibrated_out
         self.statics = Statics(robot, unknowns.effects)
         self._gravity = ca.SX(ca.DM(gravity))
-        self.tables = Tables(robot.n, unknowns, fixed)
-        self._kernels: dict[Pull, Kernel] = {}
+        self.tables = AngleTables(robot.n, unknowns, fixed)
+        self._kernels: dict[LoadKind, Kernel] = {}
 
     @property
     def n_x(self) -> int:
@@ -124,43 +163,25 @@ class Reader:
         return self.statics.n_x * (3 if self.calibrated_out else 1)
 
     @cached_property
-    def sight(self) -> Sight:
+    def sight(self) -> PointMotion:
         """Its kinematics."""
-        return Sight(self.statics)
+        return PointMotion(self.statics)
 
-    def rest(
-        self,
-        pull: Pull,
-        p: Floats,
-        q: Floats,
-        wrench: Floats,
-        point: Floats,
-        state: Floats,
-        payload: Floats,
-        warm: Floats,
-        x: Floats,
-    ) -> Rest:
-        """Equilibria under loads of one kind.
-
-        Args:
-            p: (P,) parameters as the solver sees them.
-            q: (N, n) rad. wrench: (N, 6) as the sensor shows it. point: (N, 3) m in its link.
-            state: (N, s) memory as a share of its half range, -1 ... 1.
-            payload: (N, 1) kg at the tool's centre of mass. warm: (N, 1) K above the reference temperature.
-            x: (N, n_x) elastic coordinates to start from.
-        """
-        if pull not in self._kernels:
-            self._kernels[pull] = self._built(pull)
-        error = self.tables.error(q, p)
-        given = (q, wrench, point, state, payload, warm, error, p[self.tables.core], x)
-        new, torque, *slopes = self._kernels[pull].run(*given)
-        count, m = len(q), self.n_x
+    def equilibria(self, kind: LoadKind, p: Floats, loads: ArmLoads, x: Floats) -> ArmEquilibria:
+        """Equilibria under loads of one kind, for parameters ``p`` (P,) as the solver sees them, started from ``x``
+        (N, n_x)."""
+        if kind not in self._kernels:
+            self._kernels[kind] = self._built(kind)
+        error = self.tables.error(loads.q, p)
+        given = (loads.q, loads.wrench, loads.point, loads.state, loads.payload, loads.warm)
+        new, torque, *slopes = self._kernels[kind].run(*given, error, p[self.tables.core], x)
+        count, m = len(loads.q), self.n_x
         widths = (len(self.tables.core), 6, self.statics.n_state, error.shape[1])
         by = [np.swapaxes(v.reshape(count, w, m), 1, 2) for v, w in zip(slopes, widths, strict=True)]
-        return Rest(q, new, torque, *by)
+        return ArmEquilibria(loads.q, new, torque, *by)
 
-    def resting(self, p: Floats, q: Floats, payload: Floats, warm: Floats) -> Floats:
-        """(N, n) N*m that the joints carry without load, at the straight posture; arguments as of ``rest``."""
+    def unloaded_torque(self, p: Floats, q: Floats, payload: Floats, warm: Floats) -> Floats:
+        """(N, n) N*m that the joints carry without load, at the undeflected posture; arguments as in ``ArmLoads``."""
         s = self.statics
         core = self.tables.core
         given = [ca.SX.sym(name, m) for name, m in (("q", s.robot.n), ("payload", 1), ("warm", 1), ("p", len(core)))]
@@ -168,30 +189,37 @@ class Reader:
         at = s.posture(given[0], ca.SX.zeros(s.n_x))
         none, weights = ca.SX.zeros(s.robot.n), self.weights(values, given[1])
         _, torque = s.law(at, given[0], weights, (), None, values, given[2], none)
-        (out,) = Kernel(ca.Function("resting", given, [ca.densify(torque)])).run(q, payload, warm, p[core])
+        (out,) = Kernel(ca.Function("unloaded_torque", given, [ca.densify(torque)])).run(q, payload, warm, p[core])
         return out
 
-    def seen(self, rest: Rest, link: int, reflector: Floats) -> Read:
+    def positions(self, arms: ArmEquilibria, link: int, reflector: Floats) -> ReflectorPositions:
         """Where reflectors (N, 3), m in their link, are in the base."""
         m = self.statics.n_x
-        position, slope, rotation = self._placed(rest.q, rest.x[:, :m], link, reflector)
-        slopes = [slope @ by[:, :m] for by in (rest.by_parameter, rest.by_wrench, rest.by_state, rest.by_angle)]
+        position, slope, rotation = self._position(arms.q, arms.x[:, :m], link, reflector)
+        slopes = [slope @ by[:, :m] for by in (arms.by_parameter, arms.by_wrench, arms.by_state, arms.by_angle)]
         if self.calibrated_out:
-            sag, by_sag, _ = self._placed(rest.q, rest.x[:, m : 2 * m], link, reflector)
-            straight, by_straight, _ = self._placed(rest.q, rest.x[:, 2 * m :], link, reflector)
+            sag, by_sag, _ = self._position(arms.q, arms.x[:, m : 2 * m], link, reflector)
+            straight, by_straight, _ = self._position(arms.q, arms.x[:, 2 * m :], link, reflector)
             position = position - sag + straight
-            for k, by in ((0, rest.by_parameter), (3, rest.by_angle)):
+            for k, by in ((0, arms.by_parameter), (3, arms.by_angle)):
                 slopes[k] = slopes[k] - by_sag @ by[:, m : 2 * m] + by_straight @ by[:, 2 * m :]
-        return Read(position, slopes[0], slopes[1], slopes[2], slopes[3], rotation)
+        return ReflectorPositions(
+            position=position,
+            by_parameter=slopes[0],
+            by_wrench=slopes[1],
+            by_state=slopes[2],
+            by_angle=slopes[3],
+            rotation=rotation,
+        )
 
-    def _placed(self, q: Floats, x: Floats, link: int, reflector: Floats) -> tuple[Floats, Floats, Floats]:
+    def _position(self, q: Floats, x: Floats, link: int, reflector: Floats) -> tuple[Floats, Floats, Floats]:
         """Position (N, 3), its slopes (N, 3, n_x), and the rotation (N, 3, 3) of the link."""
         frames = self.sight.frames(q, x)
         rotation = frames.rotation[:, link]
         position = frames.origin[:, link] + np.einsum("nij,nj->ni", rotation, reflector)
         return position, self.sight.slopes(frames, link, position), rotation
 
-    def _built(self, pull: Pull) -> Kernel:
+    def _built(self, kind: LoadKind) -> Kernel:
         n, s = self.robot.n, self.statics
         q, w, point = (ca.SX.sym(k, m) for k, m in (("q", n), ("w", 6), ("point", 3)))
         state, payload, warm = ca.SX.sym("state", s.n_state), ca.SX.sym("payload"), ca.SX.sym("warm")
@@ -205,7 +233,7 @@ class Reader:
         coordinates, torque = x[: s.n_x], ca.SX.zeros(n)
         for _ in range(SWEEPS):
             posture = s.posture(q, coordinates)
-            load = self.load(pull, posture, w, point, values)
+            load = self.acting(kind, posture, w, point, values)
             coordinates, torque = s.law(posture, q, weights, load, own, values, warm, by_angle)
         new_x = coordinates
         if self.calibrated_out:
@@ -216,7 +244,7 @@ class Reader:
             new_x = ca.vertcat(coordinates, sag, straight)
         outputs = [new_x, torque, *(ca.jacobian(new_x, v) for v in (core, w, state, error))]
         dense = [ca.densify(ca.vec(o)) for o in outputs]
-        return Kernel(ca.Function("rest", [q, w, point, state, payload, warm, error, core, x], dense))
+        return Kernel(ca.Function("equilibria", [q, w, point, state, payload, warm, error, core, x], dense))
 
     def weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
         """Weights (link, point, force): with ``payload`` kg all there are, for None what the controller knows."""
@@ -229,15 +257,15 @@ class Reader:
         extra.append((self.robot.n, payload, com))
         return self.statics.loads_of_weight(self._gravity, extra, values)
 
-    def load(
-        self, pull: Pull, posture: Posture, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
+    def acting(
+        self, kind: LoadKind, posture: DeflectedArm, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
     ) -> list[Load]:
         """The load that acts where the sensor shows ``w``."""
         turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
         for e in self.statics.effects:
             if e.wrench_reading:
-                to_tool = ca.SX.eye(3) if pull.tool_axes else turn.T
-                w = e.wrench_reading(Shown(w, to_tool), values[e.name])
-        if pull.tool_axes:
+                to_tool = ca.SX.eye(3) if kind.tool_axes else turn.T
+                w = e.wrench_reading(ShownWrench(w, to_tool), values[e.name])
+        if kind.tool_axes:
             w = ca.vertcat(ca.mtimes(turn, w[:3]), ca.mtimes(turn, w[3:]))
-        return [Load(pull.link, point, w, pull.point_link)]
+        return [Load(kind.link, point, w, kind.point_link)]

@@ -8,16 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.identification.prediction import PredictedReadings
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
+Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Score:
-    """Residuals of one kind of evidence; m.
+    """Residuals of one kind of comparison, of displacements or of absolute positions; m.
 
     Attributes:
         rms: per axis, root of the mean of all squared components.
@@ -35,31 +36,29 @@ class Score:
     count: int
 
 
-def displacement(evidence: Evidence, seen: Predicted, rows: npt.NDArray[np.bool_]) -> Score | None:
-    """Score of displacements whose loaded reading is one of ``rows`` (N,) and was used."""
-    pairs, s = evidence.session.pairs, evidence.session
-    keep = rows[pairs.row] & evidence.used[pairs.row] & evidence.used[pairs.reference] & s.counts[pairs.row]
+def displacement(session: Session, seen: PredictedReadings, rows: Bools, used: Bools) -> Score | None:
+    """Score of displacements whose loaded reading is one of ``rows`` (N,); both readings are among the ``used``."""
+    pairs = session.pairs
+    keep = rows[pairs.row] & used[pairs.row] & used[pairs.reference] & session.counts[pairs.row]
     if not keep.any():
         return None
     row, reference = pairs.row[keep], pairs.reference[keep]
     residual = pairs.displacement[keep] - (seen.position[row] - seen.position[reference])
-    variance = pairs.sd[keep] ** 2 + _sensor(evidence, seen, row) + _sensor(evidence, seen, reference)
-    return _score(s, residual, variance, row)
+    variance = pairs.sd[keep] ** 2 + _sensor(session, seen, row) + _sensor(session, seen, reference)
+    return _score(session, residual, variance, row)
 
 
-def absolute(evidence: Evidence, seen: Predicted, rows: npt.NDArray[np.bool_]) -> Score | None:
-    """Score of absolute positions at ``rows`` (N,) that were used."""
-    s = evidence.session
-    at = np.flatnonzero(rows & evidence.used & s.counts)
-    if not s.has_absolute or not len(at):
+def absolute(session: Session, seen: PredictedReadings, rows: Bools, used: Bools) -> Score | None:
+    """Score of absolute positions at ``rows`` (N,) that are among the ``used``."""
+    at = np.flatnonzero(rows & used & session.counts)
+    if not session.has_absolute or not len(at):
         return None
-    residual = s.samples.position[at] - seen.position[at]
-    return _score(s, residual, s.samples.sd[at] ** 2 + _sensor(evidence, seen, at), at)
+    residual = session.samples.position[at] - seen.position[at]
+    return _score(session, residual, session.samples.sd[at] ** 2 + _sensor(session, seen, at), at)
 
 
-def _sensor(evidence: Evidence, seen: Predicted, rows: Index) -> Floats:
+def _sensor(session: Session, seen: PredictedReadings, rows: Index) -> Floats:
     """(K, 3) variance that the noise of the wrench sensor puts into predicted positions."""
-    session = evidence.session
     if not session.has_wrench:
         return np.zeros((len(rows), 3))
     sd = np.array([session.instruments.force] * 3 + [session.instruments.torque] * 3)

@@ -1,4 +1,4 @@
-"""Station: what belongs to the measurement set-up and is estimated with the rest.
+"""Station: the numbers of a measurement set-up that are estimated with the robot's parameters.
 
 The tracker's pose per block where the session is not registered, reflectors that are only roughly known, and the
 placement of a rigid probe whose reflectors form a group. A vector holds six numbers per pose [d; phi] and three
@@ -20,15 +20,23 @@ Index = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
-class Part:
-    """One estimated thing: ``name`` for reports, and its ``span`` in the vector."""
+class StationEntry:
+    """One estimated pose or position: ``name`` for reports, and its ``span`` in the vector."""
 
     name: str
     span: slice
 
 
+@dataclass(frozen=True, repr=False, eq=False)
+class TrackerPoses:
+    """First guess of every tracker pose in the base: ``rotation`` (B, 3, 3), ``origin`` (B, 3) m, by block."""
+
+    rotation: Floats
+    origin: Floats
+
+
 class Station:
-    """Layout and geometry of one session's own numbers."""
+    """Layout and geometry of one session's own numbers; constant."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -37,21 +45,19 @@ class Station:
         rough = [k for k, r in enumerate(session.reflectors) if not r.exact]
         self.single = [k for k in rough if session.group[k] < 0]
         self.groups = sorted({int(session.group[k]) for k in rough if session.group[k] >= 0})
-        self.parts = self._layout()
-        self.size = self.parts[-1].span.stop if self.parts else 0
+        self.entries = self._layout()
+        self.size = self.entries[-1].span.stop if self.entries else 0
         self._nominal = np.array([r.position for r in session.reflectors]).reshape(-1, 3)
-        self._turn = np.tile(np.eye(3), (len(self.blocks), 1, 1))
-        self._origin = np.zeros((len(self.blocks), 3))
 
     def __repr__(self) -> str:
-        return f"Station({', '.join(p.name for p in self.parts) or 'nothing to estimate'})"
+        return f"Station({', '.join(e.name for e in self.entries) or 'nothing to estimate'})"
 
-    def _layout(self) -> tuple[Part, ...]:
+    def _layout(self) -> tuple[StationEntry, ...]:
         sizes = [(f"tracker block {b}", 6) for b in self.blocks]
         sizes += [(f"reflector {self.session.reflectors[k].name}", 3) for k in self.single]
         sizes += [(f"probe {self.session.reflectors[self._members(g)[0]].group}", 6) for g in self.groups]
         ends = np.cumsum([size for _, size in sizes])
-        return tuple(Part(name, slice(int(e) - n, int(e))) for (name, n), e in zip(sizes, ends, strict=True))
+        return tuple(StationEntry(name, slice(int(e) - n, int(e))) for (name, n), e in zip(sizes, ends, strict=True))
 
     def _members(self, group: int) -> list[int]:
         return [k for k, g in enumerate(self.session.group) if g == group]
@@ -59,25 +65,31 @@ class Station:
     def prior_sd(self) -> Floats:
         """(S,) how far a first guess may be off: loose, the data decide; m and rad."""
         sd = np.empty(self.size)
-        for part in self.parts:
-            sd[part.span] = [1.0] * 3 + [0.5] * 3 if part.span.stop - part.span.start == 6 else [0.1] * 3
+        for entry in self.entries:
+            six = entry.span.stop - entry.span.start == 6
+            sd[entry.span] = [1.0] * 3 + [0.5] * 3 if six else [0.1] * 3
         return sd
 
-    def place_trackers(self, base: Floats) -> None:
-        """First guess of every tracker pose: the rigid motion that fits predicted base positions (N, 3) best."""
-        for k, block in enumerate(self.blocks):
-            rows = np.flatnonzero(self.session.samples.block == block)
-            self._turn[k], self._origin[k] = rigid_fit(self.session.samples.position[rows], base[rows])
+    def placed(self, base: Floats) -> TrackerPoses:
+        """First guess of the tracker poses: the rigid motion that fits predicted base positions (N, 3) best."""
+        samples = self.session.samples
+        found = [
+            rigid_fit(samples.position[samples.block == block], base[samples.block == block]) for block in self.blocks
+        ]
+        return TrackerPoses(
+            np.array([rotation for rotation, _ in found]).reshape(-1, 3, 3),
+            np.array([origin for _, origin in found]).reshape(-1, 3),
+        )
 
     def reflectors(self, vector: Floats) -> Floats:
         """(R, 3) m, every reflector in the frame of its link."""
         out = self._nominal.copy()
         first = len(self.blocks)
-        for k, part in zip(self.single, self.parts[first:], strict=False):
-            out[k] = self._nominal[k] + vector[part.span]
-        for g, part in zip(self.groups, self.parts[first + len(self.single) :], strict=True):
+        for k, entry in zip(self.single, self.entries[first:], strict=False):
+            out[k] = self._nominal[k] + vector[entry.span]
+        for g, entry in zip(self.groups, self.entries[first + len(self.single) :], strict=True):
             members = self._members(g)
-            d, phi = vector[part.span][:3], vector[part.span][3:]
+            d, phi = vector[entry.span][:3], vector[entry.span][3:]
             origin = self._nominal[members[0]]
             turned = (self._nominal[members] - origin) @ Rotation.from_rotvec(phi).as_matrix().T
             out[members] = origin + d + turned
@@ -87,17 +99,17 @@ class Station:
         """(R, 3, S) of every reflector's place in its link by the vector."""
         out = np.zeros((len(self._nominal), 3, self.size))
         first = len(self.blocks)
-        for k, part in zip(self.single, self.parts[first:], strict=False):
-            out[k, :, part.span] = np.eye(3)
+        for k, entry in zip(self.single, self.entries[first:], strict=False):
+            out[k, :, entry.span] = np.eye(3)
         places = self.reflectors(vector)
-        for g, part in zip(self.groups, self.parts[first + len(self.single) :], strict=True):
+        for g, entry in zip(self.groups, self.entries[first + len(self.single) :], strict=True):
             members = self._members(g)
             for k in members:
                 arm = places[k] - places[members[0]]
-                out[k, :, part.span] = np.hstack([np.eye(3), -_skew(arm[None])[0]])
+                out[k, :, entry.span] = np.hstack([np.eye(3), -_skew(arm[None])[0]])
         return out
 
-    def seen(self, vector: Floats, base: Floats) -> tuple[Floats, Floats, Floats]:
+    def seen(self, vector: Floats, base: Floats, poses: TrackerPoses) -> tuple[Floats, Floats, Floats]:
         """Positions (N, 3) as read, rotations (N, 3, 3) base -> reading, derivatives (N, 3, S) by tracker poses."""
         count = len(base)
         derivative = np.zeros((count, 3, self.size))
@@ -105,8 +117,8 @@ class Station:
             return base, np.tile(np.eye(3), (count, 1, 1)), derivative
         which = np.searchsorted(self.blocks, self.session.samples.block)
         pose = vector[: 6 * len(self.blocks)].reshape(-1, 6)
-        turn = Rotation.from_rotvec(pose[:, 3:]).as_matrix() @ self._turn
-        origin = self._origin + pose[:, :3]
+        turn = Rotation.from_rotvec(pose[:, 3:]).as_matrix() @ poses.rotation
+        origin = poses.origin + pose[:, :3]
         back = np.swapaxes(turn, 1, 2)[which]
         arm = base - origin[which]
         read = np.einsum("nij,nj->ni", back, arm)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import RobotError
+from stiffness.poses import PoseArray, Poses
 from stiffness.robot.robot import Robot
 from stiffness.rotation import antisymmetric
 
@@ -21,7 +22,7 @@ EXACT = 1e-9  # m and rad: how far a returned posture may stand from its pose
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Batch:
+class InverseSolution:
     """Joint angles of N poses.
 
     Attributes:
@@ -42,7 +43,7 @@ class Batch:
     reasons: dict[str, Bools]
 
     def __repr__(self) -> str:
-        return f"Batch({len(self.ok)} poses, {int(self.ok.sum())} solved)"
+        return f"InverseSolution({len(self.ok)} poses, {int(self.ok.sum())} solved)"
 
     def why(self, pose: int) -> str:
         """What is wrong with a pose, in words; empty when nothing is."""
@@ -73,14 +74,11 @@ class Inverse(ABC):
         """
 
     @abstractmethod
-    def along(
-        self, rotation: Floats, origin: Floats, branch: int | Ints, seed: Floats | None = None
-    ) -> Batch:
+    def along(self, poses: Poses, branch: int | Ints, seed: Floats | None = None) -> InverseSolution:
         """Postures along a path of flange poses in the base.
 
         Args:
-            rotation: (N, 3, 3).
-            origin: (N, 3) m.
+            poses: N of them.
             branch: label, or (N,) labels.
             seed: (n,) rad: the path starts at the turn nearest to it and is then without jumps of 2 pi.
                 (N, n): each pose takes the turn nearest to its own. None: the turn of the whole path that
@@ -111,15 +109,16 @@ def pose_error(robot: Robot, q: Floats, pose: Floats) -> float:
     return max(float(np.linalg.norm(got[:3, 3] - pose[:3, 3])), float(angle))
 
 
-def checked_path(robot: Robot, rotation: Floats, origin: Floats) -> tuple[Floats, Floats]:
+def checked_path(robot: Robot, poses: Poses) -> PoseArray:
     """The poses as contiguous arrays; refused when shapes are wrong or a number is not finite."""
-    rotation, origin = np.ascontiguousarray(rotation, dtype=float), np.ascontiguousarray(origin, dtype=float)
+    rotation = np.ascontiguousarray(poses.rotation, dtype=float)
+    origin = np.ascontiguousarray(poses.origin, dtype=float)
     if origin.ndim != 2 or origin.shape[1] != 3 or rotation.shape != (len(origin), 3, 3):
         raise RobotError(f"poses are (N, 3, 3) and (N, 3), got {rotation.shape} and {origin.shape}")
     finite = np.isfinite(rotation).all(axis=(1, 2)) & np.isfinite(origin).all(axis=1)
     if not finite.all():
         raise RobotError(f"robot {robot.name}: pose {int(np.argmin(finite))} of the path is not finite")
-    return rotation, origin
+    return PoseArray(rotation, origin)
 
 
 def checked_branch(inverse: Inverse, branch: int | Ints, count: int) -> Ints:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from stiffness.kinematics.jacobian import geometric_jacobian, half_reach
 from stiffness.numerics.kernel import Kernel
+from stiffness.poses import PoseArray, Poses
 from stiffness.robot.robot import Robot
 from stiffness.rotation import rotation_vector
 
@@ -33,18 +34,20 @@ class Newton:
         self._kernel = Kernel(ca.Function("pose_and_jacobian", [q], [ca.densify(e) for e in outputs]))
         self.length = half_reach(robot)
 
-    def evaluate(self, q: Floats) -> tuple[Floats, Floats, Floats]:
-        """Rotation (N, 3, 3), origin (N, 3) and Jacobian (N, 6, n) of the flange."""
+    def evaluate(self, q: Floats) -> tuple[PoseArray, Floats]:
+        """Poses and Jacobian (N, 6, n) of the flange at joint angles (N, n)."""
         rotation, origin, jacobian = self._kernel.run(np.ascontiguousarray(q))
-        return rotation.reshape(-1, 3, 3), origin, jacobian.reshape(-1, 6, self.robot.n)
+        return PoseArray(rotation.reshape(-1, 3, 3), origin), jacobian.reshape(-1, 6, self.robot.n)
 
-    def solve(self, rotation: Floats, origin: Floats, q: Floats) -> tuple[Floats, Floats]:
+    def solve(self, poses: Poses, q: Floats) -> tuple[Floats, Floats]:
         """Angles (N, n) and what is left (N, 2), m and rad, from start values; damped, so never wild."""
+        rotation, origin = poses.rotation, poses.origin
         q, error = q.copy(), np.full((len(q), 2), np.inf)
         active = np.arange(len(q))
         for _ in range(_STEPS):
-            r, p, jacobian = self.evaluate(q[active])
-            gap = np.hstack([(origin[active] - p) / self.length, rotation_vector(rotation[active] @ r.swapaxes(1, 2))])
+            at, jacobian = self.evaluate(q[active])
+            turn = rotation_vector(rotation[active] @ at.rotation.swapaxes(1, 2))
+            gap = np.hstack([(origin[active] - at.origin) / self.length, turn])
             size = np.stack(
                 [np.linalg.norm(gap[:, :3], axis=1) * self.length, np.linalg.norm(gap[:, 3:], axis=1)], axis=1
             )
@@ -55,9 +58,9 @@ class Newton:
                 break
             active, gap, size = active[going], gap[going], size[going]
             q[active] += _damped_step(jacobian[going] / np.r_[[self.length] * 3, 1, 1, 1][:, None], gap)
-        r, p, _ = self.evaluate(q)
-        turn = np.linalg.norm(rotation_vector(rotation @ r.swapaxes(1, 2)), axis=1)
-        return q, np.stack([np.linalg.norm(origin - p, axis=1), turn], axis=1)
+        at, _ = self.evaluate(q)
+        left = np.linalg.norm(rotation_vector(rotation @ at.rotation.swapaxes(1, 2)), axis=1)
+        return q, np.stack([np.linalg.norm(origin - at.origin, axis=1), left], axis=1)
 
 
 def _damped_step(jacobian: Floats, gap: Floats) -> Floats:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
-from stiffness.session.session import SessionTool
+from stiffness.session.file import SessionTool
 
 Floats = npt.NDArray[np.float64]
 

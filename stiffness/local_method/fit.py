@@ -1,4 +1,4 @@
-"""What the local method found: a record per joint, and the model that it makes."""
+"""Local fit: the result of the local method, a record per joint, and the model that it makes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.effects import BASE, preload_softening
 from stiffness.errors import ModelError
 from stiffness.local_method.printed import Printed
 from stiffness.model.model import ComplianceModel
@@ -20,8 +21,8 @@ RIGID = 1e12  # N*m/rad written for a joint that is not identified, beside ident
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Pull:
-    """One loaded state: what its readings said of the joint.
+class LoadedState:
+    """What the readings of one loaded state give for the joint.
 
     Attributes:
         source, setup, state: where it was read.
@@ -54,8 +55,8 @@ class Pull:
 
 
 @dataclass(frozen=True)
-class Value:
-    """A number and its standard deviation."""
+class MeasuredValue:
+    """A number and its standard deviation, ``sd``."""
 
     value: float
     sd: float
@@ -64,16 +65,16 @@ class Value:
 @dataclass(frozen=True, repr=False, eq=False)
 class JointRecord:
     """One joint: ``equation`` of the paper; ``problem`` why it is not identified, empty when it is; ``side`` that its
-    stiffness holds for; ``pulls``; the ``non_loaded`` stiffness and ``ratio`` to the pre-loaded one, where the
+    stiffness holds for; ``states``; the ``non_loaded`` stiffness and ``ratio`` to the pre-loaded one, where the
     approaches show both; ``notes``."""
 
     joint: int
     equation: str
     problem: str
     side: str
-    pulls: tuple[Pull, ...]
-    non_loaded: Value | None
-    ratio: Value | None
+    states: tuple[LoadedState, ...]
+    non_loaded: MeasuredValue | None
+    ratio: MeasuredValue | None
     notes: tuple[str, ...]
 
 
@@ -121,14 +122,15 @@ class LocalFit:
             why = "; ".join(f"joint {r.joint}: {r.problem}" for r in self.joints)
             raise ModelError(f"{self.sessions[0].source}: no joint is identified: {why}")
         first, known = self.sessions[0], self.identified
-        values = {"joint-stiffness": {"k_nm_per_rad": np.where(known, self.stiffness, RIGID)}}
-        sd = {"joint-stiffness": {"k_nm_per_rad": np.where(known, self.sd, 0.0)}}
-        flags = {"joint-stiffness": known} if not known.all() else {}
+        values = {BASE.name: {"k_nm_per_rad": np.where(known, self.stiffness, RIGID)}}
+        sd = {BASE.name: {"k_nm_per_rad": np.where(known, self.sd, 0.0)}}
+        flags = {BASE.name: known} if not known.all() else {}
         paired = np.array([r.ratio is not None for r in self.joints])
         if paired.any():
-            ratio = [Value(1.0, 0.0) if r.ratio is None else r.ratio for r in self.joints]
-            values["preload-softening"] = {"ratio": np.clip([r.value for r in ratio], 0.05, 1.0)}
-            sd["preload-softening"] = {"ratio": np.array([r.sd for r in ratio])}
+            softening = preload_softening.EFFECT.name
+            ratio = [MeasuredValue(1.0, 0.0) if r.ratio is None else r.ratio for r in self.joints]
+            values[softening] = {"ratio": np.clip([r.value for r in ratio], 0.05, 1.0)}
+            sd[softening] = {"ratio": np.array([r.sd for r in ratio])}
         reference = first.reference_temperature
         return ComplianceModel(
             source="",
@@ -145,8 +147,8 @@ class LocalFit:
 
     def provenance(self) -> dict[str, object]:
         """Where the numbers come from, for the model file."""
-        pulls = [p for r in self.joints for p in r.pulls]
-        forces, torques = [p.force for p in pulls], [abs(p.torque) for p in pulls]
+        states = [p for r in self.joints for p in r.states]
+        forces, torques = [p.force for p in states], [abs(p.torque) for p in states]
         said: dict[str, object] = {
             "kind": "static",
             "method": "local",

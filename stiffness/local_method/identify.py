@@ -1,7 +1,7 @@
 """The paper's local method: one joint after the other, each from the set-up that was made for it.
 
 Berntsen, Bertheussen, Tyapin, Combined Stiffness Identification of 6-DoF Industrial Robot, section 3, Eq. 1-24.
-What one joint's readings say is in local_joint.py, what the printed equations make of them in local_printed.py.
+One joint from its readings: joint.py. What the equations give as they are printed: printed.py.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import ModelError
-from stiffness.local_method.fit import JointRecord, LocalFit, Pull, Value
+from stiffness.local_method.fit import JointRecord, LoadedState, LocalFit, MeasuredValue
 from stiffness.local_method.joint import (
     EQUATIONS,
     NON_LOADED,
@@ -29,8 +29,6 @@ from stiffness.local_method.setup import Incomplete, LocalSetup, local_setups
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
-
-__all__ = ["JointRecord", "LocalFit", "Pull", "Value", "identify_local"]
 
 NOISE = 3.0  # standard deviations that a stiffness must stand out of its noise
 ROUNDS = 3
@@ -73,8 +71,7 @@ def _check_one_robot(sessions: Sequence[Session]) -> None:
         raise ModelError("the local method needs a session")
     first = sessions[0]
     for s in sessions[1:]:
-        placements = zip((s.robot.before, s.robot.after), (first.robot.before, first.robot.after), strict=True)
-        if not all(np.allclose(a, b, atol=1e-9) for a, b in placements) or s.gravity != first.gravity:
+        if not s.robot.same_kinematics(first.robot) or s.gravity != first.gravity:
             raise ModelError(
                 f"{s.source}: robot {s.robot.name} with gravity {s.gravity!r} is not that of {first.source} "
                 f"({first.robot.name}, {first.gravity!r})"
@@ -106,34 +103,34 @@ def _joint(
     if not found:
         problem = "; ".join(notes) or f"no set-up has purpose = 'joint-{k + 1}'"
         return _record(k, problem, UNKNOWN, (), None, None, ()), None
-    pulls = tuple(_pull(a, stiffness) for a in found)
+    states = tuple(_loaded_state(a, stiffness) for a in found)
     side = next(s for s in (PRE_LOADED, UNKNOWN, NON_LOADED) if any(a.side == s for a in found))
     best = estimate([a for a in found if a.side == side], stiffness)
     known = np.nan_to_num(covariance)
     problem = _noisy(best, known)
     if problem:
-        return _record(k, problem, side, pulls, None, None, tuple(notes)), None
+        return _record(k, problem, side, states, None, None, tuple(notes)), None
     against = [a for a in found if a.side == NON_LOADED] if side == PRE_LOADED else []
     other = estimate(against, stiffness) if against else None
     if other is not None and _noisy(other, known):
         notes.append(f"non-loaded: {_noisy(other, known)}")
         other = None
     notes += _said(found, side, other is not None)
-    non_loaded = None if other is None else Value(other.stiffness, float(np.sqrt(other.variance(known))))
+    non_loaded = None if other is None else MeasuredValue(other.stiffness, float(np.sqrt(other.variance(known))))
     ratio = None if other is None else _ratio(other, best, known)
-    return _record(k, "", side, pulls, non_loaded, ratio, tuple(notes)), best
+    return _record(k, "", side, states, non_loaded, ratio, tuple(notes)), best
 
 
 def _record(
     k: int,
     problem: str,
     side: str,
-    pulls: tuple[Pull, ...],
-    non_loaded: Value | None,
-    ratio: Value | None,
+    states: tuple[LoadedState, ...],
+    non_loaded: MeasuredValue | None,
+    ratio: MeasuredValue | None,
     notes: tuple[str, ...],
 ) -> JointRecord:
-    return JointRecord(k + 1, EQUATIONS[k], problem, side, pulls, non_loaded, ratio, notes)
+    return JointRecord(k + 1, EQUATIONS[k], problem, side, states, non_loaded, ratio, notes)
 
 
 def _noisy(e: Estimate, covariance: Floats) -> str:
@@ -149,12 +146,12 @@ def _noisy(e: Estimate, covariance: Floats) -> str:
     return ""
 
 
-def _ratio(non_loaded: Estimate, pre_loaded: Estimate, covariance: Floats) -> Value:
+def _ratio(non_loaded: Estimate, pre_loaded: Estimate, covariance: Floats) -> MeasuredValue:
     """Non-loaded over pre-loaded; what both take off they share."""
     ratio = non_loaded.stiffness / pre_loaded.stiffness
     gradient = non_loaded.gradient / non_loaded.stiffness - pre_loaded.gradient / pre_loaded.stiffness
     own = non_loaded.own / non_loaded.stiffness**2 + pre_loaded.own / pre_loaded.stiffness**2
-    return Value(ratio, float(ratio * np.sqrt(own + gradient @ covariance @ gradient)))
+    return MeasuredValue(ratio, float(ratio * np.sqrt(own + gradient @ covariance @ gradient)))
 
 
 def _said(found: Sequence[Angle], side: str, paired: bool) -> list[str]:
@@ -174,19 +171,19 @@ def _other_flanks(record: JointRecord, sides: Sequence[str]) -> list[str]:
     """Notes on joints taken off with a stiffness of another flank than they stood on."""
     return [
         f"set-up {p.setup}: joint {j} stood {at}, its {sides[j - 1]} stiffness was taken off"
-        for p in record.pulls
+        for p in record.states
         for j, at in p.taken_off_sides.items()
         if j <= len(sides) and UNKNOWN not in (at, sides[j - 1]) and at != sides[j - 1]
     ]
 
 
-def _pull(a: Angle, stiffness: Floats) -> Pull:
+def _loaded_state(a: Angle, stiffness: Floats) -> LoadedState:
     counts = {
         letter: (p.name, len(a.state.readings[letter].single), len(a.setup.reference.readings[letter].single))
         for letter, p in a.setup.points.items()
     }
     moved = np.flatnonzero(a.parts > WORTH_A_WORD)
-    return Pull(
+    return LoadedState(
         source=a.setup.session.source,
         setup=a.setup.number,
         state=a.state.number,

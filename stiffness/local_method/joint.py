@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.local_method.setup import LocalSetup, State
+from stiffness.local_method.setup import LocalSetup, StateReadings
 from stiffness.session.table import SessionError
 
 Floats = npt.NDArray[np.float64]
@@ -38,7 +38,7 @@ _BACK_AND_FORTH = 4  # times between angle and torque: a hundredth is left each 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Angle:
-    """What one loaded state of one set-up says of its joint.
+    """The turn of a joint under one loaded state of one set-up, and what it was made of.
 
     Attributes:
         setup, state: where it comes from.
@@ -53,7 +53,7 @@ class Angle:
     """
 
     setup: LocalSetup
-    state: State
+    state: StateReadings
     sides: tuple[str, ...]
     force: float
     torque: float
@@ -137,7 +137,7 @@ def _long_enough(setup: LocalSetup, name: str, vector: Floats, axis: Floats) -> 
         )
 
 
-def reading(setup: LocalSetup, state: State, weight: dict[str, Floats]) -> tuple[float, float]:
+def reading(setup: LocalSetup, state: StateReadings, weight: dict[str, Floats]) -> tuple[float, float]:
     """y, and the variance of it that this state alone brings in."""
     y = sum(float(w @ setup.displacement(state, p)) for p, w in weight.items())
     return y, sum(float(w**2 @ state.readings[p].variance) for p, w in weight.items())
@@ -160,7 +160,7 @@ def angles(setup: LocalSetup, stiffness: Floats) -> tuple[list[Angle], str]:
     found: list[Angle] = []
     for state in setup.loaded:
         torque, noise = _torque(setup, state)
-        force = float(np.linalg.norm(_pull(setup, state)[:3]))
+        force = float(np.linalg.norm(_load_change(setup, state)[:3]))
         needed = SHORT * force if force > 0 else 0.0
         if abs(torque[k]) <= max(needed, 3 * noise[k]):
             raise SessionError(
@@ -174,13 +174,13 @@ def angles(setup: LocalSetup, stiffness: Floats) -> tuple[list[Angle], str]:
     return found, ""
 
 
-def _pull(setup: LocalSetup, state: State) -> Floats:
-    """(6,) what a state adds to the reference, base axes."""
+def _load_change(setup: LocalSetup, state: StateReadings) -> Floats:
+    """(6,) N and N*m that a state adds to the reference, base axes."""
     arm, at = setup.arm, setup.at
     return arm.in_base(at, state.force) - arm.in_base(at, setup.reference.force)
 
 
-def _torque(setup: LocalSetup, state: State) -> tuple[Floats, Floats]:
+def _torque(setup: LocalSetup, state: StateReadings) -> tuple[Floats, Floats]:
     """(n,) N*m J^T W that a state adds, and its standard deviation."""
     both = (state, setup.reference)
     variance = sum((x.turns**2 @ setup.noise / x.sensed for x in both), np.zeros(len(setup.at.q)))
@@ -201,7 +201,7 @@ def _unknown_joint(setup: LocalSetup, shares: Floats, torque: Floats, noise: Flo
 
 def _angle(
     setup: LocalSetup,
-    state: State,
+    state: StateReadings,
     weight: dict[str, Floats],
     shares: Floats,
     torque: Floats,
@@ -254,13 +254,13 @@ def estimate(found: Sequence[Angle], stiffness: Floats) -> Estimate:
     k = found[0].setup.joint
     torque = np.array([a.balance for a in found])
     turn = np.array([a.turn for a in found])
-    pull = torque / np.array([a.variance for a in found])
-    pull = pull / (pull @ torque)  # d(1/K) per turn of each state
-    flexible = float(pull @ turn)
+    share = torque / np.array([a.variance for a in found])
+    share = share / (share @ torque)  # d(1/K) per turn of each state
+    flexible = float(share @ turn)
     scale = -1 / flexible**2
     gradient, own = np.zeros(len(stiffness)), 0.0
     for setup in dict.fromkeys(a.setup for a in found):
-        mine = [(a, p) for a, p in zip(found, pull, strict=True) if a.setup is setup]
+        mine = [(a, p) for a, p in zip(found, share, strict=True) if a.setup is setup]
         own += _own_variance(setup, mine, flexible, stiffness)
         for a, p in mine:
             known = ~np.isnan(a.others)

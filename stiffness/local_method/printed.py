@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.local_method.joint import Angle
-from stiffness.local_method.setup import LocalSetup, State
+from stiffness.local_method.setup import LocalSetup, StateReadings
 
 Floats = npt.NDArray[np.float64]
 
@@ -77,15 +77,15 @@ def _products(angle: Angle, stiffness: Floats) -> tuple[Printed, ...]:
     return (*found, Printed("as printed", "J W, norm, and no joint but the paper's taken off", literal))
 
 
-def _j_w(setup: LocalSetup, state: State) -> Floats:
+def _j_w(setup: LocalSetup, state: StateReadings) -> Floats:
     """(n,) J W with the Jacobian of the point that the load acts on; SI numbers, the product has no unit."""
     force, at = state.force, setup.at
     jacobian = at.jacobian(force.link, at.point(force.point_link, force.point))
-    pull = setup.arm.in_base(at, force) - setup.arm.in_base(at, setup.reference.force)
-    return np.asarray(jacobian @ pull)
+    change = setup.arm.in_base(at, force) - setup.arm.in_base(at, setup.reference.force)
+    return np.asarray(jacobian @ change)
 
 
-def _means(setup: LocalSetup, state: State) -> dict[str, Floats]:
+def _means(setup: LocalSetup, state: StateReadings) -> dict[str, Floats]:
     return {p: state.readings[p].mean for p in setup.points}
 
 

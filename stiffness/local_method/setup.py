@@ -1,4 +1,4 @@
-"""What a session says to the local method: set-ups with a purpose, their points A, B, C, their loaded states.
+"""Set-ups that the local method is made from: their purpose, their points A, B, C, their loaded states.
 
 Displacements are differences of means over all repeats (paper, section 5: "mean values").
 """
@@ -32,7 +32,7 @@ class Point:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Readings:
+class PointReadings:
     """Readings of one point in one state: ``single`` (R, 3) m, their mean, and the variance (3,) of the mean."""
 
     single: Floats
@@ -41,7 +41,7 @@ class Readings:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class State:
+class StateReadings:
     """A load state: mean force, ``sensed`` times read, ``turns`` (n, 6) joint torques per unit of it, readings of
     the points, ``trouble`` that keeps it out (in words)."""
 
@@ -49,7 +49,7 @@ class State:
     force: Force
     sensed: int
     turns: Floats
-    readings: Mapping[str, Readings]
+    readings: Mapping[str, PointReadings]
     trouble: str
 
     @property
@@ -78,8 +78,8 @@ class LocalSetup:
     at: Stance
     approach: npt.NDArray[np.int64]
     points: Mapping[str, Point]
-    reference: State
-    loaded: tuple[State, ...]
+    reference: StateReadings
+    loaded: tuple[StateReadings, ...]
     noise: Floats
 
     @property
@@ -87,11 +87,11 @@ class LocalSetup:
         """How messages call it."""
         return f"{self.session.source}: [setups.{self.number}]"
 
-    def displacement(self, state: State, point: str) -> Floats:
+    def displacement(self, state: StateReadings, point: str) -> Floats:
         """(3,) m, of a point, loaded minus reference."""
         return np.asarray(state.readings[point].mean - self.reference.readings[point].mean)
 
-    def singles(self, state: State, point: str) -> Floats:
+    def singles(self, state: StateReadings, point: str) -> Floats:
         """(R, 3) m, displacements of single readings, in the order of reading."""
         loaded, rest = state.readings[point].single, self.reference.readings[point].single
         count = min(len(loaded), len(rest))
@@ -193,7 +193,7 @@ def _position(session: Session, at: Stance, mine: Bools, index: int) -> Floats:
 
 def _state(
     session: Session, arm: LocalArm, at: Stance, mine: Bools, number: int, points: Mapping[str, int]
-) -> State:
+) -> StateReadings:
     s, load = session.samples, session.samples.load
     here = np.flatnonzero(mine & (s.state == number))
     first = here[0]
@@ -207,14 +207,14 @@ def _state(
         rows = here[s.reflector[here] == index]
         if len(rows):
             variance = (s.sd[rows] ** 2).sum(axis=0) / len(rows) ** 2
-            readings[letter] = Readings(s.position[rows], s.position[rows].mean(axis=0), variance)
+            readings[letter] = PointReadings(s.position[rows], s.position[rows].mean(axis=0), variance)
     trouble = ""
     rest = mine & (s.state == 0)
     if np.ptp(np.append(s.payload[here], s.payload[rest])) > 0:
         trouble = f"state {number} changes the payload, which no force sensor shows"
     elif np.ptp(load.at[here]):
         trouble = f"state {number} names several load_at"
-    return State(number, force, len(once), arm.turns(at, force), readings, trouble)
+    return StateReadings(number, force, len(once), arm.turns(at, force), readings, trouble)
 
 
 def _check_sides(place: str, joint: int, points: Mapping[str, Point]) -> None:

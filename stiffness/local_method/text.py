@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffness.local_method.fit import JointRecord, LocalFit, Pull
+from stiffness.local_method.fit import JointRecord, LoadedState, LocalFit
 
 
 def local_text(fit: LocalFit) -> str:
@@ -21,7 +21,7 @@ def _joint(fit: LocalFit, record: JointRecord) -> list[str]:
             f"joint {record.joint}  {fit.stiffness[k]:.5g} +- {fit.sd[k]:.2g} N*m/rad{share} "
             f"({record.side}; {record.equation})"
         ]
-    lines += [line for pull in record.pulls for line in _pull(pull)]
+    lines += [line for state in record.states for line in _state(state)]
     if record.non_loaded is not None and record.ratio is not None:
         lines.append(
             f"  non-loaded {record.non_loaded.value:.5g} +- {record.non_loaded.sd:.2g} N*m/rad, "
@@ -30,16 +30,16 @@ def _joint(fit: LocalFit, record: JointRecord) -> list[str]:
     return [*lines, *(f"  note: {note}" for note in record.notes)]
 
 
-def _pull(pull: Pull) -> list[str]:
-    points = ", ".join(f"{p} {name} ({n} loaded, {m} not)" for p, (name, n, m) in pull.readings.items())
-    off = ", ".join(f"{angle * 1e6:.1f} urad of joint {j}" for j, angle in pull.taken_off.items())
+def _state(state: LoadedState) -> list[str]:
+    points = ", ".join(f"{p} {name} ({n} loaded, {m} not)" for p, (name, n, m) in state.readings.items())
+    off = ", ".join(f"{angle * 1e6:.1f} urad of joint {j}" for j, angle in state.taken_off.items())
     lines = [
-        f"  set-up {pull.setup} state {pull.state}, {pull.side}: {points}",
-        f"    {pull.force:.2f} N at {pull.load_lever:.4f} m, read at {pull.reading_lever:.4f}: "
-        f"{pull.turn * 1e6:.2f} urad" + (f", taken off {off}" if off else ""),
+        f"  set-up {state.setup} state {state.state}, {state.side}: {points}",
+        f"    {state.force:.2f} N at {state.load_lever:.4f} m, read at {state.reading_lever:.4f}: "
+        f"{state.turn * 1e6:.2f} urad" + (f", taken off {off}" if off else ""),
     ]
-    for way in pull.printed:
-        lines.append(f"    {way.name}: {_beside(way.stiffness, pull.stiffness)} ({way.words})")
+    for way in state.printed:
+        lines.append(f"    {way.name}: {_beside(way.stiffness, state.stiffness)} ({way.words})")
     return lines
 
 

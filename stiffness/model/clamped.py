@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects import backlash, joint_stiffness
-from stiffness.model.clamped_readings import ClampedError, Readings
+from stiffness.model.clamped_readings import ClampedError, ClampedReadings
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.reducer import ARCMIN
 from stiffness.robot.robot import Robot
@@ -88,7 +88,7 @@ class JointFit:
     left_out: int
 
 
-def fit_clamped(readings: Readings, *, above: float = ABOVE, scale_sd: float = SCALE_SD) -> tuple[JointFit, ...]:
+def fit_clamped(readings: ClampedReadings, *, above: float = ABOVE, scale_sd: float = SCALE_SD) -> tuple[JointFit, ...]:
     """Fit every joint that has readings.
 
     Args:
@@ -105,7 +105,7 @@ def fit_clamped(readings: Readings, *, above: float = ABOVE, scale_sd: float = S
     return tuple(_fit(readings, int(k), above, scale_sd) for k in np.unique(readings.joint))
 
 
-def _fit(readings: Readings, joint: int, above: float, scale_sd: float) -> JointFit:
+def _fit(readings: ClampedReadings, joint: int, above: float, scale_sd: float) -> JointFit:
     mine = np.flatnonzero(readings.joint == joint)
     place = f"{readings.source}: joint {joint + 1}"
     b = _branches(readings, mine, above)
@@ -135,7 +135,7 @@ def _fit(readings: Readings, joint: int, above: float, scale_sd: float) -> Joint
     )
 
 
-def _branches(readings: Readings, mine: npt.NDArray[np.intp], above: float) -> Branches:
+def _branches(readings: ClampedReadings, mine: npt.NDArray[np.intp], above: float) -> Branches:
     sign = np.sign(readings.torque[mine]).astype(np.int64)
     size = np.abs(readings.torque[mine])
     largest = np.array([size[sign == s].max() for s in sign])

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from stiffness.errors import StiffnessError
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.robot.robot import Robot
-from stiffness.session.table import Table, meant, read_table
+from stiffness.session.table import CsvTable, meant, read_table
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -31,7 +31,7 @@ class ClampedError(StiffnessError):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Readings:
+class ClampedReadings:
     """N readings, at the output side of the reducer.
 
     Attributes:
@@ -54,10 +54,10 @@ class Readings:
 
     def __repr__(self) -> str:
         joints = ", ".join(str(k + 1) for k in np.unique(self.joint))
-        return f"Readings({self.source!r}, {len(self.joint)} rows, joint {joints})"
+        return f"ClampedReadings({self.source!r}, {len(self.joint)} rows, joint {joints})"
 
 
-def read_clamped(path: Path, robot: Robot) -> Readings:
+def read_clamped(path: Path, robot: Robot) -> ClampedReadings:
     """Read a file of the clamping method.
 
     Raises:
@@ -89,10 +89,10 @@ def read_clamped(path: Path, robot: Robot) -> Readings:
     arrays = (joint, angle, torque, words == "loading", repeat, table.line)
     for array in arrays:
         array.setflags(write=False)
-    return Readings(str(path), *arrays)
+    return ClampedReadings(str(path), *arrays)
 
 
-def _header(table: Table, robot: Robot) -> tuple[str, str]:
+def _header(table: CsvTable, robot: Robot) -> tuple[str, str]:
     """Names of the angle and of the torque column."""
     posture = _posture_columns(robot)
     known = ("joint", *ANGLES, *TORQUES, "gear_ratio", "branch", "repeat", *posture)
@@ -113,7 +113,7 @@ def _header(table: Table, robot: Robot) -> tuple[str, str]:
     return chosen[0], chosen[1]
 
 
-def _refuse_header(table: Table, why: str) -> NoReturn:
+def _refuse_header(table: CsvTable, why: str) -> NoReturn:
     raise ClampedError(f"{table.label}: row 1: {why}")
 
 
@@ -121,7 +121,7 @@ def _posture_columns(robot: Robot) -> list[str]:
     return [f"q{k + 1}_deg" for k in range(robot.n)]
 
 
-def _joints(table: Table, robot: Robot) -> Ints:
+def _joints(table: CsvTable, robot: Robot) -> Ints:
     names = {**{str(k + 1): k for k in range(robot.n)}, **{name: k for k, name in enumerate(robot.joint_names)}}
     cells = table.cells["joint"]
     table.refuse(
@@ -131,7 +131,7 @@ def _joints(table: Table, robot: Robot) -> Ints:
     return np.array([names[cell] for cell in cells], dtype=np.int64)
 
 
-def _ratios(table: Table, robot: Robot, joint: Ints, columns: Sequence[str]) -> Floats:
+def _ratios(table: CsvTable, robot: Robot, joint: Ints, columns: Sequence[str]) -> Floats:
     """(N,) turns of the motor per turn of the joint."""
     given = "gear_ratio" in table.cells
     if not any(name.startswith("motor_") for name in columns):
@@ -155,7 +155,7 @@ def _ratios(table: Table, robot: Robot, joint: Ints, columns: Sequence[str]) -> 
     return np.asarray(known[joint])
 
 
-def _postures(table: Table, robot: Robot) -> None:
+def _postures(table: CsvTable, robot: Robot) -> None:
     """Where the file says how the arm stood: refuse postures in which the clamp does not hold the links."""
     names = _posture_columns(robot)
     if names[0] not in table.cells:

@@ -16,7 +16,7 @@ from stiffness.effects import BASE, BY_NAME
 from stiffness.effects.effect import Effect, Parameter
 from stiffness.errors import ModelError
 from stiffness.model.correlations import Correlations
-from stiffness.schema import Finding, Table, findings
+from stiffness.schema import SchemaFinding, StrictTable, findings
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -46,7 +46,7 @@ def _refusal(after_key: str) -> PydanticCustomError:
     return PydanticCustomError("refused", "{after_key}", {"after_key": after_key})
 
 
-class ModelFile(Table):
+class ModelFile(StrictTable):
     """The top of the file; effects and correlations have tables of their own.
 
     The description of a field is what messages expect of its key.
@@ -122,7 +122,7 @@ def sd_key(parameter: str) -> str:
     return f"sd_{parameter.removeprefix('k_')}"
 
 
-def effect_table(effect: Effect, joints: int) -> type[Table]:
+def effect_table(effect: Effect, joints: int) -> type[StrictTable]:
     """The schema of an effect's table on a robot with so many joints."""
     fields: dict[str, Any] = {}
     if effect.scope == "tool":
@@ -136,7 +136,7 @@ def effect_table(effect: Effect, joints: int) -> type[Table]:
         )
         fields[sd_key(p.name)] = (Annotated[Any, PlainValidator(partial(_deviations, count))], None)
     fields["identified"] = (Annotated[Any, PlainValidator(partial(_flags, joints))], None)
-    return create_model(effect.name, __base__=Table, **fields)
+    return create_model(effect.name, __base__=StrictTable, **fields)
 
 
 def _within(p: Parameter, count: int, given: Any) -> Floats:
@@ -212,7 +212,7 @@ def _matrix(given: Any, info: ValidationInfo) -> Floats:
     return matrix
 
 
-class _CorrelationTable(Table):
+class _CorrelationTable(StrictTable):
     """``names`` are checked against the context: effect.parameter -> how many numbers it has."""
 
     names: Annotated[Any, PlainValidator(_names)]
@@ -232,13 +232,13 @@ def _correlations(source: str, given: Any, counts: Mapping[str, int]) -> Correla
 # ---- refusals
 
 
-def _refused(source: str, place: str, table: type[Table], error: ValidationError) -> ModelError:
+def _refused(source: str, place: str, table: type[StrictTable], error: ValidationError) -> ModelError:
     """The first finding, unknown keys before all others: a misspelt key explains what is missing."""
     found = sorted(findings(error), key=lambda f: f.kind != "unknown")
     return ModelError(f"{source}: {_words(place, table, found[0])}")
 
 
-def _words(place: str, table: type[Table], f: Finding) -> str:
+def _words(place: str, table: type[StrictTable], f: SchemaFinding) -> str:
     expected = {field.alias or name: field.description for name, field in table.model_fields.items()}
     key = f.key.removesuffix("_")  # of a field whose name Python or pydantic keeps
     if f.kind == "unknown":

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from scipy import linalg, stats
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
-Bools = npt.NDArray[np.bool_]
+State = TypeVar("State")
 
 STEPS = 40
 STACKED = 256  # blocks per product
@@ -76,29 +77,39 @@ def whitened(rows: Index, residual: Floats, jacobian: Floats, covariance: Floats
 
 
 def solve(
-    blocks: Callable[[Floats], Sequence[Whitened]],
+    blocks: Callable[[Floats, State], tuple[Sequence[Whitened], State]],
     start: Floats,
+    state: State,
+    *,
     prior: Floats,
     prior_sd: Floats,
     low: Floats,
     high: Floats,
     spent: int = 0,
-) -> Solution:
+) -> tuple[Solution, State]:
     """Levenberg-Marquardt with a Gaussian prior and bounds; undamped unless a step makes things worse.
 
     Args:
-        blocks: vector -> whitened blocks, residual = measured - predicted, jacobian of the prediction.
+        blocks: vector, state -> whitened blocks (residual = measured - predicted, jacobian of the prediction), and the
+            state that the next evaluation starts from.
+        start: (P,) first vector. state: what the first evaluation starts from.
+        prior, prior_sd: (P,) mean and standard deviation. low, high: (P,) bounds.
         spent: numbers that free offsets inside the blocks take up: they fit themselves.
+
+    Returns:
+        The solution, and the state of the last evaluation, whether its step was taken or not.
     """
     weight = 1 / prior_sd**2
     vector, damping, steps = start.copy(), 0.0, 0
-    here = _Linear.of(blocks(vector), vector, prior, weight)
+    parts, state = blocks(vector, state)
+    here = _Quadratic.of(parts, vector, prior, weight)
     while steps < STEPS:
         steps += 1
         step = here.step(damping, low - vector, high - vector)
         if here.length(step) <= SETTLED:
             break
-        there = _Linear.of(blocks(vector + step), vector + step, prior, weight)
+        parts, state = blocks(vector + step, state)
+        there = _Quadratic.of(parts, vector + step, prior, weight)
         if not there.cost <= here.cost * (1 + 1e-9):
             damping = max(8 * damping, 1e-7)
             continue
@@ -110,11 +121,19 @@ def solve(
     total = sum(len(b.residual) for b in here.parts)
     covariance = here.covariance()
     used = float(np.trace(covariance @ here.information))
-    return Solution(vector, covariance, here.information, chi2, total, total - used - spent, steps)
+    return Solution(
+        vector=vector,
+        covariance=covariance,
+        information=here.information,
+        chi2=chi2,
+        count=total,
+        freedom=total - used - spent,
+        steps=steps,
+    ), state
 
 
 @dataclass(frozen=True, repr=False)
-class _Linear:
+class _Quadratic:
     """The problem at one vector: cost, gradient and curvature."""
 
     parts: Sequence[Whitened]
@@ -124,7 +143,7 @@ class _Linear:
     weight: Floats
 
     @classmethod
-    def of(cls, parts: Sequence[Whitened], vector: Floats, prior: Floats, weight: Floats) -> _Linear:
+    def of(cls, parts: Sequence[Whitened], vector: Floats, prior: Floats, weight: Floats) -> _Quadratic:
         n = len(vector)
         cost = sum(float(b.residual @ b.residual) for b in parts) + float(weight @ (vector - prior) ** 2)
         information, gradient = np.zeros((n, n)), -weight * (vector - prior)

@@ -8,25 +8,28 @@ identification weighs them; a free offset per set-up leaves it nothing but displ
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
-from stiffness.identification.readings import Pull, Reader
-from stiffness.identification.session_fit import Evidence
+from stiffness.identification.load_history import opened
+from stiffness.identification.problem import Problem
+from stiffness.identification.readings import ArmLoads, LoadKind, ReadingModel
+from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns, unknowns
+from stiffness.identification.weighting import Weighting
 from stiffness.memory.preload import PreloadState, unknown, walk
-from stiffness.planning.postures import Postures
+from stiffness.planning.postures import PosturePool
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-PLANNED = ("joint-stiffness", "backlash", "preload-softening")
+PLANNED = ("load", "approach")  # springs of the joints, and what joints remember of their approach
 OFFSET = 0.02  # m; as in identification: absolute positions say nothing here
 FAR = 1.0  # rad: the last move before a set-up is longer than any gap
 FARTHEST = 0.1  # rad: no lab bends an arm so far
@@ -54,7 +57,7 @@ class Loading:
 
 
 @dataclass(frozen=True, repr=False)
-class Candidates:
+class SetupPool:
     """C set-ups to choose from.
 
     Attributes:
@@ -71,14 +74,14 @@ class Candidates:
     information: Floats
 
     def __repr__(self) -> str:
-        return f"Candidates({len(self.posture)} set-ups)"
+        return f"SetupPool({len(self.posture)} set-ups)"
 
 
 class Design:
     """What a plan is made for: one robot with one tool, its reflectors, and a model that is roughly right.
 
     Args:
-        reader: with the layout of ``planned_layout``.
+        model: with the layout of ``planned_layout``.
         values: of all effects of the model.
         reference_sd: standard deviations of the model by effect and parameter, where it stands for readings already
             made; empty: nothing is known.
@@ -86,13 +89,13 @@ class Design:
 
     def __init__(
         self,
-        reader: Reader,
+        model: ReadingModel,
         values: Mapping[str, Numbers],
         reflectors: Sequence[Reflector],
         reference_sd: Mapping[str, Mapping[str, Floats]] | None = None,
     ) -> None:
-        self.reader, self.values, self.reflectors = reader, values, tuple(reflectors)
-        self.layout = reader.unknowns
+        self.model, self.values, self.reflectors = model, values, tuple(reflectors)
+        self.layout = model.unknowns
         self.vector = self.layout.start(values)
         size = np.abs(self.vector)
         # a stiffness is judged by its own size; a gap may be zero and still have to be known
@@ -100,12 +103,12 @@ class Design:
         self.known = self._of_model(reference_sd or {})
 
     def __repr__(self) -> str:
-        return f"Design({self.reader.robot.name}, {len(self.layout)} numbers, {len(self.reflectors)} reflectors)"
+        return f"Design({self.model.robot.name}, {len(self.layout)} numbers, {len(self.reflectors)} reflectors)"
 
     @property
     def remembers(self) -> bool:
         """Whether flanks have a say: then both approaches and two load levels are needed."""
-        return self.reader.statics.n_state > 0
+        return self.model.statics.n_state > 0
 
     def _of_model(self, sd: Mapping[str, Mapping[str, Floats]]) -> Floats:
         """(P, P) information that standard deviations of a model stand for."""
@@ -119,19 +122,20 @@ class Design:
 
     def measured(self, session: Session) -> Floats:
         """(P, P) information of a session, what belongs to its own set-up taken out."""
-        evidence = Evidence(session, self.layout, self.values)
-        count = len(self.layout)
-        width = count + evidence.station.size
-        own = np.zeros(evidence.station.size)
-        blocks = evidence.blocks(self.vector, own, OFFSET, slice(count, width), width)
+        problem = Problem.of_sessions(
+            [SessionData.of(session)], [Weighting(session, OFFSET)], self.layout, self.values
+        )
+        count, width = len(self.layout), len(problem.start)
+        vector = np.concatenate([self.vector, problem.start[count:]])
+        blocks, _ = problem.blocks(vector, problem.first_states())
         full = sum((b.jacobian.T @ b.jacobian for b in blocks), np.zeros((width, width)))
         a, b = full[:count, :count], full[:count, count:]
         if width > count:
-            c = full[count:, count:] + np.diag(evidence.station.prior_sd() ** -2.0)
+            c = full[count:, count:] + np.diag(problem.sd[count:] ** -2.0)
             a = a - b @ np.linalg.solve(c, b.T)
         return np.asarray(0.5 * (a + a.T) * np.outer(self.scale, self.scale))
 
-    def candidates(self, postures: Postures, loading: Loading) -> Candidates:
+    def candidates(self, postures: PosturePool, loading: Loading) -> SetupPool:
         """Every posture x line x point of pull x reflector, with its information."""
         many, lines, points = len(postures), len(LINES), len(PULLED_AT)
         arm = np.einsum("mij,kj->mki", postures.rotation, PULLED_AT)
@@ -143,7 +147,7 @@ class Design:
         q, approach = postures.q[posture], postures.approach[posture]
         parts = [self._information(q, approach, wrench, r, loading) for r in self.reflectors]
         count = len(self.reflectors)
-        return Candidates(
+        return SetupPool(
             np.tile(posture, count),
             np.repeat(np.arange(count), len(posture)),
             np.tile(wrench, (count, 1)),
@@ -168,30 +172,34 @@ class Design:
         self, q: Floats, approach: Floats, wrench: Floats, target: Reflector, loading: Loading
     ) -> tuple[Floats, Floats]:
         """(C, T, 3, P) and (C, T, 3, 6) of a reflector's position by parameters and by wrench, state by state."""
-        reader, (c, n), t = self.reader, q.shape, len(loading.steps)
-        every = np.repeat(q, t, axis=0)
-        loads = (wrench[:, None] * loading.steps[:, None]).reshape(-1, 6)
-        point, at = np.tile(reader.tool.position, (c * t, 1)), np.tile(target.position, (c * t, 1))
-        pull = Pull(n, n, False)
-        x, torque, none = np.zeros((c * t, reader.n_x)), np.zeros((c * t, n)), np.zeros((c * t, 1))
+        model, (c, n), t = self.model, q.shape, len(loading.steps)
+        count = c * t
+        loads = ArmLoads(
+            q=np.repeat(q, t, axis=0),
+            wrench=(wrench[:, None] * loading.steps[:, None]).reshape(-1, 6),
+            point=np.tile(model.tool.position, (count, 1)),
+            state=np.zeros((count, 0)),
+            payload=np.zeros((count, 1)),
+            warm=np.zeros((count, 1)),
+        )
+        x, torque = np.zeros((count, model.n_x)), np.zeros((count, n))
         for _ in range(ROUNDS if self.remembers else 2):
-            state = self._flanks(approach, torque.reshape(c, t, n)).reshape(c * t, -1)
-            rest = reader.rest(pull, self.vector, every, loads, point, state, none, none, x)
-            x, torque = rest.x, rest.torque
+            state = self._flanks(approach, torque.reshape(c, t, n)).reshape(count, -1)
+            arms = model.equilibria(LoadKind(n, n, False), self.vector, replace(loads, state=state), x)
+            x, torque = arms.x, arms.torque
         give = float(np.max(np.where(np.isfinite(x[:, :n]), np.abs(x[:, :n]), np.inf)))
         if give > FARTHEST:
             raise StiffnessError(
                 f"under {loading.force:g} N a joint of the model would give way by {give:.2g} rad, above {FARTHEST:g}: "
                 "give a smaller --force, or check the stiffnesses of the model (N*m/rad)"
             )
-        read = reader.seen(rest, target.link, at)
+        read = model.positions(arms, target.link, np.tile(target.position, (count, 1)))
         return read.by_parameter.reshape(c, t, 3, -1), read.by_wrench.reshape(c, t, 3, 6)
 
     def _flanks(self, approach: Floats, torque: Floats) -> Floats:
         """(C, T, m) memory as a share of its half range, state by state."""
         effects = self.layout.effects
-        values = {e: {k: np.maximum(v, 1e-12) if k == "gap_rad" else v for k, v in p.items()}
-                  for e, p in self.values.items()}  # fmt: skip
+        values = {e.name: opened(e, self.values[e.name]) for e in effects}
         begin = unknown(effects, values)
         c, t, _ = torque.shape
         if not len(begin.low):
@@ -210,16 +218,17 @@ class Design:
         Args:
             q: (N, n) rad. wrench: (N, 6), base axes, about the TCP. state: (N, m) memory as a share of its half range.
         """
-        n, count = self.reader.robot.n, len(q)
-        at = np.tile(self.reader.tool.position, (count, 1))
-        none, x = np.zeros((count, 1)), np.zeros((count, self.reader.n_x))
+        n, count = self.model.robot.n, len(q)
+        at = np.tile(self.model.tool.position, (count, 1))
+        none, x = np.zeros((count, 1)), np.zeros((count, self.model.n_x))
+        loads = ArmLoads(q=q, wrench=wrench, point=at, state=state, payload=none, warm=none)
         for _ in range(2):
-            rest = self.reader.rest(Pull(n, n, False), self.vector, q, wrench, at, state, none, none, x)
-            x = rest.x
-        j = self.reader.seen(rest, n, at).by_parameter * self.scale
+            arms = self.model.equilibria(LoadKind(n, n, False), self.vector, loads, x)
+            x = arms.x
+        j = self.model.positions(arms, n, at).by_parameter * self.scale
         return np.asarray(np.einsum("nip,niq->pq", j, j) / count)
 
 
 def planned_layout(effects: Sequence[Effect], joints: int) -> Unknowns:
     """The numbers that a plan is for: joint stiffness and what joints remember; the others are taken as known."""
-    return unknowns(effects, joints, [e.name for e in effects if e.name not in PLANNED])
+    return unknowns(effects, joints, [e.name for e in effects if e.fitted_where not in PLANNED])

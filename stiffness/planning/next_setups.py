@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.fit import Fit
-from stiffness.identification.readings import Pull
-from stiffness.planning.postures import reachable
+from stiffness.identification.readings import ArmLoads, LoadKind
+from stiffness.planning.postures import reachable_postures
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -38,9 +37,9 @@ class NextSetup:
 
 def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
     """Set-ups where two fits of the same sessions predict readings that are farthest apart."""
-    session = first.evidence[0].session
+    session = first.sessions[0].session
     tool = session.tool.tool()
-    pool = reachable(session.robot, tool.rotation, tool.position, POOL, SEED)
+    pool = reachable_postures(session.robot, tool, POOL, SEED)
     force = largest_force(session)
     loads = np.concatenate([np.zeros((1, 3)), _WAYS * force]) if force > 0 else np.zeros((1, 3))
     q = np.repeat(pool.q, len(loads), axis=0)
@@ -65,7 +64,7 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
 def spread(session: Session, joint: int | None, why: str) -> list[NextSetup]:
     """Set-ups over the whole range of one joint, or of all, with the largest load of the session across the arm."""
     robot, tool = session.robot, session.tool.tool()
-    pool = reachable(robot, tool.rotation, tool.position, POOL, SEED)
+    pool = reachable_postures(robot, tool, POOL, SEED)
     low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     force = largest_force(session)
     out = []
@@ -87,16 +86,24 @@ def largest_force(session: Session) -> float:
 
 def _readings(fit: Fit, q: Floats, wrench: Floats) -> Floats:
     """(K, R, 3) m: every reflector of the first session in the base, flanks in the middle of their gaps."""
-    evidence = fit.evidence[0]
-    reader, session, n = evidence.reader, evidence.session, evidence.session.robot.n
-    places = evidence.station.reflectors(fit.station(0))
+    first = fit.sessions[0]
+    model, session, n = first.observations.predictor.model, first.session, first.session.robot.n
     count = len(q)
-    none = np.zeros((count, 1))
-    point = np.tile(session.tool.tool().position, (count, 1))
-    x, state = np.zeros((count, reader.n_x)), np.zeros((count, reader.statics.n_state))
+    loads = ArmLoads(
+        q=q,
+        wrench=wrench,
+        point=np.tile(session.tool.tool().position, (count, 1)),
+        state=np.zeros((count, model.statics.n_state)),
+        payload=np.zeros((count, 1)),
+        warm=np.zeros((count, 1)),
+    )
+    x = np.zeros((count, model.n_x))
     for _ in range(ROUNDS):
-        rest = reader.rest(Pull(n, n, False), fit.parameters, q, wrench, point, state, none, none, x)
-        x = rest.x
-    links: Sequence[int] = [r.link for r in session.reflectors]
-    seen = [reader.seen(rest, k, np.tile(at, (count, 1))).position for k, at in zip(links, places, strict=True)]
+        arms = model.equilibria(LoadKind(n, n, False), fit.parameters, loads, x)
+        x = arms.x
+    links = [r.link for r in session.reflectors]
+    seen = [
+        model.positions(arms, k, np.tile(at, (count, 1))).position
+        for k, at in zip(links, first.reflectors, strict=True)
+    ]
     return np.stack(seen, axis=1)

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import StiffnessError
-from stiffness.planning.design import Candidates, Design, Loading
-from stiffness.planning.postures import Postures
+from stiffness.planning.design import Design, Loading, SetupPool
+from stiffness.planning.postures import PosturePool
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -39,8 +39,8 @@ class Plan:
     """
 
     design: Design
-    postures: Postures
-    candidates: Candidates
+    postures: PosturePool
+    candidates: SetupPool
     loading: Loading
     chosen: Index
     before: Floats
@@ -83,7 +83,7 @@ def condition_number(information: Floats) -> float | None:
 
 
 def choose(
-    design: Design, postures: Postures, loading: Loading, count: int, before: Floats, matters: Floats | None = None
+    design: Design, postures: PosturePool, loading: Loading, count: int, before: Floats, matters: Floats | None = None
 ) -> Plan:
     """The best ``count`` set-ups, each in a posture of its own.
 
@@ -102,14 +102,14 @@ def choose(
     return Plan(design, postures, pool, loading, np.array(chosen), before, matters)
 
 
-def _shortlist(pool: Candidates, chosen: Sequence[int], before: Floats, weight: Floats | None) -> Index:
+def _shortlist(pool: SetupPool, chosen: Sequence[int], before: Floats, weight: Floats | None) -> Index:
     """The candidates that would add most to what is chosen, and what is chosen."""
     score = _score(_sum(pool, chosen, before) + pool.information, weight)
     good = np.argsort(-score, kind="stable")[:SHORTLIST]
     return np.unique(np.concatenate([good, np.array(chosen, dtype=np.intp)]))
 
 
-def _exchange(pool: Candidates, rows: Index, chosen: list[int], before: Floats, weight: Floats | None) -> None:
+def _exchange(pool: SetupPool, rows: Index, chosen: list[int], before: Floats, weight: Floats | None) -> None:
     """Replace set-ups one by one, as long as that helps."""
     for _ in range(EXCHANGES):
         gained = False
@@ -122,12 +122,12 @@ def _exchange(pool: Candidates, rows: Index, chosen: list[int], before: Floats, 
             break
 
 
-def _sum(pool: Candidates, chosen: Sequence[int], before: Floats) -> Floats:
+def _sum(pool: SetupPool, chosen: Sequence[int], before: Floats) -> Floats:
     return np.asarray(before + pool.information[list(chosen)].sum(axis=0))
 
 
 def _best(
-    pool: Candidates, rows: Index, others: Sequence[int], before: Floats, weight: Floats | None
+    pool: SetupPool, rows: Index, others: Sequence[int], before: Floats, weight: Floats | None
 ) -> tuple[int, float]:
     """The candidate among ``rows``, in a new posture, that goes best with others, and the score with it."""
     score = _score(_sum(pool, others, before) + pool.information[rows], weight)

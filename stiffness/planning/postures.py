@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from stiffness.errors import StiffnessError
 from stiffness.kinematics.jacobian import Conditioning, half_reach
 from stiffness.robot.robot import Robot
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 
@@ -23,7 +24,7 @@ BATCHES = 50
 
 
 @dataclass(frozen=True, repr=False)
-class Postures:
+class PosturePool:
     """``q`` (M, n) rad, ``approach`` (M, n) sign of the last move of every joint, ``rotation`` (M, 3, 3) of the TCP."""
 
     q: Floats
@@ -34,10 +35,10 @@ class Postures:
         return len(self.q)
 
     def __repr__(self) -> str:
-        return f"Postures({len(self)})"
+        return f"PosturePool({len(self)})"
 
 
-def links(robot: Robot, q: Floats) -> Floats:
+def link_frames(robot: Robot, q: Floats) -> Floats:
     """(n, M, 4, 4) link frames L_1 ... L_n of the nominal arm in the base."""
     out, pose = [], np.tile(np.eye(4), (len(q), 1, 1))
     for k in range(robot.n):
@@ -48,11 +49,8 @@ def links(robot: Robot, q: Floats) -> Floats:
     return np.array(out)
 
 
-def reachable(robot: Robot, rotation: Floats, position: Floats, count: int, seed: int) -> Postures:
+def reachable_postures(robot: Robot, tool: Tool, count: int, seed: int) -> PosturePool:
     """Random postures, the same for the same seed.
-
-    Args:
-        rotation, position: (3, 3), (3,) m of the TCP in the flange.
 
     Raises:
         StiffnessError: hardly any posture is free.
@@ -65,8 +63,8 @@ def reachable(robot: Robot, rotation: Floats, position: Floats, count: int, seed
     found: list[Floats] = []
     for _ in range(BATCHES):
         q = rng.uniform(low, high, (BATCH, robot.n))
-        frames = links(robot, q)
-        tcp = frames[-1] @ np.append(position, 1.0)
+        frames = link_frames(robot, q)
+        tcp = frames[-1] @ np.append(tool.position, 1.0)
         height = np.minimum(frames[1:, :, 2, 3].min(axis=0), tcp[:, 2])
         away = np.minimum(np.hypot(tcp[:, 0], tcp[:, 1]), np.hypot(frames[-1, :, 0, 3], frames[-1, :, 1, 3]))
         found.append(q[(height > FLOOR) & (away > aside) & (bent(q) > BENT)])
@@ -79,4 +77,4 @@ def reachable(robot: Robot, rotation: Floats, position: Floats, count: int, seed
             "base and bent; check the tool (m) and the robot's base frame (z up)"
         )
     approach = rng.choice([-1.0, 1.0], size=q.shape)
-    return Postures(q, approach, links(robot, q)[-1][:, :3, :3] @ rotation)
+    return PosturePool(q, approach, link_frames(robot, q)[-1][:, :3, :3] @ tool.rotation)

@@ -77,6 +77,11 @@ class Robot:
         """Number of joints."""
         return len(self.joint_names)
 
+    def same_kinematics(self, other: Robot) -> bool:
+        """Whether both are one arm between the same frames: placements and axes agree to 1e-9 plus 1e-5 of each."""
+        pairs = ((self.before, other.before), (self.axis, other.axis), (self.after, other.after))
+        return all(a.shape == b.shape and np.allclose(a, b, atol=1e-9) for a, b in pairs)
+
     def pose(self, q: npt.ArrayLike) -> Floats:
         """(4, 4) pose of the flange in the base at joint angles ``q`` (n,) rad."""
         model, data, frame = self._pinocchio
@@ -125,7 +130,6 @@ class Robot:
     @cached_property
     def _pinocchio(self) -> tuple[pin.Model, pin.Data, int]:
         model = pin.Model()
-        model.name = self.name
         parent, placement = 0, np.eye(4)
         for k in range(self.n):
             joint = pin.JointModelRevoluteUnaligned(np.array(self.axis[k]))

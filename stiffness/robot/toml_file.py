@@ -20,7 +20,7 @@ from stiffness.errors import RobotError
 from stiffness.robot.reducer import ARCMIN, Reducer
 from stiffness.robot.robot import Robot, placement
 from stiffness.rotation import rpy_rotation
-from stiffness.schema import Table, findings
+from stiffness.schema import StrictTable, findings
 
 Floats = npt.NDArray[np.float64]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -33,7 +33,7 @@ Arcmin = Annotated[float, Field(ge=0, le=60, allow_inf_nan=False, strict=True)]
 _STIFFEST = 2e4  # N*m/arcmin
 
 
-class _Placement(Table):
+class _Placement(StrictTable):
     xyz: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     rpy: tuple[Turn, Turn, Turn] = (0.0, 0.0, 0.0)
 
@@ -41,7 +41,7 @@ class _Placement(Table):
         return placement(rpy_rotation(*(math.radians(v) for v in self.rpy)), np.array(self.xyz) * 1e-3)
 
 
-class _Reducer(Table):
+class _Reducer(StrictTable):
     rigidity_nm_per_arcmin: Annotated[tuple[Rigidity, ...], Field(min_length=1, max_length=5)] | None = None
     rigidity_nm_per_rad: Annotated[tuple[Rigidity, ...], Field(min_length=1, max_length=5)] | None = None
     breaks_nm: tuple[Positive, ...] = ()
@@ -52,7 +52,7 @@ class _Reducer(Table):
     source: Annotated[str, Field(min_length=1)]
 
 
-class _Joint(Table):
+class _Joint(StrictTable):
     a: Length
     d: Length
     alpha: Turn
@@ -67,7 +67,7 @@ class _Joint(Table):
     reducer: _Reducer | None = None
 
 
-class _File(Table):
+class _File(StrictTable):
     schema_: Literal["robot/1"] = Field(alias="schema")
     name: str
     convention: Literal["classic", "modified"]

@@ -12,7 +12,7 @@ from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
 from stiffness.session.file import Reflector, Units
 from stiffness.session.samples import SAME, Samples
-from stiffness.session.table import SessionError, Table
+from stiffness.session.table import CsvTable, SessionError
 from stiffness.statics.statics import Statics
 
 Floats = npt.NDArray[np.float64]
@@ -22,7 +22,7 @@ _FAR = (0.1, 0.3)  # m from a rigid arm, exact and roughly known reflectors: no 
 _MANY = 2000  # readings are enough to see that nothing fits
 
 
-def check_agreement(table: Table, samples: Samples) -> None:
+def check_agreement(table: CsvTable, samples: Samples) -> None:
     """Rows of one set-up command the same, rows of one state carry the same, no row stands there twice.
 
     Raises:
@@ -53,7 +53,7 @@ def _first(keys: Sequence[Ints]) -> Ints:
     return np.asarray(index[inverse.reshape(-1)])
 
 
-def _agree(table: Table, first: Ints, names: Sequence[str], values: Floats | Ints, slack: float, why: str) -> None:
+def _agree(table: CsvTable, first: Ints, names: Sequence[str], values: Floats | Ints, slack: float, why: str) -> None:
     bad = np.abs(values - values[first]) > slack
     if bad.any():
         row, column = (int(k[0]) for k in np.nonzero(bad))
@@ -62,7 +62,7 @@ def _agree(table: Table, first: Ints, names: Sequence[str], values: Floats | Int
         table.refuse(bad, names, f"row {table.line[other]} has {cell!r}; {why}")
 
 
-def _check_duplicates(table: Table, samples: Samples) -> None:
+def _check_duplicates(table: CsvTable, samples: Samples) -> None:
     first = _first([samples.setup, samples.state, samples.reflector, samples.block, samples.repeat])
     again = first != np.arange(len(first))
     if again.any():
@@ -72,7 +72,7 @@ def _check_duplicates(table: Table, samples: Samples) -> None:
         table.refuse(again, ["reflector"], why)
 
 
-def _check_references(table: Table, samples: Samples) -> None:
+def _check_references(table: CsvTable, samples: Samples) -> None:
     alone = ~np.isin(samples.setup, samples.setup[samples.state == 0])
     if alone.any():
         number = samples.setup[int(np.argmax(alone))]

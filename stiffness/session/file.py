@@ -6,15 +6,16 @@ import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from stiffness.rotation import rpy_rotation
+from stiffness.schema import SchemaFinding, StrictTable, findings
 from stiffness.session.table import SessionError, decoded, meant
-from stiffness.statics.predictor import Tool
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -73,11 +74,7 @@ class Purpose:
     points: Mapping[str, int]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Units(_Strict):
+class Units(StrictTable):
     """Units of samples.csv and of every number in session.toml."""
 
     length: Literal["mm", "m"]
@@ -94,14 +91,14 @@ class Units(_Strict):
         return math.pi / 180 if self.angle == "deg" else 1.0
 
 
-class WrenchTable(_Strict):
+class WrenchTable(StrictTable):
     """How f* and m* are written."""
 
     frame: Literal["base", "tool"]
     about: Literal["tcp", "flange", "base"]
 
 
-class _Tool(_Strict):
+class _Tool(StrictTable):
     xyz: Three
     rpy: Three = (0.0, 0.0, 0.0)
     mass: Noise | None = None
@@ -115,26 +112,26 @@ class _Tool(_Strict):
         return self
 
 
-class _Reflector(_Strict):
+class _Reflector(StrictTable):
     link: Annotated[int, Field(ge=0, strict=True)]
     position: Three
     exact: Flag = True
     group: Annotated[str, Field(min_length=1)] | None = None
 
 
-class _Instruments(_Strict):
+class _Instruments(StrictTable):
     tracker: Positive
     tracker_angle: Positive | None = None
     force: Noise | None = None
     torque: Noise | None = None
 
 
-class _Setup(_Strict):
+class _Setup(StrictTable):
     purpose: Annotated[str, Field(pattern=r"^joint-[1-9]$")] | None = None
-    points: dict[Literal["A", "B", "C"], str] = {}
+    points: dict[Literal["A", "B", "C"], str] = Field(default_factory=dict)
 
 
-class SessionFile(_Strict):
+class SessionFile(StrictTable):
     """session.toml as it stands, in its own units; the properties of the next classes are SI."""
 
     schema_: Literal["measurement-session/1"] = Field(alias="schema")
@@ -150,7 +147,7 @@ class SessionFile(_Strict):
     tool: _Tool | None = None
     reflectors: Annotated[dict[str, _Reflector], Field(min_length=1)]
     instruments: _Instruments
-    setups: dict[int, _Setup] = {}
+    setups: dict[int, _Setup] = Field(default_factory=dict)
 
     @field_validator("setups", mode="before")
     @classmethod
@@ -174,7 +171,7 @@ def read_file(label: str, raw: bytes) -> SessionFile:
     try:
         file = SessionFile.model_validate(table)
     except ValidationError as error:
-        raise SessionError(f"{label}: " + "; ".join(_problem(dict(e)) for e in error.errors())) from error
+        raise SessionError(f"{label}: " + "; ".join(map(_problem, findings(error)))) from error
     if file.instruments.tracker * file.units.metre > _COARSEST:
         raise SessionError(
             f"{label}: instruments.tracker = {file.instruments.tracker:g}: in {file.units.length} that is "
@@ -183,14 +180,11 @@ def read_file(label: str, raw: bytes) -> SessionFile:
     return file
 
 
-def _problem(error: dict[str, Any]) -> str:
-    key = ".".join(str(p + 1) if isinstance(p, int) else str(p) for p in error["loc"])
-    if error["type"] == "extra_forbidden":
-        return f"unknown key {key}{meant(str(error['loc'][-1]), _KEYS)}"
-    if error["type"] == "missing":
-        return f"key {key} is missing; add it"
-    message = str(error["msg"]).removeprefix("Value error, ").replace("Input should be", "expected")
-    return f"{key} = {error['input']!r}: {message}"
+def _problem(found: SchemaFinding) -> str:
+    """A finding with the remedy."""
+    if found.kind == "unknown":
+        return f"{found}{meant(found.key.rpartition('.')[2], _KEYS)}"
+    return f"{found}; add it" if found.kind == "missing" else str(found).replace("Input should be", "expected")
 
 
 _KEYS = {

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stiffness.robot.robot import Robot
 from stiffness.session.file import Reflector, SessionTool, Units, WrenchTable
-from stiffness.session.table import SessionError, Table, meant
+from stiffness.session.table import CsvTable, SessionError, meant
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -40,8 +40,8 @@ class Loads:
 
 
 @dataclass(frozen=True)
-class Setting:
-    """What session.toml says that the cells are read with; ``label``: what messages call it."""
+class SessionHeader:
+    """What session.toml tells that the cells of samples.csv are read with; ``label``: how messages call the file."""
 
     label: str
     robot: Robot
@@ -52,30 +52,30 @@ class Setting:
     tracker: float
 
 
-def reflector_index(table: Table, column: str, setting: Setting) -> Ints:
+def reflector_index(table: CsvTable, column: str, header: SessionHeader) -> Ints:
     """Indices of the reflectors named in a column; -1 for an empty cell of ``load_at``."""
-    index = {r.name: k for k, r in enumerate(setting.reflectors)}
+    index = {r.name: k for k, r in enumerate(header.reflectors)}
     if column == "load_at":
         index[""] = -1
     found = np.array([index.get(cell, -2) for cell in table.cells[column]], dtype=np.int64)
     if (found == -2).any():
         row = int(np.argmax(found == -2))
-        names = [r.name for r in setting.reflectors]
+        names = [r.name for r in header.reflectors]
         hint = meant(table.cells[column][row], names)
-        why = f"{setting.label} has no such reflector, it has {', '.join(names)}{hint}"
+        why = f"{header.label} has no such reflector, it has {', '.join(names)}{hint}"
         table.refuse(found == -2, [column], why)
     return found
 
 
-def read_loads(table: Table, setting: Setting) -> Loads:
+def read_loads(table: CsvTable, header: SessionHeader) -> Loads:
     """The loads of all readings.
 
     Raises:
         SessionError: columns without [wrench] or the reverse, a link or reflector that does not exist.
     """
-    count, n, given, tool = len(table.line), setting.robot.n, setting.wrench, setting.tool
+    count, n, given, tool = len(table.line), header.robot.n, header.wrench, header.tool
     present = table.has(WRENCH)
-    _check_wrench(table, setting, present)
+    _check_wrench(table, header, present)
     link = np.full(count, n)
     if "load_link" in table.cells:
         filled = {**table.cells, "load_link": tuple(cell or str(n) for cell in table.cells["load_link"])}
@@ -86,12 +86,12 @@ def read_loads(table: Table, setting: Setting) -> Loads:
         about = tool.position
     elif given is not None and given.about == "base":
         where = 0
-    at = reflector_index(table, "load_at", setting) if "load_at" in table.cells else np.full(count, -1)
+    at = reflector_index(table, "load_at", header) if "load_at" in table.cells else np.full(count, -1)
     if "load_at" in table.cells:
         bare = np.array([cell == "" for cell in table.cells["load_link"]])
         table.refuse((at >= 0) & bare, ["load_at"], "load_link is empty; say which link the load acts on")
-    places = np.array([about, *(r.position for r in setting.reflectors)])
-    links = np.array([where, *(r.link for r in setting.reflectors)], dtype=np.int64)
+    places = np.array([about, *(r.position for r in header.reflectors)])
+    links = np.array([where, *(r.link for r in header.reflectors)], dtype=np.int64)
     return Loads(
         wrench=table.numbers(WRENCH) if present else np.zeros((count, 6)),
         link=link,
@@ -102,8 +102,8 @@ def read_loads(table: Table, setting: Setting) -> Loads:
     )
 
 
-def _check_wrench(table: Table, setting: Setting, present: bool) -> None:
-    given, label = setting.wrench, setting.label
+def _check_wrench(table: CsvTable, header: SessionHeader, present: bool) -> None:
+    given, label = header.wrench, header.label
     if present and given is None:
         raise SessionError(f"{table.label}: column fx: {label} has no [wrench]; add it, with frame and about")
     loaded = any(cell.strip("0") for cell in table.cells["state"])
@@ -112,7 +112,7 @@ def _check_wrench(table: Table, setting: Setting, present: bool) -> None:
             f"{label}: [wrench], and {table.label} has loaded states, but no columns {', '.join(WRENCH)}; add them "
             "or take [wrench] out"
         )
-    if given is not None and present and setting.tool is None and (given.frame == "tool" or given.about == "tcp"):
+    if given is not None and present and header.tool is None and (given.frame == "tool" or given.about == "tcp"):
         key = f"frame = {given.frame!r}, about = {given.about!r}"
         raise SessionError(f"{label}: [wrench] {key}, and there is no [tool]; add it, with xyz and rpy")
     for name in ("load_link", "load_at"):

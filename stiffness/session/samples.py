@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.session.file import SessionTool
-from stiffness.session.loads import WRENCH, Loads, Setting, read_loads, reflector_index
-from stiffness.session.table import SessionError, Table, meant
+from stiffness.session.loads import WRENCH, Loads, SessionHeader, read_loads, reflector_index
+from stiffness.session.table import CsvTable, SessionError, meant
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -78,18 +78,18 @@ class Samples:
         return replace(self, **mine, load=load, extra={k: v[rows] for k, v in self.extra.items()})
 
 
-def read_samples(table: Table, setting: Setting) -> tuple[Samples, tuple[str, ...]]:
+def read_samples(table: CsvTable, header: SessionHeader) -> tuple[Samples, tuple[str, ...]]:
     """The readings, and the names of columns that are no regressors because cells of theirs are no numbers.
 
     Raises:
         SessionError: names file, row, column, value and what to do.
     """
-    n = setting.robot.n
-    known = _check_columns(table, setting)
+    n = header.robot.n
+    known = _check_columns(table, header)
     per_joint = {stem: [f"{stem}{k + 1}" for k in range(n)] for stem in ("q", "approach", "step")}
     setup, state = table.integers(["setup", "state"]).T
     table.refuse(state < 0, ["state"], "a load step is 0 (the reference) or above")
-    approach, step = _approach(table, per_joint["approach"], per_joint["step"], setting.units.radian)
+    approach, step = _approach(table, per_joint["approach"], per_joint["step"], header.units.radian)
     extra = {name: table.numeric(name) for name in table.cells if name not in known}
     samples = Samples(
         line=table.line,
@@ -97,23 +97,23 @@ def read_samples(table: Table, setting: Setting) -> tuple[Samples, tuple[str, ..
         state=state,
         repeat=_column(table, "repeat"),
         block=_column(table, "block"),
-        q=_angles(table, per_joint["q"], setting),
-        reflector=reflector_index(table, "reflector", setting),
-        position=table.numbers(["x", "y", "z"]) * setting.units.metre,
-        sd=_noise(table, setting),
+        q=_angles(table, per_joint["q"], header),
+        reflector=reflector_index(table, "reflector", header),
+        position=table.numbers(["x", "y", "z"]) * header.units.metre,
+        sd=_noise(table, header),
         approach=approach,
         step=step,
-        payload=_payload(table, setting.tool),
+        payload=_payload(table, header.tool),
         time=_optional(table, "time"),
         temperature=_temperature(table),
-        load=read_loads(table, setting),
+        load=read_loads(table, header),
         extra={name: values for name, values in extra.items() if values is not None},
     )
     return samples, tuple(name for name, values in extra.items() if values is None)
 
 
-def _check_columns(table: Table, setting: Setting) -> set[str]:
-    n = setting.robot.n
+def _check_columns(table: CsvTable, header: SessionHeader) -> set[str]:
+    n = header.robot.n
     needed = ["setup", "state", *(f"q{k + 1}" for k in range(n)), "reflector", "x", "y", "z"]
     optional = ["load_link", "load_at", "block", "sx", "sy", "sz", "time", "temperature", "payload", "repeat"]
     optional += [*WRENCH, *(f"{stem}{k + 1}" for stem in ("approach", "step") for k in range(n))]
@@ -122,7 +122,7 @@ def _check_columns(table: Table, setting: Setting) -> set[str]:
         joint = re.fullmatch(r"(q|approach|step)(\d+)", name)
         if joint and name not in known:
             raise SessionError(
-                f"{table.label}: column {name}: robot {setting.robot.name} has {n} joints; "
+                f"{table.label}: column {name}: robot {header.robot.name} has {n} joints; "
                 "is it the robot that was measured?"
             )
         if name not in known and name.lower() in known:
@@ -134,27 +134,27 @@ def _check_columns(table: Table, setting: Setting) -> set[str]:
     return known
 
 
-def _column(table: Table, name: str) -> Ints:
+def _column(table: CsvTable, name: str) -> Ints:
     return table.integers([name])[:, 0] if name in table.cells else np.zeros(len(table.line), dtype=np.int64)
 
 
-def _optional(table: Table, name: str) -> Floats:
+def _optional(table: CsvTable, name: str) -> Floats:
     return table.numbers([name])[:, 0] if name in table.cells else np.full(len(table.line), np.nan)
 
 
-def _temperature(table: Table) -> Floats:
+def _temperature(table: CsvTable) -> Floats:
     values = _optional(table, "temperature")
     table.refuse((values < -60) | (values > 150), ["temperature"], "not deg C of a robot; kelvin?")
     return values
 
 
-def _angles(table: Table, names: Sequence[str], setting: Setting) -> Floats:
-    robot, unit = setting.robot, setting.units.angle
-    q = table.numbers(names) * setting.units.radian
+def _angles(table: CsvTable, names: Sequence[str], header: SessionHeader) -> Floats:
+    robot, unit = header.robot, header.units.angle
+    q = table.numbers(names) * header.units.radian
     outside = (q < robot.lower - SLACK) | (q > robot.upper + SLACK)
     if outside.any():
         joint = int(np.nonzero(outside)[1][0])
-        low, high = (float(limit[joint]) / setting.units.radian for limit in (robot.lower, robot.upper))
+        low, high = (float(limit[joint]) / header.units.radian for limit in (robot.lower, robot.upper))
         degrees = unit == "rad" and np.abs(q).max() > 4 * np.pi
         hint = "these look like degrees: correct units.angle" if degrees else f"is it the {robot.name}?"
         why = f"outside the limits {low:.6g} ... {high:.6g} {unit} of joint {joint + 1}; correct it; {hint}"
@@ -162,7 +162,7 @@ def _angles(table: Table, names: Sequence[str], setting: Setting) -> Floats:
     return q
 
 
-def _approach(table: Table, signs: Sequence[str], sizes: Sequence[str], radian: float) -> tuple[Ints, Floats]:
+def _approach(table: CsvTable, signs: Sequence[str], sizes: Sequence[str], radian: float) -> tuple[Ints, Floats]:
     """Sign and size of the last move; a size without a sign says the sign too."""
     shape = (len(table.line), len(signs))
     step = table.numbers(sizes) * radian if table.has(sizes) else np.full(shape, np.nan)
@@ -174,16 +174,16 @@ def _approach(table: Table, signs: Sequence[str], sizes: Sequence[str], radian: 
     return approach, step
 
 
-def _noise(table: Table, setting: Setting) -> Floats:
+def _noise(table: CsvTable, header: SessionHeader) -> Floats:
     names = ["sx", "sy", "sz"]
     if not table.has(names):
-        return np.full((len(table.line), 3), setting.tracker)
+        return np.full((len(table.line), 3), header.tracker)
     sd = table.numbers(names)
-    table.refuse(sd <= 0, names, f"a standard deviation is above zero, in {setting.units.length}")
-    return sd * setting.units.metre
+    table.refuse(sd <= 0, names, f"a standard deviation is above zero, in {header.units.length}")
+    return sd * header.units.metre
 
 
-def _payload(table: Table, tool: SessionTool | None) -> Floats:
+def _payload(table: CsvTable, tool: SessionTool | None) -> Floats:
     if "payload" not in table.cells:
         return np.zeros(len(table.line))
     payload = table.numbers(["payload"])[:, 0]

@@ -31,29 +31,15 @@ from stiffness.session.file import (
     reflectors,
     tool,
 )
-from stiffness.session.loads import Loads, Setting
+from stiffness.session.loads import SessionHeader
 from stiffness.session.samples import Samples, read_samples
 from stiffness.session.table import SessionError, read_table
-from stiffness.session.views import Pairs, States, pairs_of, states_of
+from stiffness.session.views import LoadStates, Pairs, load_states, pairs_of
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 Array = TypeVar("Array", Floats, Ints, Bools)
-
-__all__ = [
-    "Instruments",
-    "Loads",
-    "Pairs",
-    "Purpose",
-    "Reflector",
-    "Samples",
-    "Session",
-    "SessionError",
-    "SessionTool",
-    "States",
-    "load_session",
-]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -119,9 +105,9 @@ class Session:
         return replace(self, samples=self.samples.take(rows))
 
     @cached_property
-    def states(self) -> States:
+    def states(self) -> LoadStates:
         """The load states."""
-        return states_of(self.samples)
+        return load_states(self.samples)
 
     @cached_property
     def sensor_reading(self) -> Ints:
@@ -192,7 +178,18 @@ def load_session(path: str | Path) -> Session:
     raw_samples = _bytes(f"{label}: samples = {file.samples!r}", folder / file.samples)
     table = read_table(csv_label, raw_samples)
     tracker = file.instruments.tracker * file.units.metre
-    samples, not_numeric = read_samples(table, Setting(label, robot, file.units, held, file.wrench, known, tracker))
+    samples, not_numeric = read_samples(
+        table,
+        SessionHeader(
+            label=label,
+            robot=robot,
+            units=file.units,
+            tool=held,
+            wrench=file.wrench,
+            reflectors=known,
+            tracker=tracker,
+        ),
+    )
     check_agreement(table, samples)
     sensed = "fx" in table.cells
     check_fit(csv_label, robot, known, samples, file.units, file.registered)

@@ -24,7 +24,7 @@ class SessionError(StiffnessError):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Table:
+class CsvTable:
     """Cells of a csv file, column by column.
 
     Attributes:
@@ -38,7 +38,7 @@ class Table:
     line: Ints
 
     def __repr__(self) -> str:
-        return f"Table({self.label!r}, {len(self.line)} rows, {len(self.cells)} columns)"
+        return f"CsvTable({self.label!r}, {len(self.line)} rows, {len(self.cells)} columns)"
 
     def has(self, names: Sequence[str]) -> bool:
         """Whether all columns of a family are there; refused when only some of them are."""
@@ -104,7 +104,7 @@ def _remedy(cell: str) -> str:
     return "correct it or take the row out"
 
 
-def read_table(label: str, raw: bytes) -> Table:
+def read_table(label: str, raw: bytes) -> CsvTable:
     """Read comma-separated text with a header line; BOM and every kind of line end are fine.
 
     Raises:
@@ -129,7 +129,7 @@ def read_table(label: str, raw: bytes) -> Table:
     if not rows:
         raise SessionError(f"{label}: no row below the header: a session needs readings")
     columns = [tuple(cell.strip() for cell in column) for column in zip(*rows, strict=True)]
-    return Table(label, dict(zip(header, columns, strict=True)), np.array(lines))
+    return CsvTable(label, dict(zip(header, columns, strict=True)), np.array(lines))
 
 
 def decoded(label: str, raw: bytes) -> str:

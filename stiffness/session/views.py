@@ -14,7 +14,7 @@ Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class States:
+class LoadStates:
     """The S load states of a session, in the order of their first reading. A state is a (set-up, state):
     its reflectors, repeats and blocks are readings of the same arm at rest.
 
@@ -39,7 +39,7 @@ class States:
         return len(self.first)
 
     def __repr__(self) -> str:
-        return f"States({len(self)} states of {len(np.unique(self.setup))} set-ups)"
+        return f"LoadStates({len(self)} states of {len(np.unique(self.setup))} set-ups)"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -74,7 +74,7 @@ class Pairs:
         return f"Pairs({len(self)} displacements, {len(self.alone)} readings without a reference)"
 
 
-def states_of(s: Samples) -> States:
+def load_states(s: Samples) -> LoadStates:
     """The load states of readings."""
     keys = np.column_stack([s.setup, s.state])
     unique, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -82,7 +82,7 @@ def states_of(s: Samples) -> States:
     before[np.diff(unique[:, 0], prepend=unique[0, 0] - 1) != 0] = -1
     order = np.argsort(first)
     rank = np.argsort(order)
-    return States(
+    return LoadStates(
         setup=unique[order, 0],
         state=unique[order, 1],
         first=first[order],

@@ -1,4 +1,4 @@
-"""Sight: where a point of a deflected arm is, and how it moves with every elastic coordinate.
+"""Where a point of a deflected arm is, and how it moves with every elastic coordinate.
 
 Plain kinematics on the frames that the statics gives: a joint turns all outward of it about its axis, a place
 that yields moves and turns all outward of it.
@@ -20,7 +20,7 @@ Index = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, repr=False)
-class Frames:
+class ArmFrames:
     """Frames of N deflected arms, in the base.
 
     Attributes:
@@ -37,12 +37,12 @@ class Frames:
     place: Floats
     turn: Floats
 
-    def take(self, rows: Index) -> Frames:
+    def take(self, rows: Index) -> ArmFrames:
         """Some of them."""
-        return Frames(*(a[rows] for a in (self.rotation, self.origin, self.axis, self.joint, self.place, self.turn)))
+        return ArmFrames(*(a[rows] for a in (self.rotation, self.origin, self.axis, self.joint, self.place, self.turn)))
 
 
-class Sight:
+class PointMotion:
     """Frames of one arm."""
 
     def __init__(self, statics: Statics) -> None:
@@ -54,17 +54,20 @@ class Sight:
         out.append(ca.vertcat(*(ca.vec(p.places[k].rotation.T) for k in statics.places)))
         self._kernel = Kernel(ca.Function("frames", [q, x], [ca.densify(v) if v.numel() else ca.SX(0, 1) for v in out]))
 
-    def frames(self, q: Floats, x: Floats) -> Frames:
+    def frames(self, q: Floats, x: Floats) -> ArmFrames:
         """Frames at joint angles q (N, n) rad with elastic coordinates x (N, n_x)."""
         count, n, k = len(q), self.statics.robot.n, len(self.statics.places)
         rotation, origin, axis, joint, place = self._kernel.run(q, x)
-        return Frames(
-            rotation.reshape(count, n + 1, 3, 3), origin.reshape(count, n + 1, 3),
-            axis.reshape(count, n, 3), joint.reshape(count, n, 3), place.reshape(count, k, 3, 3),
-            x[:, n:].reshape(count, k, 6)[:, :, 3:],
-        )  # fmt: skip
+        return ArmFrames(
+            rotation=rotation.reshape(count, n + 1, 3, 3),
+            origin=origin.reshape(count, n + 1, 3),
+            axis=axis.reshape(count, n, 3),
+            joint=joint.reshape(count, n, 3),
+            place=place.reshape(count, k, 3, 3),
+            turn=x[:, n:].reshape(count, k, 6)[:, :, 3:],
+        )
 
-    def slopes(self, frames: Frames, link: int, point: Floats) -> Floats:
+    def slopes(self, frames: ArmFrames, link: int, point: Floats) -> Floats:
         """(N, 3, n_x): how points (N, 3) m of a link, given in the base, move with the coordinates."""
         n = self.statics.robot.n
         out = np.zeros((len(point), 3, self.statics.n_x))

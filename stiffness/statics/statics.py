@@ -12,7 +12,8 @@ Every function takes SX or DM: prediction puts numbers where identification puts
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import casadi as ca
 import numpy as np
@@ -20,57 +21,13 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, JointInput, PlaceInput, Values
 from stiffness.robot.robot import Robot, axis_rotation, constant
+from stiffness.statics.deflected_arm import DeflectedArm, LinkFrame
+from stiffness.statics.load import Load, with_loads
+from stiffness.statics.small_rotation import generalised_moment, rotation
 
 Floats = npt.NDArray[np.float64]
 
 SWEEPS = 6  # contraction 0.01 per sweep on real robots: 6 reach rounding
-
-
-@dataclass(frozen=True)
-class Load:
-    """A wrench on a link, about a point fixed to it.
-
-    Attributes:
-        link: that it acts on: 0 base ... n flange.
-        point: (3,) m in the frame of the link, or of ``point_link`` where that is another one.
-        wrench: (6,) N and N*m, in base axes, about the point.
-    """
-
-    link: int
-    point: ca.SX
-    wrench: ca.SX
-    point_link: int | None = None
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Rotation (3, 3) and origin (3,) of a frame in the base."""
-
-    rotation: ca.SX
-    origin: ca.SX
-
-    def at(self, point: ca.SX) -> ca.SX:
-        """A point of the frame, in the base."""
-        return self.origin + ca.mtimes(self.rotation, point)
-
-    def then(self, rotation: ca.SX, origin: ca.SX) -> Frame:
-        """The frame that stands at (rotation, origin) in this one."""
-        return Frame(ca.mtimes(self.rotation, rotation), self.at(origin))
-
-
-@dataclass(frozen=True)
-class Posture:
-    """Frames of a deflected arm: ``links`` 0..n, ``joints`` before their rotation, ``places`` as if they did not yield.
-
-    ``angles`` (n,) rad are those of the links, ``displacements`` [d; phi] those of the places that yield.
-    """
-
-    angles: ca.SX
-    displacements: Mapping[int, ca.SX]
-    links: tuple[Frame, ...]
-    joints: tuple[Frame, ...]
-    axes: tuple[ca.SX, ...]
-    places: tuple[Frame, ...]
 
 
 @dataclass(frozen=True)
@@ -79,37 +36,13 @@ class Equilibrium:
 
     x: ca.SX
     torque: ca.SX
-    posture: Posture
+    posture: DeflectedArm
     residual: ca.SX
-
-
-def rotation(vector: ca.SX) -> ca.SX:
-    """Rotation matrix of a small rotation vector: exact to rounding below 0.05 rad, smooth at zero.
-
-    Cayley form with the tangent of the half angle as a series, so that the result is orthogonal
-    whatever the length of the vector.
-    """
-    t2 = ca.dot(vector, vector)
-    g = vector * (0.5 + t2 * (1 / 24 + t2 * (1 / 240 + t2 * (17 / 40320))))
-    s = ca.skew(g)
-    return ca.SX.eye(3) + 2 / (1 + ca.dot(g, g)) * (s + ca.mtimes(s, s))
 
 
 def largest(v: ca.SX) -> ca.SX:
     """Largest magnitude; NaN where any element is, which the infinity norm would drop."""
     return ca.if_else(ca.dot(v, v) >= 0, ca.norm_inf(v), float("nan"))
-
-
-def generalised_moment(phi: ca.SX, moment: ca.SX) -> ca.SX:
-    """The generalised force that a moment (3,) does to a rotation vector: J_l(phi)^T m, J_l the left Jacobian.
-
-    Sola, Deray, Atchuthan, arXiv 1812.01537, appendix B; as a series, like ``rotation``.
-    """
-    t2 = ca.dot(phi, phi)
-    once = ca.cross(phi, moment)
-    first = 0.5 - t2 * (1 / 24 - t2 * (1 / 720 - t2 / 40320))
-    second = 1 / 6 - t2 * (1 / 120 - t2 * (1 / 5040 - t2 / 362880))
-    return moment - first * once + second * ca.cross(phi, once)
 
 
 class Statics:
@@ -128,15 +61,14 @@ class Statics:
         self.remembering = tuple(e for e in effects if e.memory)
         self.n_x = n + 6 * len(self.places)
         self.n_state = n * len(self.remembering)
-        self._angle: tuple[ca.SX, Mapping[str, Values], ca.SX] | None = None
 
     def __repr__(self) -> str:
         return f"Statics({self.robot.name}, {[e.name for e in self.effects]}, {self.n_x} coordinates)"
 
-    def posture(self, q: ca.SX, x: ca.SX) -> Posture:
+    def posture(self, q: ca.SX, x: ca.SX) -> DeflectedArm:
         """Frames of the arm at joint angles q + x[:n] with places displaced by x[n:]."""
         n = self.robot.n
-        frame = Frame(ca.SX.eye(3), ca.SX.zeros(3))
+        frame = LinkFrame(ca.SX.eye(3), ca.SX.zeros(3))
         links, joints, axes, places = [], [], [], [frame]
         frame = self._displaced(frame, 0, x)
         links.append(frame)
@@ -151,9 +83,16 @@ class Statics:
             frame = self._displaced(frame, k + 1, x)
             links.append(frame)
         displacements = {k: self._displacement(k, x) for k in self.places}
-        return Posture(q + x[:n], displacements, tuple(links), tuple(joints), tuple(axes), tuple(places))
+        return DeflectedArm(
+            angles=q + x[:n],
+            displacements=displacements,
+            links=tuple(links),
+            joints=tuple(joints),
+            axes=tuple(axes),
+            places=tuple(places),
+        )
 
-    def _displaced(self, frame: Frame, place: int, x: ca.SX) -> Frame:
+    def _displaced(self, frame: LinkFrame, place: int, x: ca.SX) -> LinkFrame:
         if place not in self.places:
             return frame
         displacement = self._displacement(place, x)
@@ -183,7 +122,7 @@ class Statics:
 
     def law(
         self,
-        posture: Posture,
+        posture: DeflectedArm,
         q: ca.SX,
         weights: Sequence[tuple[int, ca.SX, ca.SX]],
         loads: Sequence[Load],
@@ -207,15 +146,7 @@ class Statics:
         torque: list[ca.SX] = [ca.SX(0)] * n
         displacements: dict[int, ca.SX] = {}
         for k in range(n, -1, -1):
-            for link, point, f in weights:
-                if link == k:
-                    force, moment = force + f, moment + ca.cross(posture.links[k].at(point), f)
-            for load in loads:
-                if load.link == k:
-                    f = load.wrench[:3]
-                    force = force + f
-                    moves_with = posture.links[k if load.point_link is None else load.point_link]
-                    moment = moment + load.wrench[3:] + ca.cross(moves_with.at(load.point), f)
+            force, moment = with_loads((force, moment), posture, k, weights=weights, loads=loads)
             if k in self.places:
                 turn = posture.places[k].rotation.T
                 about = moment - ca.cross(posture.links[k].origin, force)
@@ -226,7 +157,7 @@ class Statics:
                 torque[k - 1] = ca.dot(posture.axes[k - 1], about)
         tau = ca.vertcat(*torque)
         tau = sum((e.torque(posture.angles, values[e.name]) for e in self.effects if e.torque), tau)
-        dq = self.joint_deflection(tau, q, state, values, temperature, angle_error)
+        dq = self.joint_deflection(tau, q, state, values=values, temperature=temperature, angle_error=angle_error)
         return ca.vertcat(dq, *(displacements[k] for k in self.places)), tau
 
     def unloaded(
@@ -237,11 +168,13 @@ class Statics:
         angle_error: ca.SX | None = None,
     ) -> ca.SX:
         """Elastic coordinates (n_x,) of an arm that carries nothing: kinematic offsets, growth by heat."""
-        dq = self.joint_deflection(ca.SX.zeros(self.robot.n), q, None, values, temperature, angle_error)
+        none = ca.SX.zeros(self.robot.n)
+        dq = self.joint_deflection(none, q, None, values=values, temperature=temperature, angle_error=angle_error)
         return ca.vertcat(dq, *(self._yielded(k, ca.SX.zeros(6), values, temperature) for k in self.places))
 
     def _yielded(self, place: int, wrench: ca.SX, values: Mapping[str, Values], temperature: ca.SX | float) -> ca.SX:
-        given = PlaceInput(place, wrench, ca.SX(temperature), *self._span(place))
+        inner, outer = self._span(place)
+        given = PlaceInput(place=place, wrench=wrench, temperature=ca.SX(temperature), inner=inner, outer=outer)
         return sum((e.place(given, values[e.name]) for e in self.yielding[place] if e.place), ca.SX.zeros(6))
 
     def _span(self, place: int) -> tuple[Floats, Floats]:
@@ -255,11 +188,12 @@ class Statics:
         return inner, outer
 
     def angle_error(self, q: ca.SX, values: Mapping[str, Values]) -> ca.SX:
-        """dq (n,) rad that the laws of the angle alone make, whatever the load; worked out once for one ``q``."""
-        if self._angle is None or self._angle[0] is not q or self._angle[1] is not values:
-            none = ca.SX.zeros(self.robot.n)
-            self._angle = q, values, sum((e.angle(q, values[e.name]) for e in self.effects if e.angle), none)
-        return self._angle[2]
+        """dq (n,) rad that the laws of the angle alone make, whatever the load.
+
+        Such a law may be a long table: who asks for several sweeps at one ``q`` works it out once and hands it on.
+        """
+        none = ca.SX.zeros(self.robot.n)
+        return sum((e.angle(q, values[e.name]) for e in self.effects if e.angle), none)
 
     def joint_deflection(
         self,
@@ -271,18 +205,21 @@ class Statics:
         angle_error: ca.SX | None = None,
     ) -> ca.SX:
         """dq (n,) that all joint laws together make of a torque; without ``state`` those without memory."""
-        n, warm = self.robot.n, ca.SX(temperature)
+        n = self.robot.n
         none = ca.SX.zeros(n)
         base = next((e for e in self.effects if e.is_base), None)
+        at_rest = JointInput(
+            torque=none, elastic=none, compliance=none, angle=q, state=none, temperature=ca.SX(temperature)
+        )
 
         def springs(torque: ca.SX) -> ca.SX:
             if base is None or base.joint is None:
                 return none
-            return base.joint(JointInput(torque, none, none, q, none, warm), values[base.name])
+            return base.joint(replace(at_rest, torque=torque), values[base.name])
 
         elastic, compliance = springs(tau), springs(ca.SX.ones(n))
         dq = self.angle_error(q, values) if angle_error is None else angle_error
-        at = 0
+        loaded, at = replace(at_rest, torque=tau, elastic=elastic, compliance=compliance), 0
         for e in self.effects:
             own = none
             if e.memory and state is None:
@@ -290,7 +227,7 @@ class Statics:
             if e.memory and state is not None:
                 own, at = state[at : at + n], at + n
             if e.joint:
-                dq = dq + e.joint(JointInput(tau, elastic, compliance, q, own, warm), values[e.name])
+                dq = dq + e.joint(replace(loaded, state=own), values[e.name])
         return dq
 
     def equilibrium(
@@ -305,19 +242,32 @@ class Statics:
         sweeps: int = SWEEPS,
         complementary: bool = True,
         temperature: ca.SX | float = 0.0,
+        angle_error: ca.SX | None = None,
     ) -> Equilibrium:
         """Static equilibrium at commanded angles ``q``, from the start value ``x``.
 
         Args:
             complementary: False takes the load at the unloaded posture (no K_c; paper, Eq. 26).
+            angle_error: as in ``law``.
         """
+        error = self.angle_error(q, values) if angle_error is None else angle_error
+        law = partial(
+            self.law,
+            q=q,
+            weights=weights,
+            loads=loads,
+            state=state,
+            values=values,
+            temperature=temperature,
+            angle_error=error,
+        )
         if not complementary:
-            rigid = self.posture(q, self.unloaded(q, values, temperature))
-            x, tau = self.law(rigid, q, weights, loads, state, values, temperature)
+            rigid = self.posture(q, self.unloaded(q, values, temperature, error))
+            x, tau = law(rigid)
             return Equilibrium(x, tau, self.posture(q, x), ca.SX(0))
         residual, tau = ca.SX(0), ca.SX.zeros(self.robot.n)
         for _ in range(sweeps):
-            new, tau = self.law(self.posture(q, x), q, weights, loads, state, values, temperature)
+            new, tau = law(self.posture(q, x))
             residual = largest(new - x)
             x = new
         return Equilibrium(x, tau, self.posture(q, x), residual)

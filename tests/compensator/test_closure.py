@@ -75,7 +75,7 @@ def test_the_deflected_tcp_stands_on_the_nominal_path(tmp_path: Path, name: str)
     result = compensate_file(job.toolpath, job.cell, job.out / "a.csv").result
     some = np.unique([*range(0, len(result), 4), *np.flatnonzero(np.diff(result.cutting)), len(result) - 1])
     distance, angle = off(
-        arm, result.command.q[some], result.wrench[some], result.target_rotation[some], result.target_position[some]
+        arm, result.command.q[some], result.wrench[some], result.target.rotation[some], result.target.origin[some]
     )
     assert distance < 1e-9 and angle < 1e-9
     assert np.linalg.norm(result.wrench[result.cutting], axis=1).min() > 30
@@ -83,8 +83,8 @@ def test_the_deflected_tcp_stands_on_the_nominal_path(tmp_path: Path, name: str)
     cut = result.cutting
     toolpath = result.path.toolpath
     wanted = toolpath.position[cut] @ work[:3, :3].T + work[:3, 3]
-    assert np.abs(result.target_position[cut] - wanted).max() < 1e-12
-    assert np.abs(result.target_rotation[cut][:, :, 2] + toolpath.axis[cut] @ work[:3, :3].T).max() < 1e-12
+    assert np.abs(result.target.origin[cut] - wanted).max() < 1e-12
+    assert np.abs(result.target.rotation[cut][:, :, 2] + toolpath.axis[cut] @ work[:3, :3].T).max() < 1e-12
     assert result.command.position.shape == (len(result), 3)
     # the printed command is the rigid forward kinematics of the commanded angles
     rigid = np.array([arm.robot.pose(q) @ frame(arm.tool) for q in result.command.q])
@@ -99,7 +99,7 @@ def test_the_error_before(tmp_path: Path, name: str) -> None:
     done = preview_file(job.toolpath, job.cell, csv=job.out / "p.csv")
     result = done.result
     poses = np.array([arm.tcp(q, w) for q, w in zip(result.path.q, result.wrench, strict=True)])
-    error = poses[:, :3, 3] - result.path.position
+    error = poses[:, :3, 3] - result.path.tcp.origin
     assert np.abs(error - result.error_before).max() < 1e-9
     assert np.abs(columns(job.out / "p.csv", "dx_mm", "dy_mm", "dz_mm") - error * 1e3).max() < 1e-6
     size = np.linalg.norm(error[result.cutting], axis=1) * 1e3
@@ -159,9 +159,9 @@ def test_rapids_keep_their_clearance(tmp_path: Path, fz: float) -> None:
     wrench = {"process": {"kind": "constant", "frame": "workobject", "wrench": [-300.0, 200.0, fz, 0.0, 0.0, 0.0]}}
     done = run(tmp_path, {**wrench, "sampling": {"spacing": 1.0}, "solve": {"fade": 20.0}}, FADING)
     result = done.result
-    cut, position = result.cutting, result.path.position
+    cut, position = result.cutting, result.path.tcp.origin
     size = np.linalg.norm(result.correction, axis=1)
-    into = np.sum(result.correction * result.path.rotation[:, :, 2], axis=1)
+    into = np.sum(result.correction * result.path.tcp.rotation[:, :, 2], axis=1)
     assert (into[cut].max() > 1e-4) if fz > 0 else (into[cut].min() < -1e-4)
     assert into[~cut].max() < 1e-9
     edges = np.flatnonzero(cut[1:] != cut[:-1])
@@ -177,7 +177,7 @@ def test_rapids_keep_their_clearance(tmp_path: Path, fz: float) -> None:
     air = ~cut[1:] & ~cut[:-1]
     assert np.all(step[air] <= 1.6 * size.max() * length[air] / 0.02 + 1e-7)
     # sideways, a cut is entered and left without a jump
-    side = result.correction - into[:, None] * result.path.rotation[:, :, 2]
+    side = result.correction - into[:, None] * result.path.tcp.rotation[:, :, 2]
     for e in edges:
         assert np.linalg.norm(side[e + 1] - side[e]) < 1.6 * size.max() * length[e] / 0.02 + 2e-5
     # the rapid between the two cuts stays at its height
@@ -192,7 +192,7 @@ def test_the_fade_has_the_length_asked_for(tmp_path: Path) -> None:
         result = done.result
         moved = np.linalg.norm(result.correction, axis=1) > 1e-6
         first = int(np.argmax(result.cutting)) - 1
-        reach = result.path.position[moved & (np.arange(len(moved)) <= first), 2] - result.path.position[first, 2]
+        reach = result.path.tcp.origin[moved & (np.arange(len(moved)) <= first), 2] - result.path.tcp.origin[first, 2]
         assert reach.max() * 1e3 == pytest.approx(fade, abs=1.6 if fade > 10 else 0.6)
 
 

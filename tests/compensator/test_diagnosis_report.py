@@ -131,7 +131,7 @@ def test_motion_of_a_state_is_found_from_its_residuals(loose: Sick) -> None:
 def test_load_on_the_base_carries_the_weight_of_the_arm(loose: Sick) -> None:
     (seen,) = looked_at(loose.done.diagnosis, loose.model)
     session, g = seen.session, seen.geometry
-    wrench = place_wrench(seen.evidence, g, 0)
+    wrench = place_wrench(seen.session, g, 0)
     robot, load = session.robot, session.samples.load
     assert robot.mass is not None
     weight = 9.80665 * (float(robot.mass.sum()) + (session.tool.mass or 0.0))

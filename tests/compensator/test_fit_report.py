@@ -71,7 +71,7 @@ def test_numbers_of_the_fit_are_there(text: str, run: tuple[Fit, list[int]], rep
 
 def test_equal_fits_give_equal_bytes(text: str, run: tuple[Fit, list[int]], report: dict[str, Any]) -> None:
     assert fit_page(run[0], report) == text
-    again = identify([e.session for e in run[0].evidence], ["joint-stiffness"])
+    again = identify([s.session for s in run[0].sessions], ["joint-stiffness"])
     assert fit_page(again, identify_report(again)) == text
 
 
@@ -86,19 +86,17 @@ def test_page_reaches_for_nothing(text: str) -> None:
 
 def test_hostile_names_stay_text(run: tuple[Fit, list[int]], report: dict[str, Any]) -> None:
     fit = run[0]
-    e = fit.evidence[0]
-    kept = e.session
+    (observations,) = (s.observations for s in fit.sessions)
+    kept = observations.session
     hostile = replace(
         kept,
         source=HOSTILE,
         robot=replace(kept.robot, name=HOSTILE),
         reflectors=tuple(replace(r, name=HOSTILE + r.name) for r in kept.reflectors),
     )
-    e.session = hostile
-    try:
-        text = fit_page(fit, {**report, "notes": [HOSTILE], "not_identified": [HOSTILE]})
-    finally:
-        e.session = kept
+    named = replace(observations, data=replace(observations.data, session=hostile))
+    spoiled = replace(fit, problem=replace(fit.problem, observations=(named,)))
+    text = fit_page(spoiled, {**report, "notes": [HOSTILE], "not_identified": [HOSTILE]})
     walk = Walk(text)
     assert walk.open == [] and "img" not in walk.tags and HOSTILE not in text
     # title, heading, note, not identified, 2 x 3 reflectors, the session, and twice for every row left out
@@ -117,9 +115,9 @@ def test_per_joint_the_rigid_arm_leaves_a_slope_and_the_fit_none(run: tuple[Fit,
 
 
 def test_torque_of_a_load_is_that_of_the_jacobian(run: tuple[Fit, list[int]]) -> None:
-    e = run[0].evidence[0]
-    s, robot = e.samples, e.session.robot
-    torque = load_torque(e)
+    session = run[0].sessions[0].session
+    s, robot = session.samples, session.robot
+    torque = load_torque(session)
     loaded = np.flatnonzero(np.linalg.norm(s.load.wrench, axis=1) > 100)[::17]
     assert len(loaded) > 3
     for k in loaded:
@@ -132,7 +130,7 @@ def test_torque_of_a_load_is_that_of_the_jacobian(run: tuple[Fit, list[int]]) ->
 
 def test_residuals_of_a_good_session_are_standard_normal(run: tuple[Fit, list[int]]) -> None:
     z = standardised(run[0])
-    used = int(run[0].evidence[0].used.sum())
+    used = int(run[0].sessions[0].used.sum())
     assert 2 * used < len(z) < 3 * used  # a reading has three numbers, one of a reflector's states carries the offset
     assert np.std(z) == pytest.approx(1, abs=4 / np.sqrt(2 * len(z)))
     assert abs(np.mean(z)) < 4 / np.sqrt(len(z))

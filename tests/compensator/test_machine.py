@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from compensator.cell.cell import load_cell
+from compensator.cell.cell_file import load_cell
 from compensator.errors import CellError
 from compensator.tasks import compensate as tasks
 from compensator.tasks.compensate import compensate_file, preview_file

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 import tomli_w
 
-from compensator.cell.cell import ToolTable
+from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
 from compensator.report.figures.stiffness_map import draw, panels
 from compensator.tasks.joint_grid import grid_of

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from compensator.cell.cell import load_cell
+from compensator.cell.cell_file import load_cell
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import compensate_file
 from stiffness.errors import StiffnessError

@@ -120,8 +120,10 @@ def test_page_reaches_for_nothing(text: str) -> None:
 def test_hostile_names_stay_text(folder: Path, run: tuple[Compensation, dict[str, Any]]) -> None:
     result, report = run
     toolpath = replace(result.path.toolpath, source=HOSTILE)
-    robot = replace(result.job.robot, name="<b>arm</b>", joint_names=(HOSTILE,) * result.job.robot.n)
-    job = replace(result.job, robot=robot, cell=result.job.cell.model_copy(update={"source": "<i>cell&amp;"}))
+    arm = result.job.arm
+    robot = replace(arm.robot, name="<b>arm</b>", joint_names=(HOSTILE,) * arm.robot.n)
+    placement = replace(result.job.placement, source="<i>cell&amp;")
+    job = replace(result.job, arm=replace(arm, robot=robot), placement=placement)
     hostile = replace(result, job=job, path=replace(result.path, toolpath=toolpath))
     text = page(hostile, {**report, "notes": [HOSTILE], "not_applied": [HOSTILE]})
     assert HOSTILE not in text

@@ -129,7 +129,7 @@ def test_curves_break_where_a_rapid_lies_between(run: tuple[Compensation, dict[s
 
 def test_joint_angles_are_percent_of_their_range(run: tuple[Compensation, dict[str, Any]]) -> None:
     c = run[0]
-    robot = c.job.robot
+    robot = c.job.arm.robot
     for j, curve in enumerate(joints_figure(c)["data"]):
         shown = robot.lower[j] + np.array(curve["y"]) / 100 * (robot.upper[j] - robot.lower[j])
         assert shown == pytest.approx(c.command.q[:, j], abs=1e-4)
@@ -144,7 +144,7 @@ def test_flanks_have_a_lane_for_every_joint_with_a_gap(run: tuple[Compensation, 
     side = c.state.middle[:, 5] / 1.1e-4
     assert np.abs(side).max() == pytest.approx(1.0)
     assert (np.array(lanes["joint 6"]["y"]) - 1) / 0.36 == pytest.approx(side, abs=1e-3)
-    assert flanks_figure(replace(c, job=replace(c.job, effects=c.job.effects[:1]))) is None
+    assert flanks_figure(replace(c, job=replace(c.job, arm=replace(c.job.arm, effects=c.job.arm.effects[:1])))) is None
 
 
 def test_a_long_path_is_thinned_and_says_so(run: tuple[Compensation, dict[str, Any]]) -> None:

@@ -87,7 +87,7 @@ def test_sessions_give_tool_reflectors_noise_and_force(tmp_path: Path) -> None:
     model.write_text(MODEL)
     done = plan_file(model, out, sessions=[Path(session.source)], count=3, json=report)
     assert [r.name for r in done.plan.design.reflectors] == ["tcp", "side", "elbow"]
-    assert done.plan.design.reader.tool.position == pytest.approx(TCP)
+    assert done.plan.design.model.tool.position == pytest.approx(TCP)
     assert done.plan.loading.force == pytest.approx(800.0, rel=0.01)
     told = json.loads(report.read_text())
     assert all(p["sd_after"] < p["sd_before"] for p in told["parameters"])

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from compensator.cell.job import load_job
 from compensator.errors import PathError
 from compensator.path.free_turn import reference_rotation, varying_turn
-from compensator.path.planner import Path as Followed
-from compensator.path.planner import Planner
+from compensator.path.planned_path import PlannedPath
 from stiffness.robot.load import load_robot
 from tests.compensator.paths import angle, toolpath, wandering_axes
 from tests.compensator.postures import frame, job_at, poses_at
@@ -60,11 +59,10 @@ def test_over_all_poles() -> None:
     check_reference(axis)
 
 
-def planned(job: Files) -> tuple[Followed, Any]:
+def planned(job: Files) -> tuple[PlannedPath, Any]:
     """The path as the planner follows it, without sampling."""
     loaded = load_job(job.cell)
-    planner = Planner(loaded.cell, loaded.robot, loaded.inverse, loaded.tools)
-    return planner.plan(read_toolpath(job.toolpath)), loaded
+    return loaded.planner.plan(read_toolpath(job.toolpath)), loaded.arm
 
 
 def test_quaternions_of_a_file_are_kept(tmp_path: Path) -> None:
@@ -74,8 +72,8 @@ def test_quaternions_of_a_file_are_kept(tmp_path: Path) -> None:
     for change in ({}, {"solve": {"free_tool_axis": True}}, {"solve": {"free_tool_axis": True}, "start": None}):
         path, _ = planned(job_at(tmp_path, ABB, degrees.tolist(), change))
         assert np.all(path.turn == 0)
-        assert np.allclose(path.rotation, expected[:, :3, :3], atol=1e-9)
-        assert np.allclose(path.position, expected[:, :3, 3], atol=1e-9)
+        assert np.allclose(path.tcp.rotation, expected[:, :3, :3], atol=1e-9)
+        assert np.allclose(path.tcp.origin, expected[:, :3, 3], atol=1e-9)
         if change.get("start", 1):
             assert np.allclose(np.degrees(path.q), degrees, atol=1e-6)
 
@@ -90,13 +88,13 @@ def test_a_fixed_turn_is_that_of_the_start(tmp_path: Path) -> None:
 
     # no other turn about z brings the TCP nearer to how it stands at [start]
     def away(turn: float) -> float:
-        return float((Rotation.from_matrix(tool.T @ path.rotation[0]) * Rotation.from_euler("z", turn)).magnitude())
+        return float((Rotation.from_matrix(tool.T @ path.tcp.rotation[0]) * Rotation.from_euler("z", turn)).magnitude())
 
     assert away(0) <= min(away(t) for t in np.linspace(-3, 3, 61)) + 1e-9
     job = files(tmp_path, {"solve": {"free_tool_axis": False}})
     path, _ = planned(job)
     assert np.all(path.turn == 0)
-    assert np.allclose(path.rotation, frame(CELL["workobject"])[:3, :3] @ np.diag([1, -1, -1]), atol=1e-12)
+    assert np.allclose(path.tcp.rotation, frame(CELL["workobject"])[:3, :3] @ np.diag([1, -1, -1]), atol=1e-12)
 
 
 @pytest.mark.parametrize("turns", [(0, 0, 0), (0, 360, 0), (0, -360, 0), (0, 0, 360), (0, 0, -360)])

@@ -149,7 +149,7 @@ def test_the_summary_of_compensate_and_preview_says_so(tmp_path: Path) -> None:
         assert (only["effect"], only["joint"], only["poses"]) == (NAME, 1, report["n_cut"])
         assert [only["from_deg"], only["to_deg"]] == pytest.approx([angle.min(), angle.max()])
         # joint 1 of a standing arm turns the TCP about the vertical
-        away = np.linalg.norm(done.result.path.position[cut, :2], axis=1)
+        away = np.linalg.norm(done.result.path.tcp.origin[cut, :2], axis=1)
         assert SPREAD * away.max() * 0.7e3 < only["sd_mm"] < SPREAD * away.max() * 1.01e3
         assert report["left_open_mm"]["max"] == pytest.approx(only["sd_mm"], rel=0.02)
         said = [n for n in report["notes"] if n.startswith(f"{NAME} of joint 1 was not learned")]

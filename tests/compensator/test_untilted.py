@@ -39,9 +39,9 @@ def test_positions_take_back_what_the_tilt_left(tmp_path: Path, monkeypatch: pyt
 
 def test_what_is_written_is_reported_and_kept_within_bounds(tmp_path: Path) -> None:
     c = filtered(tmp_path).result
-    np.testing.assert_allclose(c.command.rotation[c.cutting], c.path.rotation[c.cutting], atol=1e-12)
-    tight = c.job.cell.solve.model_copy(update={"max_correction": 0.1})
-    job = replace(c.job, cell=c.job.cell.model_copy(update={"solve": tight}))
+    np.testing.assert_allclose(c.command.rotation[c.cutting], c.path.tcp.rotation[c.cutting], atol=1e-12)
+    tight = c.job.placement.solve.model_copy(update={"max_correction": 0.1})
+    job = replace(c.job, placement=replace(c.job.placement, solve=tight))
     with pytest.raises(SolveError, match=r"is above solve\.max_correction = 0\.1 mm"):
         filtering.untilted(replace(c, job=job))
 

@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compensator.cell.cell import load_cell
-from compensator.path.planner import about_z
-from compensator.process.wrench import path_axes, process_wrench
+from compensator.cell.cell_file import load_cell
+from compensator.cell.placement import placement_of
+from compensator.path.free_turn import about_z
+from compensator.process.constant import ConstantProcess
+from compensator.process.path_axes import path_axes
+from compensator.process.process import ProcessContext, ToolMotion
 from tests.compensator.paths import DOWN, toolpath
 from tests.compensator.small_jobs import files
+from toolpaths.frame import Frame
 
 X, Y, Z = np.eye(3)
 
@@ -109,7 +113,9 @@ def in_base(tmp_path: Path, frame: str, **solve: Any) -> tuple[np.ndarray, np.nd
     )
     rotation = np.tile(work @ DOWN @ about_z(0.4), (4, 1, 1))
     position = path.position @ work.T + [1.5, -0.15, 0.8]
-    return process_wrench(load_cell(files(tmp_path, cell).cell), path, rotation, position), work
+    placement = placement_of(load_cell(files(tmp_path, cell).cell))
+    motion = ToolMotion(path, placement.workobject, Frame(rotation, position))
+    return placement.process.load(motion).wrench, work
 
 
 def quaternions(rotation: np.ndarray, n: int) -> np.ndarray:
@@ -140,10 +146,10 @@ def test_the_four_frames(tmp_path: Path) -> None:
 
 def test_the_wrench_stays_with_the_feed_up_to_the_end_of_a_cut(tmp_path: Path) -> None:
     """A rapid is no feed: the way it leaves does not turn the load on the last pose of the cut before it."""
-    cell = load_cell(files(tmp_path, {"process": {"kind": "constant", "frame": "path", "wrench": WRENCH}}).cell)
+    process = ConstantProcess(ProcessContext("cell.toml", tmp_path, True), "path", tuple(WRENCH))
     path = toolpath([[0, 0, 0], [50, 0, 0], [100, 0, 0], [100, 80, 0]], "rccr")
-    rotation = np.tile(DOWN, (4, 1, 1))
-    got = process_wrench(cell, path, rotation, path.position)
+    base = Frame(np.eye(3), np.zeros(3))
+    got = process.load(ToolMotion(path, base, Frame(np.tile(DOWN, (4, 1, 1)), path.position))).wrench
     assert np.allclose(got[1], twice(np.column_stack([X, -Y, -Z])))
     assert np.allclose(got[2], got[1])
 

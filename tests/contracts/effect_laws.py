@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from stiffness.effects import CATALOGUE
-from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, Shown
+from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, ShownWrench
 from tests.oracles.effects import ORACLES, Joints, Oracle, Place
 
 Floats = npt.NDArray[np.float64]
@@ -158,7 +158,7 @@ def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tu
         out["mass"] = law, np.concatenate(tail)
     if effect.wrench_reading is not None:
         acting = effect.wrench_reading
-        law = Law(lambda x, p: acting(Shown(x, ca.SX(ca.DM(to_tool))), p), 6, values)
+        law = Law(lambda x, p: acting(ShownWrench(x, ca.SX(ca.DM(to_tool))), p), 6, values)
         out["wrench_reading"] = law, np.concatenate([wrench(5), *tail])
     if effect.position_reading is not None:
         shown = effect.position_reading

@@ -12,14 +12,17 @@ import pytest
 from compensator.tasks.compensate import compensate_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
-from stiffness.identification.fit import Fit
-from stiffness.identification.identify import fitted
-from stiffness.identification.readings import Pull, Reader
-from stiffness.identification.session_fit import Evidence
+from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.problem import Problem
+from stiffness.identification.readings import ArmLoads, LoadKind, ReadingModel
+from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns, start_values, unknowns
+from stiffness.identification.weighting import Weighting
 from stiffness.model.model import load_model, model_text
+from stiffness.poses import PoseArray
 from stiffness.session.session import load_session
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from tests.compensator.small_jobs import ABB, files
 from tests.contracts.effect_laws import N, sample
 from tests.contracts.test_effects_files import model_of
@@ -172,15 +175,15 @@ def test_a_command_cancels_it() -> None:
     """Commanded there, the TCP stands at the wanted pose; the command is off by the error at the command's angle."""
     table = waves(5, 1e-3)
     q = arms.postures(arms.robot("ur10"), 12, 6)
-    wanted, none = tcp("ur10", q), np.zeros((12, 0))
+    wanted, none = PoseArray(*tcp("ur10", q)), np.zeros((12, 0))
     wrench = arms.wrenches(12, 60.0, 3)
     for stiffness in (1e12, 4e4):
         arm = predictor(table, stiffness=stiffness)
-        command = arm.command(*wanted, wrench, none, q)
+        command = arm.command(wanted, wrench, none, q)
         assert command.converged.all()
         back = arm.forward(command.q, wrench, none)
-        np.testing.assert_allclose(back.position, wanted[1], atol=1e-8)
-        np.testing.assert_allclose(back.rotation, wanted[0], atol=1e-8)
+        np.testing.assert_allclose(back.position, wanted.origin, atol=1e-8)
+        np.testing.assert_allclose(back.rotation, wanted.rotation, atol=1e-8)
         if stiffness > 1e9:
             np.testing.assert_allclose(command.q + oracle(command.q, table), q, atol=2e-7)
         assert np.abs(command.q - q).max() > 5e-4
@@ -193,7 +196,7 @@ def test_a_compensated_path_lies_on_the_part(tmp_path: Path) -> None:
     job = files(tmp_path, {"gravity": "uncompensated"}, {"effects": effects})
     done = compensate_file(job.toolpath, job.cell, job.out / "a.csv")
     result, cut = done.result, done.result.cutting
-    q, wanted, point = result.command.q[cut], result.path.position[cut], result.job.tools[0].position
+    q, wanted, point = result.command.q[cut], result.path.tcp.origin[cut], result.job.arm.tools.first.position
     poses = np.array([arms.robot(ABB).pose(a) for a in q + oracle(q, table)])
     reached = poses[:, :3, 3] + poses[:, :3, :3] @ point
     assert np.linalg.norm(reached - wanted, axis=1).max() < 2e-7
@@ -204,16 +207,19 @@ def test_a_compensated_path_lies_on_the_part(tmp_path: Path) -> None:
 # ------------------------------------------------------------------------------------------- readings
 
 
-def at_rest(reader: Reader, p: Floats, q: Floats, wrench: Floats) -> tuple[Floats, Floats]:
+def at_rest(model: ReadingModel, p: Floats, q: Floats, wrench: Floats) -> tuple[Floats, Floats]:
     """Positions (N, 3) of a reflector on the flange, and their slopes (N, 3, T) by the tables' numbers."""
     count = len(q)
-    given = (q, wrench, np.zeros((count, 3)), np.zeros((count, 0)), np.zeros((count, 1)), np.zeros((count, 1)))
-    x = np.zeros((count, reader.n_x))
+    none = np.zeros((count, 1))
+    loads = ArmLoads(
+        q=q, wrench=wrench, point=np.zeros((count, 3)), state=np.zeros((count, 0)), payload=none, warm=none
+    )
+    x = np.zeros((count, model.n_x))
     for _ in range(6):
-        rest = reader.rest(Pull(6, 6, False), p, *given, x)
-        x = rest.x
-    out = reader.seen(rest, 6, np.tile([0.1, 0.02, 0.15], (count, 1)))
-    return out.position, out.by_angle[:, :, reader.tables.joint] * reader.tables.slopes(q, p)[:, None]
+        arms_at_rest = model.equilibria(LoadKind(6, 6, False), p, loads, x)
+        x = arms_at_rest.x
+    out = model.positions(arms_at_rest, 6, np.tile([0.1, 0.02, 0.15], (count, 1)))
+    return out.position, out.by_angle[:, :, model.tables.joint] * model.tables.slopes(q, p)[:, None]
 
 
 def test_a_reading_moves_with_every_number_as_differences_say() -> None:
@@ -223,15 +229,15 @@ def test_a_reading_moves_with_every_number_as_differences_say() -> None:
     fixed[NAME]["error_rad"] = waves(9)
     layout = unknowns(effects, 6)
     held = Tool(np.eye(3), np.zeros(3), 3.0, np.array([0.0, 0.0, 0.1]))
-    reader = Reader(arms.robot("ur10"), layout, fixed, held, gravity=arms.GRAVITY, calibrated_out=False)
+    model = ReadingModel(arms.robot("ur10"), layout, fixed, held, gravity=arms.GRAVITY, calibrated_out=False)
     p, wrench = layout.start(fixed), arms.wrenches(4, 60.0, 5)
-    assert len(reader.tables.core) == 6 and len(reader.tables.own) == 720
-    _, slopes = at_rest(reader, p, q, wrench)
+    assert len(model.tables.core) == 6 and len(model.tables.own) == 720
+    _, slopes = at_rest(model, p, q, wrench)
     felt = np.flatnonzero(np.abs(slopes).max(axis=(0, 1)) > 1e-3)
     assert 6 * 2 < len(felt) <= 4 * 6 * 2  # two knots of every joint at every posture
     for k in [*felt[::3].tolist(), 7]:
-        step = 1e-5 * (np.arange(len(p)) == reader.tables.own[k])
-        (up, _), (down, _) = at_rest(reader, p + step, q, wrench), at_rest(reader, p - step, q, wrench)
+        step = 1e-5 * (np.arange(len(p)) == model.tables.own[k])
+        (up, _), (down, _) = at_rest(model, p + step, q, wrench), at_rest(model, p - step, q, wrench)
         np.testing.assert_allclose(slopes[:, :, k], (up - down) / 2e-5, atol=2e-6 * np.abs(slopes).max())
 
 
@@ -252,7 +258,7 @@ def erring(table: Floats, count: int, seed: int, bend: float) -> lab.Notes:
 
 
 @pytest.fixture(scope="module")
-def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Evidence, Fit, Floats]:
+def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Fit, Floats]:
     """The tables of joints 3 and 5, found in readings of an arm that errs in these two."""
     truth = waves(11).reshape(6, KNOTS)
     truth[[0, 1, 3, 5]] = 0.0
@@ -263,24 +269,25 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Evidence, Fit, Fl
     fixed[STIFF]["k_nm_per_rad"] = np.full(6, 5e4)
     free = [u for u in unknowns(effects, 6).free if u.effect == NAME and u.index // KNOTS in (2, 4)]
     layout = Unknowns(effects, 6, tuple(free))
-    evidence = Evidence(session, layout, fixed)
-    return evidence, fitted(layout, fixed, (evidence,), 0.0, None, ()), truth.ravel()
+    problem = Problem.of_sessions([SessionData.of(session)], [Weighting(session, 0.0)], layout, fixed)
+    return fitted(problem, problem.first_states()), truth.ravel()
 
 
-def test_slopes_of_the_evidence_are_those_of_differences(learned: tuple[Evidence, Fit, Floats]) -> None:
-    evidence, fit, _ = learned
-    p, station = fit.parameters, fit.station(0)
-    seen = evidence.predict(p, station)
+def test_slopes_of_predicted_readings_are_those_of_differences(learned: tuple[Fit, Floats]) -> None:
+    fit, _ = learned
+    (session,) = fit.sessions
+    p, predictor = fit.parameters, session.observations.predictor
+    seen = session.predicted
     felt = np.flatnonzero(np.abs(seen.by_parameter).max(axis=(0, 1)) > 0.02)
     assert len(felt) > 60
     for k in felt[::15].tolist():
         step = 1e-5 * (np.arange(len(p)) == k)
-        up, down = (evidence.predict(p + s, station).position for s in (step, -step))
+        up, down = (predictor.predict(seen.state, p + s, session.own).position for s in (step, -step))
         np.testing.assert_allclose(seen.by_parameter[:, :, k], (up - down) / 2e-5, atol=1e-5)
 
 
-def test_a_smooth_table_is_found_where_it_was_seen(learned: tuple[Evidence, Fit, Floats]) -> None:
-    _, fit, truth = learned
+def test_a_smooth_table_is_found_where_it_was_seen(learned: tuple[Fit, Floats]) -> None:
+    fit, truth = learned
     mine = np.r_[2 * KNOTS : 3 * KNOTS, 4 * KNOTS : 5 * KNOTS]
     value, sd = (d[NAME]["error_rad"][mine] for d in (fit.values(), fit.deviations()))
     covered = sd < 0.2 * SPREAD
@@ -291,10 +298,10 @@ def test_a_smooth_table_is_found_where_it_was_seen(learned: tuple[Evidence, Fit,
     assert left < 0.2 * there
 
 
-def test_knots_that_nobody_saw_stay_zero_and_open(learned: tuple[Evidence, Fit, Floats]) -> None:
-    evidence, fit, truth = learned
+def test_knots_that_nobody_saw_stay_zero_and_open(learned: tuple[Fit, Floats]) -> None:
+    fit, truth = learned
     value, sd = (d[NAME]["error_rad"][2 * KNOTS : 3 * KNOTS] for d in (fit.values(), fit.deviations()))
-    seen = np.degrees(np.abs(evidence.samples.q[:, 2]).max())
+    seen = np.degrees(np.abs(fit.sessions[0].samples.q[:, 2]).max())
     outside = np.abs(DEGREES) > seen + 3
     assert outside.sum() > 70 and np.abs(truth[2 * KNOTS : 3 * KNOTS][outside]).max() > 3e-4
     assert np.abs(value[outside]).max() < 1e-15
@@ -306,8 +313,8 @@ def test_knots_that_nobody_saw_stay_zero_and_open(learned: tuple[Evidence, Fit, 
     assert left[0, 2] == pytest.approx(SPREAD, rel=0.05)
 
 
-def test_a_model_file_keeps_table_and_deviations(learned: tuple[Evidence, Fit, Floats], tmp_path: Path) -> None:
-    _, fit, _ = learned
+def test_a_model_file_keeps_table_and_deviations(learned: tuple[Fit, Floats], tmp_path: Path) -> None:
+    fit, _ = learned
     path = tmp_path / "model.toml"
     values = fit.values()[NAME]
     path.write_text(model_text(model_of(EFFECT, values)), encoding="utf-8")

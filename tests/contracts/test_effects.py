@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import stiffness.effects
 from stiffness.effects import BASE, BUILT_IN, BY_NAME, CATALOGUE
-from stiffness.effects.effect import Effect, Shown
+from stiffness.effects.effect import Effect, ShownWrench
 from tests.contracts.effect_laws import (
     JointLaw,
     N,
@@ -332,7 +332,7 @@ def test_readings_are_those_of_the_oracle(effect: Effect, seed: int) -> None:
     p = {k: ca.SX(ca.DM(v)) for k, v in values.items()}
     if effect.wrench_reading and expected.wrench_reading:
         shown = wrench(seed)
-        got = ca.densify(effect.wrench_reading(Shown(ca.SX(ca.DM(shown)), ca.SX(ca.DM(TURN))), p))
+        got = ca.densify(effect.wrench_reading(ShownWrench(ca.SX(ca.DM(shown)), ca.SX(ca.DM(TURN))), p))
         assert got.shape == (6, 1)
         wanted = expected.wrench_reading(shown, TURN, values)
         np.testing.assert_allclose(np.array(ca.evalf(got)).ravel(), wanted, rtol=1e-11, atol=1e-11)

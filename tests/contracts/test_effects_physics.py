@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stiffness.effects.effect import Effect, Shown
+from stiffness.effects.effect import Effect, ShownWrench
 from tests.contracts.effect_laws import (
     STIFFNESS,
     JointLaw,
@@ -67,7 +67,7 @@ def test_neutral_values_do_nothing(effect: Effect, seed: int) -> None:
     if effect.mass:
         assert all(float(ca.evalf(m.mass)) == 0 for m in effect.mass(N, p))
     if effect.wrench_reading:
-        given = Shown(ca.SX(ca.DM(wrench(seed))), ca.SX(ca.DM(TURN)))
+        given = ShownWrench(ca.SX(ca.DM(wrench(seed))), ca.SX(ca.DM(TURN)))
         got = np.array(ca.evalf(ca.densify(effect.wrench_reading(given, p)))).ravel()
         np.testing.assert_allclose(got, wrench(seed), rtol=1e-12)
     if effect.position_reading:

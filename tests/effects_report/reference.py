@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from stiffness.diagnosis.added_effects import Addition, Bench
+from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.result import Diagnosis
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Site
@@ -26,8 +26,8 @@ def reference(session: Session, model: ComplianceModel, truths: Sequence[Truth],
     """Of several beginnings, with and without the numbers that data have to ask for, the best fit."""
     effects = shown_effects(model, session)
     values = {e.name: model.values[e.name] for e in effects}
-    bench = Bench([session], effects, values, [np.ones(len(session.samples), dtype=bool)])
-    fits = [fit for additions in _beginnings(truths, cell, said) for fit in _fits(bench, additions)]
+    model_fits = ModelFits.of([session], effects, values, [np.ones(len(session.samples), dtype=bool)])
+    fits = [fit for additions in _beginnings(truths, cell, said) for fit in _fits(model_fits, additions)]
     if not fits:
         raise ValueError(f"no fit of {', '.join(t.effect for t in truths)} on {cell.name} comes to an end")
     return min(fits, key=_price)
@@ -65,12 +65,12 @@ def _filled(a: Addition, found: dict[str, np.ndarray]) -> Addition:
     return replace(a, values=values)
 
 
-def _fits(bench: Bench, additions: Sequence[Addition]) -> Iterator[Fit]:
+def _fits(model_fits: ModelFits, additions: Sequence[Addition]) -> Iterator[Fit]:
     choices = [(frozenset[Site](), frozenset(a.sites)) if _has_extras(a) else (frozenset[Site](),) for a in additions]
     for extras in product(*choices):
         chosen = [_plain(replace(a, extras=e)) for a, e in zip(additions, extras, strict=True)]
         try:
-            yield bench.fit(chosen)
+            yield model_fits.fit(chosen)
         except (StiffnessError, np.linalg.LinAlgError):
             continue
 

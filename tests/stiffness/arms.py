@@ -11,7 +11,8 @@ from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.80665])

@@ -202,5 +202,5 @@ def test_every_fifth_setup_takes_part_in_nothing(
 ) -> None:
     said = diagnose([load_session(first_setups(healthy["D"], tmp_path / "short", 15))], model)
     assert said.held == ((3, 8, 13),)
-    (evidence,) = said.fit.evidence
-    assert set(evidence.samples.setup[evidence.used].tolist()) == set(range(1, 16)) - {3, 8, 13}
+    (fitted,) = said.fit.sessions
+    assert set(fitted.samples.setup[fitted.used].tolist()) == set(range(1, 16)) - {3, 8, 13}

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from stiffness.effects import BUILT_IN, BY_NAME
 from stiffness.effects.effect import PlaceInput
+from stiffness.statics.load import Load
 from stiffness.statics.predictor import Predictor
-from stiffness.statics.statics import Equilibrium, Load, Statics
+from stiffness.statics.statics import Equilibrium, Statics
 from tests.oracles.effects import compliance
 from tests.oracles.effects_joints import two_pins
 from tests.oracles.effects_places import hinge
@@ -326,12 +327,12 @@ def test_command_then_forward_is_the_wanted_pose(only: str, calibrated_out: bool
     half = CHAIN["joint-friction"]["friction_nm"]
     m = model.statics.n_state
     state = np.random.default_rng(39).uniform(-1, 1, (25, m)) * np.resize(half, m)
-    rotation, position = model.nominal(q)
-    command = model.command(rotation, position, w, state, q)
+    wanted = model.nominal(q)
+    command = model.command(wanted, w, state, q)
     assert command.converged.all()
     got = model.forward(command.q, w, state)
-    np.testing.assert_allclose(got.position, position, atol=1e-9)
-    np.testing.assert_allclose(got.rotation, rotation, atol=1e-9)
+    np.testing.assert_allclose(got.position, wanted.origin, atol=1e-9)
+    np.testing.assert_allclose(got.rotation, wanted.rotation, atol=1e-9)
     plain = arms.predictor(calibrated_out=calibrated_out).forward(command.q, w, np.zeros(0))
     assert np.linalg.norm(plain.position - got.position, axis=1).max() > 3e-5
 

@@ -93,9 +93,9 @@ def test_a_sensor_at_rest_chooses_no_flank(tmp_path: Path) -> None:
     lab = WornLab(ABB, gap=GAP, lever=0.4)
     session = lab.session(tmp_path, 9, 20)
     fit = identify([session], ["backlash"])
-    (evidence,) = fit.evidence
-    evidence.predict(fit.parameters, np.zeros(0))
-    state = evidence.histories.state(fit.unknowns.effects, fit.values(), evidence.torque, evidence.resting)[:, 0]
+    (fitted,) = fit.sessions
+    history, resting = fitted.observations.data.history, fitted.observations.predictor.resting
+    state = history.state(fit.unknowns.effects, fit.values(), fitted.predicted.torque, resting)[:, 0]
     rest = session.samples.state == 0
     assert np.array_equal(state[rest], np.sign(session.samples.approach[rest, 0]))
     assert np.any(state[~rest] != np.sign(session.samples.approach[~rest, 0]))

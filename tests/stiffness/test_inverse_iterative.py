@@ -10,7 +10,9 @@ import pytest
 
 from stiffness.errors import RobotError
 from stiffness.kinematics.inverse import pose_error
-from stiffness.kinematics.solvers import IterativeInverse, inverse_kinematics
+from stiffness.kinematics.iterative import IterativeInverse
+from stiffness.kinematics.solver import inverse_kinematics
+from stiffness.poses import PoseArray
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 
@@ -124,14 +126,14 @@ def test_labels_and_configuration(ur: Robot, inverse: IterativeInverse) -> None:
     for label, q in inverse.all(ur.pose(START), limits=False):
         assert inverse.configuration(q[None])[0] == label
         rotation, origin = ur.pose(START)[None, :3, :3], ur.pose(START)[None, :3, 3]
-        assert apart(inverse.along(rotation, origin, label).q[0], q) < 1e-9
+        assert apart(inverse.along(PoseArray(rotation, origin), label).q[0], q) < 1e-9
 
 
 @pytest.mark.parametrize("count", [40, 3000])
 def test_along_keeps_its_branch(ur: Robot, inverse: IterativeInverse, count: int) -> None:
     """Coarse and fine samplings of one path agree where they meet; every pose is taken up to 1e-9."""
     rotation, origin = circle(ur, count)
-    batch = inverse.along(rotation, origin, 0, START)
+    batch = inverse.along(PoseArray(rotation, origin), 0, START)
     assert batch.ok.all()
     np.testing.assert_allclose(batch.q[0], START, atol=1e-9)
     for k in range(0, count, max(count // 40, 1)):
@@ -151,8 +153,8 @@ def test_long_moves_stay_on_the_branch(ur: Robot, inverse: IterativeInverse) -> 
     pose = ur.pose(START)
     line = pose[:3, 3] + np.linspace(0, 1, 2000)[:, None] * np.array([1.2, 0.3, 0.0])
     rotation = np.tile(pose[:3, :3], (2000, 1, 1))
-    fine = inverse.along(rotation, line, 0, START)
-    coarse = inverse.along(rotation[[0, -1]], line[[0, -1]], 0, START)
+    fine = inverse.along(PoseArray(rotation, line), 0, START)
+    coarse = inverse.along(PoseArray(rotation[[0, -1]], line[[0, -1]]), 0, START)
     assert fine.ok.all()
     assert coarse.ok.all()
     np.testing.assert_allclose(coarse.q[1], fine.q[-1], atol=1e-8)
@@ -160,10 +162,10 @@ def test_long_moves_stay_on_the_branch(ur: Robot, inverse: IterativeInverse) -> 
 
 def test_seed_turns(ur: Robot, inverse: IterativeInverse) -> None:
     rotation, origin = circle(ur, 30)
-    plain = inverse.along(rotation, origin, 0, START).q
+    plain = inverse.along(PoseArray(rotation, origin), 0, START).q
     shift = np.array([0, 0, 0, 2 * np.pi, 0, -2 * np.pi])
-    np.testing.assert_allclose(inverse.along(rotation, origin, 0, START + shift).q, plain + shift, atol=1e-9)
-    np.testing.assert_allclose(inverse.along(rotation, origin, 0, plain + 0.01).q, plain, atol=1e-9)
+    np.testing.assert_allclose(inverse.along(PoseArray(rotation, origin), 0, START + shift).q, plain + shift, atol=1e-9)
+    np.testing.assert_allclose(inverse.along(PoseArray(rotation, origin), 0, plain + 0.01).q, plain, atol=1e-9)
 
 
 def test_where_the_path_leaves_the_reach(ur: Robot, inverse: IterativeInverse) -> None:
@@ -171,7 +173,7 @@ def test_where_the_path_leaves_the_reach(ur: Robot, inverse: IterativeInverse) -
     pose = ur.pose(START)
     outwards = pose[:3, 3] + np.linspace(0, 1, 101)[:, None] * np.array([-1.2, 0.3, 0.0])
     rotation = np.tile(pose[:3, :3], (101, 1, 1))
-    batch = inverse.along(rotation, outwards, 0, START)
+    batch = inverse.along(PoseArray(rotation, outwards), 0, START)
     first = int(np.argmin(batch.ok))
     assert 0 < first < 100
     assert not batch.ok[first:].any()
@@ -190,7 +192,7 @@ def test_singular_and_unreachable(ur: Robot, inverse: IterativeInverse) -> None:
     singular = np.array([0.3, -1.2, 1.4, -1.5, 0.0, 0.4])  # axes 4 and 6 parallel
     assert inverse.singularity(singular[None])["jacobian"][0] < 1e-12
     assert inverse.singularity(START[None])["jacobian"][0] > 0.05
-    batch = inverse.along(ur.pose(singular)[None, :3, :3], ur.pose(singular)[None, :3, 3], 0, singular[None])
+    batch = inverse.along(PoseArray(ur.pose(singular)[None, :3, :3], ur.pose(singular)[None, :3, 3]), 0, singular[None])
     assert np.isfinite(batch.q).all()
     assert not batch.ok[0]
     assert batch.why(0) == "singular"
@@ -199,7 +201,7 @@ def test_singular_and_unreachable(ur: Robot, inverse: IterativeInverse) -> None:
     far = np.eye(4)
     far[:3, 3] = [3.0, 0, 0]
     assert inverse.all(far) == []
-    nowhere = inverse.along(far[None, :3, :3], far[None, :3, 3], 0, START)
+    nowhere = inverse.along(PoseArray(far[None, :3, :3], far[None, :3, 3]), 0, START)
     assert not nowhere.ok[0]
     assert "first pose" in nowhere.why(0)
 
@@ -207,9 +209,9 @@ def test_singular_and_unreachable(ur: Robot, inverse: IterativeInverse) -> None:
 def test_refusals(ur: Robot, inverse: IterativeInverse) -> None:
     rotation, origin = circle(ur, 3)
     with pytest.raises(RobotError, match="one branch for the whole path"):
-        inverse.along(rotation, origin, np.array([0, 1, 0]))
+        inverse.along(PoseArray(rotation, origin), np.array([0, 1, 0]))
     with pytest.raises(RobotError, match=r"has 0\.\.15"):
-        inverse.along(rotation, origin, 16)
+        inverse.along(PoseArray(rotation, origin), 16)
     with pytest.raises(RobotError, match="seed has the shape"):
-        inverse.along(rotation, origin, 0, np.zeros((2, 6)))
-    assert inverse.along(rotation[:0], origin[:0], 0, START).q.shape == (0, 6)
+        inverse.along(PoseArray(rotation, origin), 0, np.zeros((2, 6)))
+    assert inverse.along(PoseArray(rotation[:0], origin[:0]), 0, START).q.shape == (0, 6)

@@ -9,7 +9,9 @@ import pytest
 
 from stiffness.errors import RobotError
 from stiffness.kinematics.inverse import pose_error
-from stiffness.kinematics.solvers import SphericalInverse, inverse_kinematics
+from stiffness.kinematics.solver import inverse_kinematics
+from stiffness.kinematics.spherical import SphericalInverse
+from stiffness.poses import PoseArray
 from stiffness.robot.load import builtin_robots, load_robot
 from stiffness.robot.robot import Robot
 
@@ -79,7 +81,7 @@ def test_along_follows_joint_motion_over_many_turns(abb: Robot) -> None:
     start, end = np.radians([-150, -40, -20, 100, 20, -280]), np.radians([160, 40, 30, 260, 110, 270])
     q = start + t * (end - start)
     inverse = inverse_kinematics(abb)
-    batch = inverse.along(*poses_of(abb, q), int(inverse.configuration(q[:1])[0]), q[0])
+    batch = inverse.along(PoseArray(*poses_of(abb, q)), int(inverse.configuration(q[:1])[0]), q[0])
     assert batch.ok.all()
     np.testing.assert_allclose(batch.q, q, atol=1e-9)
     assert (batch.limit_margin >= 0).all()
@@ -91,10 +93,10 @@ def test_along_seed_picks_the_turn(abb: Robot) -> None:
     rotation, origin = poses_of(abb, q)
     for turns in (-1, 0, 1):
         seed = q[0] + [0, 0, 0, 0, 0, 2 * np.pi * turns]
-        np.testing.assert_allclose(inverse.along(rotation, origin, 0, seed).q[0], seed, atol=1e-12)
-        np.testing.assert_allclose(inverse.along(rotation, origin, 0, seed[None]).q[0], seed, atol=1e-12)
-    np.testing.assert_allclose(inverse.along(rotation, origin, 0).q, q, atol=1e-12)
-    beyond = inverse.along(rotation, origin, 0, q[0] + [0, 0, 0, 0, 0, 2 * np.pi])
+        np.testing.assert_allclose(inverse.along(PoseArray(rotation, origin), 0, seed).q[0], seed, atol=1e-12)
+        np.testing.assert_allclose(inverse.along(PoseArray(rotation, origin), 0, seed[None]).q[0], seed, atol=1e-12)
+    np.testing.assert_allclose(inverse.along(PoseArray(rotation, origin), 0).q, q, atol=1e-12)
+    beyond = inverse.along(PoseArray(rotation, origin), 0, q[0] + [0, 0, 0, 0, 0, 2 * np.pi])
     assert beyond.ok.all()
     assert beyond.limit_margin[0, 5] == pytest.approx(np.radians(300 - 390))
 
@@ -103,7 +105,7 @@ def test_branches_by_pose(robot: Robot) -> None:
     """Each pose with its own branch label gives back the posture that made it."""
     q = np.random.default_rng(3).uniform(-np.pi, np.pi, (500, 6))
     inverse = inverse_kinematics(robot)
-    batch = inverse.along(*poses_of(robot, q), inverse.configuration(q), q)
+    batch = inverse.along(PoseArray(*poses_of(robot, q)), inverse.configuration(q), q)
     assert batch.ok.all()
     wrist, elbow = inverse.singularity(q)["wrist"], inverse.singularity(q)["elbow"]
     regular = (wrist > 0.01) & (elbow > 0.01)
@@ -137,7 +139,7 @@ def test_unreachable_poses_are_said(abb: Robot) -> None:
     origin = np.array(
         [[1.842, 0, 2.055], [4.0, 0, 0.78], [0.38, 0.0, 3.0], [0.38 + 0.4, 0, 0.8], [1.5, 0.2, 1.2]]
     )
-    batch = inverse.along(np.tile(forward, (5, 1, 1)), origin, 0, np.zeros(6))
+    batch = inverse.along(PoseArray(np.tile(forward, (5, 1, 1)), origin), 0, np.zeros(6))
     assert np.isfinite(batch.q).all()
     assert batch.ok.tolist() == [False, False, False, False, True]
     assert "axes 4 and 6 in line" in batch.why(0)
@@ -159,7 +161,7 @@ def test_near_the_edge_of_reach(abb: Robot) -> None:
     down = np.diag([1.0, -1, -1])
     for gap, solved in ((1e-9, True), (-1e-9, False)):
         origin = np.array([[0.32 + full - gap, 0, 0.78 - 0.38]])
-        batch = inverse.along(down[None], origin, 0, np.zeros(6))
+        batch = inverse.along(PoseArray(down[None], origin), 0, np.zeros(6))
         assert batch.ok[0] == solved
         assert batch.reach[0] == pytest.approx(gap, abs=1e-14)
         if solved:
@@ -202,15 +204,15 @@ def test_home_is_listed_with_joint_4_at_zero(abb: Robot) -> None:
 def test_empty_path_and_refusals(abb: Robot) -> None:
     inverse = inverse_kinematics(abb)
     assert isinstance(inverse, SphericalInverse)
-    assert inverse.along(np.zeros((0, 3, 3)), np.zeros((0, 3)), 0, np.zeros(6)).q.shape == (0, 6)
+    assert inverse.along(PoseArray(np.zeros((0, 3, 3)), np.zeros((0, 3))), 0, np.zeros(6)).q.shape == (0, 6)
     one = np.eye(3)[None], np.array([[1.5, 0.0, 1.0]])
     with pytest.raises(RobotError, match=r"branch 8\.\.8: abb-irb6600-175-255 has 0\.\.7"):
-        inverse.along(*one, 8)
+        inverse.along(PoseArray(*one), 8)
     with pytest.raises(RobotError, match="pose 0 of the path is not finite"):
-        inverse.along(one[0], one[1] * np.nan, 0)
+        inverse.along(PoseArray(one[0], one[1] * np.nan), 0)
     with pytest.raises(RobotError, match="poses are"):
-        inverse.along(one[0], one[1][0], 0)
+        inverse.along(PoseArray(one[0], one[1][0]), 0)
     with pytest.raises(RobotError, match="seed"):
-        inverse.along(*one, 0, np.array([0.0, np.nan, 0, 0, 0, 0]))
+        inverse.along(PoseArray(*one), 0, np.array([0.0, np.nan, 0, 0, 0, 0]))
     with pytest.raises(RobotError, match="branch is a whole number"):
-        inverse.along(*one, np.array([0.5]))
+        inverse.along(PoseArray(*one), np.array([0.5]))

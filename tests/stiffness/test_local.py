@@ -15,10 +15,13 @@ import pytest
 import tomli_w
 
 from stiffness.errors import ModelError
-from stiffness.local_method.identify import LocalFit, identify_local
+from stiffness.local_method.fit import LocalFit
+from stiffness.local_method.identify import identify_local
 from stiffness.local_method.text import local_text
 from stiffness.model.model import load_model, save_model
-from stiffness.session.session import Instruments, Session, SessionError, load_session
+from stiffness.session.file import Instruments
+from stiffness.session.session import Session, load_session
+from stiffness.session.table import SessionError
 from tests.plant import Arm, Plant
 from tests.plant import paper_experiment as paper
 from tests.plant.lab import Form
@@ -141,25 +144,25 @@ def write_by_hand(folder: Path, spoil: Callable[[dict[str, Any], list[dict[str, 
 def test_every_joint_by_hand(tmp_path: Path) -> None:
     fit = identify_local(load_session(write_by_hand(tmp_path)))
     np.testing.assert_allclose(fit.stiffness, K, rtol=1e-3)  # above, the arm bears its load undeflected
-    levers = [r.pulls[0].load_lever for r in fit.joints]
+    levers = [r.states[0].load_lever for r in fit.joints]
     np.testing.assert_allclose(levers, [REACH, UPPER, FOREARM, WRIST, WRIST, 0.4], rtol=1e-9)
-    read = [r.pulls[0].reading_lever for r in fit.joints]
+    read = [r.states[0].reading_lever for r in fit.joints]
     np.testing.assert_allclose(read, [0.6, UPPER, np.hypot(FOREARM, ABOVE - WRIST), WRIST, 1.0, 0.2], rtol=1e-9)
-    assert [r.pulls[0].force for r in fit.joints] == pytest.approx([200, 150, 180, 180, 180, 180])
+    assert [r.states[0].force for r in fit.joints] == pytest.approx([200, 150, 180, 180, 180, 180])
     turns = np.array([200 * REACH, 150 * UPPER, 180 * FOREARM, 180 * WRIST, 180 * WRIST, 72]) / K
-    np.testing.assert_allclose([abs(r.pulls[0].turn) for r in fit.joints], turns, rtol=1e-3)
-    off = [set(r.pulls[0].taken_off) for r in fit.joints]
+    np.testing.assert_allclose([abs(r.states[0].turn) for r in fit.joints], turns, rtol=1e-3)
+    off = [set(r.states[0].taken_off) for r in fit.joints]
     assert off == [set(), set(), {2}, {2, 3}, set(), {1, 4}]
-    assert fit.joints[5].pulls[0].taken_off[1] == pytest.approx((180 * 1.462 + 72) / K[0], rel=1e-3)
-    assert abs(fit.joints[5].pulls[0].taken_off[4]) == pytest.approx(180 * WRIST / K[3], rel=1e-3)
+    assert fit.joints[5].states[0].taken_off[1] == pytest.approx((180 * 1.462 + 72) / K[0], rel=1e-3)
+    assert abs(fit.joints[5].states[0].taken_off[4]) == pytest.approx(180 * WRIST / K[3], rel=1e-3)
     assert [r.equation for r in fit.joints] == ["Eq. 1-2", "Eq. 1-2", "Eq. 3-4", "Eq. 5-12", "Eq. 13-20", "Eq. 21-24"]
     assert {r.side for r in fit.joints} == {"unknown"}  # no approach columns
-    assert fit.joints[4].pulls[0].readings == {"A": ("top", 1, 1), "B": ("cap", 1, 1), "C": ("face", 1, 1)}
+    assert fit.joints[4].states[0].readings == {"A": ("top", 1, 1), "B": ("cap", 1, 1), "C": ("face", 1, 1)}
 
 
 def test_the_printed_forms_by_hand(tmp_path: Path) -> None:
     fit = identify_local(load_session(write_by_hand(tmp_path)))
-    ways = [{p.name: p.stiffness for p in r.pulls[0].printed} for r in fit.joints]
+    ways = [{p.name: p.stiffness for p in r.states[0].printed} for r in fit.joints]
     assert ways[0]["norm"] == pytest.approx(K[0], rel=1e-4)
     # joint 3: row 2 of J times W is 0 in the plane of the arm, so joint 2 stays in the reading
     two, three = 180 * FOREARM / K[1], 180 * FOREARM / K[2]
@@ -206,9 +209,9 @@ def test_clean_session_of_the_plant(clean: Session) -> None:
     fit = identify_local(clean)
     np.testing.assert_allclose(fit.stiffness, TRUTH, rtol=2e-4)
     assert {r.side for r in fit.joints} == {"pre-loaded"}
-    assert fit.joints[1].pulls[0].load_lever == pytest.approx(1.075, rel=1e-4)
-    assert set(fit.joints[5].pulls[0].taken_off) == {1, 4}
-    norm = [next(p for p in fit.joints[k].pulls[0].printed if p.name == "norm") for k in (0, 1, 2, 5)]
+    assert fit.joints[1].states[0].load_lever == pytest.approx(1.075, rel=1e-4)
+    assert set(fit.joints[5].states[0].taken_off) == {1, 4}
+    norm = [next(p for p in fit.joints[k].states[0].printed if p.name == "norm") for k in (0, 1, 2, 5)]
     np.testing.assert_allclose([p.stiffness for p in norm], TRUTH[[0, 1, 2, 5]], rtol=5e-4)
 
 
@@ -278,8 +281,8 @@ def test_load_levels_and_both_ways_go_into_one_stiffness(tmp_path: Path) -> None
             rows.append({**rest, "state": state, "fy": share * 200, "y": moved})
 
     fit = identify_local(load_session(write_by_hand(tmp_path, more)))
-    assert [p.state for p in fit.joints[0].pulls] == [1, 2, 3]
-    assert [p.stiffness / K[0] for p in fit.joints[0].pulls[:2]] == pytest.approx([1, 1], rel=1e-4)
+    assert [p.state for p in fit.joints[0].states] == [1, 2, 3]
+    assert [p.stiffness / K[0] for p in fit.joints[0].states[:2]] == pytest.approx([1, 1], rel=1e-4)
     # least squares of turn by torque: the 3 um lie on the longest of (1, -1, 2)
     step = 200 * REACH / K[0] * 0.6
     assert K[0] / fit.stiffness[0] == pytest.approx(1 + 2 * 3e-6 / 6 / step, rel=1e-4)
@@ -292,7 +295,7 @@ def test_state_0_may_carry_a_load(tmp_path: Path) -> None:
 
     fit = identify_local(load_session(write_by_hand(tmp_path, more)))
     assert fit.stiffness[0] == pytest.approx(K[0], rel=1e-4)
-    assert fit.joints[0].pulls[0].force == pytest.approx(150)
+    assert fit.joints[0].states[0].force == pytest.approx(150)
 
 
 def test_a_joint_that_needs_a_later_one(tmp_path: Path) -> None:
@@ -301,7 +304,7 @@ def test_a_joint_that_needs_a_later_one(tmp_path: Path) -> None:
     session = written(tmp_path, trials=trials)
     fit = identify_local(session)
     np.testing.assert_allclose(fit.stiffness, TRUTH, rtol=1e-3)
-    assert set(fit.joints[2].pulls[0].taken_off) == {2, 5}
+    assert set(fit.joints[2].states[0].taken_off) == {2, 5}
     found = problems(identify_local(session.take(session.samples.setup != 5)))
     assert set(found) == {3, 4, 5, 6}
     assert "turns joint 5 with 124 N*m" in found[3] and "joint 5 has to be known" in found[3]
@@ -322,14 +325,14 @@ def test_table_3(experiment: LocalFit) -> None:
     np.testing.assert_allclose(experiment.stiffness, TRUTH, rtol=0.03)
     assert np.abs((experiment.stiffness - TRUTH) / experiment.sd).max() < 3
     assert (experiment.sd / experiment.stiffness).max() < 0.006
-    assert [p.force for r in experiment.joints for p in r.pulls] == pytest.approx([20.120 * 9.80665] * 6, abs=0.1)
+    assert [p.force for r in experiment.joints for p in r.states] == pytest.approx([20.120 * 9.80665] * 6, abs=0.1)
 
 
 def test_table_3_as_the_paper_prints_it(experiment: LocalFit) -> None:
-    off = [{p.name: p.stiffness / r.pulls[0].stiffness for p in r.pulls[0].printed} for r in experiment.joints]
+    off = [{p.name: p.stiffness / r.states[0].stiffness for p in r.states[0].printed} for r in experiment.joints]
     for k in (0, 1, 2):
         # two readings of 20 um: 28 um on each axis across, which lengthen d by 28 um squared over d
-        d = experiment.joints[k].pulls[0].turn * experiment.joints[k].pulls[0].reading_lever
+        d = experiment.joints[k].states[0].turn * experiment.joints[k].states[0].reading_lever
         assert off[k]["norm of singles"] == pytest.approx(1 / (1 + 8e-10 / d**2), abs=0.003)
         assert off[k]["norm of singles"] < 0.985
         assert off[k]["norm"] == pytest.approx(1, abs=1e-3)  # of the mean of thousands there is little left
@@ -346,7 +349,7 @@ def test_table_3_as_the_paper_prints_it(experiment: LocalFit) -> None:
 def test_table_4(tmp_path: Path, experiment: LocalFit) -> None:
     fit = identify_local(load_session(paper.table_4().write(tmp_path, paper.ROBOT)))
     record, unit = fit.joints[0], experiment.stiffness[0]
-    assert [p.side for p in record.pulls] == ["pre-loaded", "non-loaded"]
+    assert [p.side for p in record.states] == ["pre-loaded", "non-loaded"]
     assert record.non_loaded is not None and record.ratio is not None
     assert fit.stiffness[0] / unit == pytest.approx(1.015, rel=0.03)
     assert record.non_loaded.value / unit == pytest.approx(0.758, rel=0.03)

@@ -12,15 +12,16 @@ import pytest
 from stiffness.effects import BY_NAME
 from stiffness.errors import StiffnessError
 from stiffness.identification.identify import identify
-from stiffness.identification.readings import Reader
+from stiffness.identification.readings import ReadingModel
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
-from stiffness.planning.postures import FLOOR, MARGIN, Postures, links, reachable
+from stiffness.planning.postures import FLOOR, MARGIN, PosturePool, link_frames, reachable_postures
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
-from stiffness.statics.predictor import Predictor, Tool
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.tool import Tool
 from tests.plant.lab import Form, Setup, Step, Target, measure
 from tests.plant.lab_design import random_setups
 from tests.stiffness.bench_lab import FORCE, Lab
@@ -45,16 +46,16 @@ def design(
         values["backlash"] = {"gap_rad": gap, "breakaway_nm": np.zeros(6), "side": np.ones(6)}
     effects = [BY_NAME[name] for name in values]
     robot = load_robot(ROBOT)
-    reader = Reader(robot, planned_layout(effects, 6), values, TOOL, gravity=GRAVITY, calibrated_out=False)
-    return Design(reader, values, reflectors)
+    reading = ReadingModel(robot, planned_layout(effects, 6), values, TOOL, gravity=GRAVITY, calibrated_out=False)
+    return Design(reading, values, reflectors)
 
 
 def loading(*levels: float) -> Loading:
     return Loading(FORCE[ROBOT], levels or (1.0,), Instruments(2e-5, None, 0.3, 0.1))
 
 
-def postures(count: int, seed: int) -> Postures:
-    return reachable(load_robot(ROBOT), TOOL.rotation, TOOL.position, count, seed)
+def postures(count: int, seed: int) -> PosturePool:
+    return reachable_postures(load_robot(ROBOT), TOOL, count, seed)
 
 
 def carried_out(plan: Plan, lab: Lab, folder: Path, seed: int) -> Session:
@@ -200,10 +201,10 @@ def test_a_link_that_no_reflector_sees_stays_unknown_and_is_named() -> None:
 @pytest.mark.parametrize("name", [ROBOT, "ur10"])
 def test_postures(name: str) -> None:
     robot = load_robot(name)
-    p, same, other = (reachable(robot, TOOL.rotation, TOOL.position, 100, seed) for seed in (8, 8, 9))
+    p, same, other = (reachable_postures(robot, TOOL, 100, seed) for seed in (8, 8, 9))
     assert np.array_equal(p.q, same.q)
     assert not np.array_equal(p.q, other.q)
-    frames = links(robot, p.q)
+    frames = link_frames(robot, p.q)
     for k in (0, 50, 99):
         assert frames[-1, k] == pytest.approx(robot.pose(p.q[k]), abs=1e-12)
         assert p.rotation[k] == pytest.approx(robot.pose(p.q[k])[:3, :3] @ TOOL.rotation, abs=1e-12)
@@ -213,7 +214,7 @@ def test_postures(name: str) -> None:
     sunk = robot.before.copy()
     sunk[0, 2, 3] -= 10.0
     with pytest.raises(StiffnessError, match="above the floor"):
-        reachable(replace(robot, before=sunk), TOOL.rotation, TOOL.position, 100, 0)
+        reachable_postures(replace(robot, before=sunk), TOOL, 100, 0)
 
 
 def test_the_variance_of_a_path_by_finite_differences() -> None:

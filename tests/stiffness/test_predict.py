@@ -13,7 +13,9 @@ from scipy.spatial.transform import Rotation
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Parameter, PointMass
 from stiffness.errors import EquilibriumError
-from stiffness.statics.predictor import MAX_STEPS, TOLERANCE, Near, Predictor, Tool
+from stiffness.statics.prediction import TOLERANCE, StartValues
+from stiffness.statics.predictor import MAX_STEPS, Predictor
+from stiffness.statics.tool import Tool
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness import arms
 
@@ -72,11 +74,11 @@ def off(r: Floats, p: Floats, r_wanted: Floats, p_wanted: Floats) -> float:
 def test_nominal_is_pinocchio_and_the_tool(name: str) -> None:
     arm, tool = arms.robot(name), arms.tool()
     q = np.random.default_rng(1).uniform(-3, 3, (100, 6))
-    r, p = arms.predictor(arm=arm).nominal(q)
+    wanted = arms.predictor(arm=arm).nominal(q)
     for k in range(100):
         expected_r, expected_p = tcp(arm.pose(q[k]), tool)
-        np.testing.assert_allclose(r[k], expected_r, atol=1e-12)
-        np.testing.assert_allclose(p[k], expected_p, atol=1e-12)
+        np.testing.assert_allclose(wanted.rotation[k], expected_r, atol=1e-12)
+        np.testing.assert_allclose(wanted.origin[k], expected_p, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -114,9 +116,9 @@ def test_forward_is_the_equilibrium_of_virtual_work(effects, law, compliance, ca
 def test_calibrated_out_leaves_an_unloaded_arm_where_it_is() -> None:
     predictor = arms.predictor("joint-hardening", "tool-compliance", calibrated_out=True)
     q = arms.postures(arms.robot(), 20, 4)
-    r, p = predictor.nominal(q)
+    wanted = predictor.nominal(q)
     got = predictor.forward(q, np.zeros(6), np.zeros(0))
-    assert off(got.rotation, got.position, r, p) < 1e-14
+    assert off(got.rotation, got.position, wanted.rotation, wanted.origin) < 1e-14
 
 
 def test_calibrated_out_keeps_the_flank_and_the_softer_side() -> None:
@@ -128,7 +130,7 @@ def test_calibrated_out_keeps_the_flank_and_the_softer_side() -> None:
     got = predictor.forward(q, np.zeros(6), np.r_[-np.ones(6), flank][None])
     neutral = ElasticArm(arm, lambda tau, a: tau / arms.STIFFNESS, masses=((6, tool.mass, tool.com),))
     real = replace(neutral, law=lambda tau, a: tau / (arms.STIFFNESS * np.where(tau > 0, ratio, 1)) + flank)
-    _, nominal = predictor.nominal(q)
+    nominal = predictor.nominal(q).origin
     expected = position(real, q[0], tool) - position(neutral, q[0], tool)
     np.testing.assert_allclose(got.position[0] - nominal[0], expected, atol=1e-11)
     assert np.linalg.norm(expected) > 1e-4
@@ -158,16 +160,16 @@ def test_payload_is_not_calibrated_out() -> None:
     tool = arms.tool()
     declared = ElasticArm(arm, lambda tau, a: tau / arms.STIFFNESS, masses=((6, tool.mass, tool.com),))
     loaded = replace(declared, masses=(*declared.masses, (6, 60.0, np.array([0.1, 0, 0.2]))))
-    r, p = known.nominal(q)
+    wanted = known.nominal(q)
     got = unknown.forward(q, np.zeros(6), np.zeros(0))
     for k in range(3):
         expected = position(loaded, q[k], tool) - position(declared, q[k], tool)
-        np.testing.assert_allclose(got.position[k] - p[k], expected, atol=1e-11)
+        np.testing.assert_allclose(got.position[k] - wanted.origin[k], expected, atol=1e-11)
         assert np.linalg.norm(expected) > 1e-4
-    back = unknown.command(r, p, np.zeros((3, 6)), np.zeros((3, 0)), q)
+    back = unknown.command(wanted, np.zeros((3, 6)), np.zeros((3, 0)), q)
     assert back.converged.all()
     again = unknown.forward(back.q, np.zeros(6), np.zeros(0))
-    assert off(again.rotation, again.position, r, p) < 1e-10
+    assert off(again.rotation, again.position, wanted.rotation, wanted.origin) < 1e-10
 
 
 def offset(place: int) -> Effect:
@@ -275,15 +277,15 @@ def test_closed_form_of_a_joint_elastic_arm() -> None:
     arm, tool = arms.robot(), arms.tool(0)
     predictor = arms.predictor(tool=tool)
     actual, w = arms.postures(arm, 20, 11), arms.wrenches(20, 3000.0, 11)
-    r, p = predictor.nominal(actual)
+    wanted = predictor.nominal(actual)
     commanded = np.empty_like(actual)
     for k, q in enumerate(actual):
-        lever = r[k] @ tool.rotation.T @ tool.position
+        lever = wanted.rotation[k] @ tool.rotation.T @ tool.position
         about = np.r_[w[k, :3], w[k, 3:] + np.cross(lever, w[k, :3])]
         commanded[k] = q - (arm.jacobian(q).T @ about + arm.gravity_torque(q)) / arms.STIFFNESS
     got = predictor.forward(commanded, w, np.zeros(0))
-    assert off(got.rotation, got.position, r, p) < 2e-12
-    solve = predictor.command(r, p, w, np.zeros((20, 0)), actual)
+    assert off(got.rotation, got.position, wanted.rotation, wanted.origin) < 2e-12
+    solve = predictor.command(wanted, w, np.zeros((20, 0)), actual)
     np.testing.assert_allclose(solve.q, commanded, atol=1e-12)
     assert solve.steps == 0 and solve.converged.all()
 
@@ -320,7 +322,7 @@ def test_command_then_forward_of_a_soft_arm_under_four_kilonewtons(model: str) -
     assert len(q) > 20
     w = arms.wrenches(len(q), 4000.0, 14)
     command = close(predictor, q, w, states(predictor, len(q)))
-    _, p = predictor.nominal(q)
+    p = predictor.nominal(q).origin
     assert np.linalg.norm(command.position - p, axis=1).max() > 0.02
 
 
@@ -348,21 +350,21 @@ def test_command_then_forward_where_the_law_depends_on_the_commanded_angle() -> 
 
 def close(predictor: Predictor, q: Floats, w: Floats, s: Floats):
     """Solve for the nominal poses of q and run the commands forward."""
-    r, p = predictor.nominal(q)
-    command = predictor.command(r, p, w, s, q)
+    wanted = predictor.nominal(q)
+    command = predictor.command(wanted, w, s, q)
     assert command.converged.all(), (command.steps, command.error.max())
     got = predictor.forward(command.q, w, s)
-    assert off(got.rotation, got.position, r, p) < 1e-9
+    assert off(got.rotation, got.position, wanted.rotation, wanted.origin) < 1e-9
     np.testing.assert_allclose(got.torque, command.torque, rtol=1e-6, atol=1e-4)
-    printed_r, printed_p = predictor.nominal(command.q)
-    assert off(command.rotation, command.position, printed_r, printed_p) < 1e-12
-    moved = np.linalg.norm(command.position - p, axis=1)
+    printed = predictor.nominal(command.q)
+    assert off(command.rotation, command.position, printed.rotation, printed.origin) < 1e-12
+    moved = np.linalg.norm(command.position - wanted.origin, axis=1)
     assert np.median(moved) > 5e-5
     if not predictor.statics.places:
         plain = replace_calibrated(predictor)
         where = plain.forward(command.q, w, s)
-        actual_r, actual_p = plain.nominal(command.actual)
-        assert off(where.rotation, where.position, actual_r, actual_p) < 1e-9
+        actual = plain.nominal(command.actual)
+        assert off(where.rotation, where.position, actual.rotation, actual.origin) < 1e-9
     return command
 
 
@@ -381,10 +383,10 @@ def replace_calibrated(predictor: Predictor) -> Predictor:
 def test_the_solve_can_begin_near() -> None:
     predictor = arms.predictor(*MODELS["all"])
     q, w = arms.postures(arms.robot(), 50, 17), arms.wrenches(50, 1000.0)
-    r, p = predictor.nominal(q)
+    wanted = predictor.nominal(q)
     s = states(predictor, 50)
-    far = predictor.command(r, p, w, s, q)
-    again = predictor.command(r, p, w, s, q, Near(far.q, far.actual, far.extra))
+    far = predictor.command(wanted, w, s, q)
+    again = predictor.command(wanted, w, s, q, StartValues(far.q, far.actual, far.extra))
     assert again.steps < far.steps
     np.testing.assert_allclose(again.q, far.q, atol=1e-9)
 
@@ -394,11 +396,11 @@ def test_the_solve_can_begin_near() -> None:
 def test_rows_without_a_solution_are_reported_and_spoil_no_other(model: str, calibrated_out: bool) -> None:
     predictor = arms.predictor(*MODELS[model], calibrated_out=calibrated_out)
     q, w = arms.postures(arms.robot(), 6, 18), arms.wrenches(6, 800.0)
-    r, p = predictor.nominal(q)
-    expected = predictor.command(r, p, w, np.zeros((6, 0)), q)
-    p[1] += [8.0, 0, 0]  # out of reach
-    p[4] = np.nan
-    got = predictor.command(r, p, w, np.zeros((6, 0)), q)
+    wanted = predictor.nominal(q)
+    expected = predictor.command(wanted, w, np.zeros((6, 0)), q)
+    wanted.origin[1] += [8.0, 0, 0]  # out of reach
+    wanted.origin[4] = np.nan
+    got = predictor.command(wanted, w, np.zeros((6, 0)), q)
     np.testing.assert_array_equal(got.converged, [True, False, True, True, False, True])
     keep = [0, 2, 3, 5]
     np.testing.assert_allclose(got.q[keep], expected.q[keep], atol=1e-14)
@@ -410,11 +412,11 @@ def test_a_start_half_a_turn_away_is_not_called_converged() -> None:
     predictor = arms.predictor(tool=Tool(np.eye(3), np.zeros(3)), gravity=np.zeros(3))
     q = arms.postures(arms.robot(), 4, 19)
     q[:, 5] = np.linspace(-1.5, -0.5, 4)
-    r, p = predictor.nominal(q)
+    wanted = predictor.nominal(q)
     turned = q + np.pi * np.eye(6)[5]  # the flange turns about its own axis: same place, half a turn
-    command = predictor.command(r, p, np.zeros((4, 6)), np.zeros((4, 0)), turned)
-    reached, _ = predictor.nominal(command.q)
-    wrong = np.abs(reached - r).max(axis=(1, 2)) > 1e-6
+    command = predictor.command(wanted, np.zeros((4, 6)), np.zeros((4, 0)), turned)
+    reached = predictor.nominal(command.q).rotation
+    wrong = np.abs(reached - wanted.rotation).max(axis=(1, 2)) > 1e-6
     assert not np.any(command.converged & wrong)
 
 
@@ -431,8 +433,8 @@ def test_commands_that_never_settle_are_not_called_converged() -> None:
     values = {**arms.VALUES, "wild": {"a": np.full(6, 1e-3)}}
     predictor = Predictor(arms.robot(), (*arms.effects(), wild), values, arms.tool(), gravity=arms.GRAVITY)
     q = arms.postures(arms.robot(), 20, 20)
-    r, p = predictor.nominal(q)
-    command = predictor.command(r, p, np.zeros((20, 6)), np.zeros((20, 0)), q)
+    wanted = predictor.nominal(q)
+    command = predictor.command(wanted, np.zeros((20, 6)), np.zeros((20, 0)), q)
     assert not command.converged.any()
     assert command.steps == MAX_STEPS - 1
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -199,3 +200,14 @@ def test_refusals() -> None:
         load_robot("ur10").pose([0.0, 0, np.nan, 0, 0, 0])
     with pytest.raises(RobotError, match="6 finite joint angles"):
         load_robot("ur10").jacobian([0.0, 0, 0])
+
+
+@pytest.mark.parametrize("part", ["before", "axis", "after"])
+def test_same_kinematics(part: str) -> None:
+    """The same arm read twice, or under another name; not one whose placement or axis differs by 1e-4."""
+    robot = load_robot("ur10")
+    assert robot.same_kinematics(replace(load_robot("ur10"), name="other", base="floor"))
+    other = getattr(robot, part).copy()
+    other[2].flat[-1] += 1e-4
+    assert not robot.same_kinematics(replace(robot, **{part: other}))
+    assert not robot.same_kinematics(load_robot("kuka-kr500"))

@@ -7,15 +7,15 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, ValidationError, field_validator
 
-from stiffness.schema import Finding, Table, findings
+from stiffness.schema import SchemaFinding, StrictTable, findings
 
 
-class Row(Table):
+class Row(StrictTable):
     limits: tuple[float, float]
     kind: Literal["a", "b"] = "a"
 
 
-class Whole(Table):
+class Whole(StrictTable):
     rows: tuple[Row, ...]
     count: Annotated[int, Field(ge=1, strict=True)] = 1
 
@@ -27,7 +27,7 @@ class Whole(Table):
         return count
 
 
-def found(table: dict[str, Any]) -> list[Finding]:
+def found(table: dict[str, Any]) -> list[SchemaFinding]:
     with pytest.raises(ValidationError) as caught:
         Whole.model_validate(table)
     return findings(caught.value)

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffness.session.session import SessionError, load_session
+from stiffness.session.session import load_session
+from stiffness.session.table import SessionError
 from tests.plant import Arm, Plant, lab
 from tests.stiffness.session_desk import QUIET, ROBOT, TARGETS, Rows, write
 

@@ -13,7 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect, Parameter, PointMass
-from stiffness.statics.statics import Load, Statics, generalised_moment, rotation
+from stiffness.statics.load import Load
+from stiffness.statics.small_rotation import generalised_moment, rotation
+from stiffness.statics.statics import Statics
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness import arms
 

@@ -102,10 +102,10 @@ def _stacked(panels: list[Panel], height: float = 220) -> Figure:
 
 def joints_figure(c: Compensation) -> Figure:
     """Commanded joint angles as percent of each joint's range: 0 and 100 are its limits."""
-    low, high, every = c.job.robot.lower, c.job.robot.upper, np.arange(len(c))
+    low, high, every = c.job.arm.robot.lower, c.job.arm.robot.upper, np.arange(len(c))
     percent = 100 * (c.command.q - low) / (high - low)
     curves = [
-        _curve(c, every, percent[:, j], f"joint {j + 1}", _colour(j), "%") for j in range(c.job.robot.n)
+        _curve(c, every, percent[:, j], f"joint {j + 1}", _colour(j), "%") for j in range(c.job.arm.robot.n)
     ]
     figure = _stacked([("angle, % of the joint's range", curves)], 330)
     figure["layout"]["shapes"] = [_band(0, 5), _band(95, 100)]
@@ -124,12 +124,12 @@ def _band(low: float, high: float) -> Figure:
 
 def flanks_figure(c: Compensation) -> Figure | None:
     """What every joint remembers, one lane per joint, one panel per effect; None when nothing remembers."""
-    n = c.job.robot.n
+    n = c.job.arm.robot.n
     panels: list[Panel] = []
-    for effect in c.job.effects:
+    for effect in c.job.arm.effects:
         if effect.memory is not None:
             first = n * len(panels)
-            half = effect.memory.bounds(c.job.values[effect.name])
+            half = effect.memory.bounds(c.job.arm.values[effect.name])
             lanes = [_lane(c, int(j), first + int(j), float(half[j])) for j in np.flatnonzero(half > 0)]
             panels.append((effect.name, [curve for lane in lanes for curve in lane]))
     if not panels:
@@ -147,7 +147,7 @@ def flanks_figure(c: Compensation) -> Figure | None:
 
 def _lane(c: Compensation, joint: int, column: int, half: float) -> list[Figure]:
     """The state of one joint between its bounds, and the bracket where it is not known."""
-    at, name = c.job.robot.n - joint, f"joint {joint + 1}"
+    at, name = c.job.arm.robot.n - joint, f"joint {joint + 1}"
     middle = at + LANE * c.state.middle[:, column] / half
     lane = _curve(c, np.arange(len(c)), middle, name, _colour(joint))
     lane |= {"hovertemplate": f"{name} (line %{{customdata}})<extra></extra>", "showlegend": False}

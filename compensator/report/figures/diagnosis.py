@@ -105,7 +105,7 @@ def ranking_figure(d: Diagnosis) -> Figure:
 
 def noise_of(d: Diagnosis) -> float:
     """m per axis: the measure of candidates is the tracker's noise times the weighted residual."""
-    return float(np.sqrt(np.mean(np.concatenate([e.samples.sd[e.used] for e in d.base.evidence]) ** 2)))
+    return float(np.sqrt(np.mean(np.concatenate([e.samples.sd[e.used] for e in d.base.sessions]) ** 2)))
 
 
 def model_alone(d: Diagnosis) -> float | None:

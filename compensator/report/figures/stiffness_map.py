@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.tasks.joint_grid import Grid
-from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, SINGULAR, Workspace
+from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, SINGULAR, StiffnessMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ class Panel:
     scale: str
 
 
-def panels(grid: Grid, result: Workspace) -> tuple[Panel, ...]:
+def panels(grid: Grid, result: StiffnessMap) -> tuple[Panel, ...]:
     """The fields of the picture."""
     low, high, _ = result.softest
     fields = (
@@ -46,7 +46,7 @@ def panels(grid: Grid, result: Workspace) -> tuple[Panel, ...]:
     return tuple(Panel(title, grid.over(values), scale) for title, values, scale in fields)
 
 
-def draw(grid: Grid, result: Workspace, title: str, target: Path) -> None:
+def draw(grid: Grid, result: StiffnessMap, title: str, target: Path) -> None:
     """Contour maps over the two joints as PNG; grey where nothing can be said."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -66,7 +66,7 @@ def draw(grid: Grid, result: Workspace, title: str, target: Path) -> None:
     figure.savefig(target, format="png", metadata={"Software": None})
 
 
-def _blanks(result: Workspace) -> str:
+def _blanks(result: StiffnessMap) -> str:
     words = ((SINGULAR, "singular"), (LIMIT, "beyond a joint limit"), (NO_EQUILIBRIUM, "no equilibrium"))
     found = [f"{int(np.sum(result.status == s))} {word}" for s, word in words if np.any(result.status == s)]
     return "grey: " + ", ".join(found) if found else ""
@@ -103,7 +103,7 @@ def _levels(values: Floats) -> Floats:
     return np.asarray(MaxNLocator(18).tick_values(low, high))
 
 
-def _directions(axes: Axes, grid: Grid, result: Workspace) -> None:
+def _directions(axes: Axes, grid: Grid, result: StiffnessMap) -> None:
     """A tick per posture: its slope is the elevation of the softest direction above the horizontal."""
     _, _, direction = result.softest
     rise = grid.over(direction[:, 2])
@@ -121,7 +121,7 @@ def _spread(count: int) -> npt.NDArray[np.intp]:
     return np.unique(np.linspace(0, count - 1, min(count, _TICKS)).round().astype(np.intp))
 
 
-def table(grid: Grid, result: Workspace) -> str:
+def table(grid: Grid, result: StiffnessMap) -> str:
     """A row per posture, the second joint running fastest; cells are empty where nothing can be said."""
     n = result.q.shape[1]
     low, high, direction = result.softest

@@ -96,7 +96,7 @@ def _capital(text: str) -> str:
 
 def _map(d: Diagnosis, shown: list[Posture], moved: bool) -> list[str]:
     after = " Left with the model at hand, right with the refined one, both at one scale." if moved else ""
-    sessions = [e.session for e in d.fit.evidence]
+    sessions = [e.session for e in d.fit.sessions]
     return [
         "<h2>Where the readings miss the prediction</h2>",
         f"<p>An arrow is one reading: measured minus predicted, <b>{enlargement(shown):,.0f} times</b> as long as it "

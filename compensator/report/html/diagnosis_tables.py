@@ -142,7 +142,7 @@ def reflectors(sessions: list[Session]) -> str:
 def inputs(d: Diagnosis, model: ComplianceModel) -> str:
     """Sessions and model."""
     rows = []
-    for e, held in zip(d.base.evidence, d.held, strict=True):
+    for e, held in zip(d.base.sessions, d.held, strict=True):
         s = e.session
         counts = [f"{len(set(s.samples.setup.tolist()))}", f"{len(held)}", f"{len(s):,}"]
         rows.append([escape(s.source), *counts, s.gravity, s.sha256["samples"][:16]])

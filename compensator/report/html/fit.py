@@ -39,7 +39,7 @@ def fit_page(fit: Fit, report: dict[str, Any]) -> str:
         "normal": normal_figure(z),
         "correlations": correlation_figure(fit, correlation),
     }
-    title = f"Identified stiffness: {escape(fit.evidence[0].session.robot.name)}"
+    title = f"Identified stiffness: {escape(fit.sessions[0].session.robot.name)}"
     body = [
         f"<h1>{title}</h1>",
         _headline(report),

@@ -208,7 +208,7 @@ def largest_correlations(fit: Fit, matrix: Floats) -> str:
 def outliers(fit: Fit) -> str:
     """Rows that were left out."""
     rows = []
-    for e in fit.evidence:
+    for e in fit.sessions:
         s = e.samples
         for k in np.flatnonzero(~e.used):
             name = e.session.reflectors[int(s.reflector[k])].name
@@ -226,7 +226,7 @@ def outliers(fit: Fit) -> str:
 def inputs(fit: Fit) -> str:
     """Sessions."""
     rows = []
-    for e in fit.evidence:
+    for e in fit.sessions:
         s = e.session
         place = "in the base" if s.registered else f"tracker placed {len(np.unique(s.samples.block))} times by the fit"
         counts = [f"{len(np.unique(s.samples.setup))}", f"{len(s.states)}", f"{len(s):,}", f"{int(e.used.sum()):,}"]

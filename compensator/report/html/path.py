@@ -93,8 +93,10 @@ def page(result: Compensation, numbers: dict[str, Any], after: Floats | None = N
 def _left(c: Compensation, after: Floats | None) -> Floats:
     """(N,) mm: what is left with the commands."""
     if after is None:
-        prediction, _ = follow(c.job, c.path.toolpath, c.command.q, c.wrench)
-        after = np.linalg.norm(prediction.position - c.target_position, axis=1)
+        prediction, _ = follow(
+            c.job.arm, c.job.placement.start, c.path.toolpath, q=c.command.q, wrench=c.wrench
+        )
+        after = np.linalg.norm(prediction.position - c.target.origin, axis=1)
     return np.asarray(after * 1e3)
 
 
@@ -122,7 +124,7 @@ def _headline(c: Compensation, numbers: dict[str, Any], left: Floats | None) -> 
     error = numbers["predicted_error_mm"]
     before, after = ({k: millimetres(v) for k, v in error[key].items()} for key in ("before", "after"))
     text = (
-        f"Commanded as it stands in the file, {escape(c.job.robot.name)} misses the path by "
+        f"Commanded as it stands in the file, {escape(c.job.arm.robot.name)} misses the path by "
         f"<b>{before['mean']} mm</b> on average and by up to <b>{before['max']} mm</b> "
         f"({_worst(c, np.linalg.norm(c.error_before, axis=1))}), as the model predicts it."
     )

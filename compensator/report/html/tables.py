@@ -61,7 +61,7 @@ def facts(numbers: Numbers, done: bool) -> str:
 
 def joints(c: Compensation) -> str:
     """Per joint: limits, range used, correction, torque, each with its source line."""
-    q, robot, torque = np.degrees(c.command.q), c.job.robot, c.command.torque
+    q, robot, torque = np.degrees(c.command.q), c.job.arm.robot, c.command.torque
     low, high = np.degrees(robot.lower), np.degrees(robot.upper)
     shift = np.degrees(c.command.q - c.path.q)
     room = np.minimum(q - low, high - q)
@@ -96,7 +96,7 @@ def _at(c: Compensation, pose: int, text: str) -> str:
 def turnarounds(c: Compensation, numbers: Numbers) -> str:
     """Where joints reverse and torques change sign; long lists are cut."""
     rows = []
-    for j in range(c.job.robot.n):
+    for j in range(c.job.arm.robot.n):
         cells = [f"{j + 1}"]
         for found in (numbers["reversals"], numbers["torque_sign_changes"]):
             mine = [t for t in found if t["where"] == f"joint-{j + 1}"]
@@ -116,24 +116,18 @@ def _places(found: Sequence[Numbers]) -> str:
 def inputs(c: Compensation) -> str:
     """What the result was computed from."""
     job = c.job
-    process = job.cell.process
-    if process.kind == "constant":
-        values = ", ".join(f"{w:g}" for w in process.wrench)
-        load = f"constant in the {process.frame} frame: [{values}] N and N·m on the robot, about the TCP"
-    else:
-        load = f"table {process.file}, in the {process.frame} frame"
     tools = []
-    for tool in job.tools.values():
+    for tool in job.placement.tools.by_number.values():
         where = ", ".join(f"{v * 1e3:g}" for v in tool.position)
         tools.append(f"{tool.name}: TCP [{where}] mm from the flange, {tool.mass:g} kg")
     rows = [
         ["toolpath", c.path.toolpath.source],
-        ["cell", job.cell.source],
-        ["robot", job.robot.name],
-        ["model", f"{job.model.source}: {', '.join(e.name for e in job.effects)}"],
-        ["gravity", job.cell.gravity or job.model.gravity],
+        ["cell", job.placement.source],
+        ["robot", job.arm.robot.name],
+        ["model", f"{job.arm.model.source}: {', '.join(e.name for e in job.arm.effects)}"],
+        ["gravity", job.placement.conditions.sag or job.arm.model.gravity],
         ["tool", "; ".join(tools)],
-        ["process wrench", load],
+        ["process wrench", job.placement.process.description()],
     ]
     return table("", None, [[name, escape(text)] for name, text in rows], right=())
 

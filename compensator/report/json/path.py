@@ -86,7 +86,7 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
         q: (N, n) rad, the joint angles that are commanded.
     """
     cut = c.cutting
-    spread = spread_of_unknown(c.job, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
+    spread = spread_of_unknown(c.job.arm, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
     not_learned, left_open = unsure_of(c, q)
     return {
         "n_poses": len(c),
@@ -103,7 +103,7 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
         "unknown_state": {"n_cut": int(np.sum(spread > 0)), "max_spread_mm": float(spread.max(initial=0.0) * 1e3)},
         "not_learned": [part.as_dict() for part in not_learned],
         "left_open_mm": statistics(left_open),
-        "not_applied": list(c.job.not_applied),
+        "not_applied": list(c.job.arm.not_applied),
         "notes": [*c.job.notes, *map(str, not_learned)],
         "seconds": round(seconds, 3),
     }

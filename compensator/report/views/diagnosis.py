@@ -9,9 +9,10 @@ import numpy.typing as npt
 
 from compensator.report.views.fit import frames
 from stiffness.diagnosis.result import Diagnosis
-from stiffness.identification.evaluate import evidence_of, place
+from stiffness.identification.evaluate import predicted_by
 from stiffness.identification.fit import Fit
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.session_fit import SessionFit
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
 
@@ -49,17 +50,17 @@ class Looked:
     sound: Bools
     before: Floats
     after: Floats
-    seen: Predicted
+    seen: PredictedReadings
 
     @property
-    def evidence(self) -> Evidence:
-        """The session."""
-        return self.fit.evidence[self.number]
+    def session_fit(self) -> SessionFit:
+        """What the refined fit makes of the session."""
+        return self.fit.sessions[self.number]
 
     @property
     def session(self) -> Session:
-        """The same."""
-        return self.evidence.session
+        """What was measured."""
+        return self.session_fit.session
 
 
 def looked_at(d: Diagnosis, model: ComplianceModel) -> tuple[Looked, ...]:
@@ -67,22 +68,20 @@ def looked_at(d: Diagnosis, model: ComplianceModel) -> tuple[Looked, ...]:
     moved = bool(d.added or d.changed)
     wrong = set(d.outliers)
     out = []
-    for k, e in enumerate(d.fit.evidence):
-        s = e.samples
-        sound = np.array([(e.session.source, int(line)) not in wrong for line in s.line])
-        at_hand = evidence_of(e.session, model)
-        at_hand.used = e.used
-        station = place(at_hand)
-        known = at_hand.predict(np.zeros(0), station)
+    for k, fit in enumerate(d.fit.sessions):
+        s = fit.samples
+        sound = np.array([(fit.session.source, int(line)) not in wrong for line in s.line])
+        at_hand = predicted_by(model, fit.session, fit.used)
+        known = at_hand.predicted
         before = in_base(s.position - known.position, known)
-        seen = e.predict(d.fit.parameters, d.fit.station(k)) if moved else known
+        seen = fit.predicted if moved else known
         after = in_base(s.position - seen.position, seen)
-        geometry = _geometry(e.session, at_hand.station.reflectors(station))
+        geometry = _geometry(fit.session, at_hand.reflectors)
         out.append(Looked(d.fit, k, geometry, sound, before, after, seen))
     return tuple(out)
 
 
-def in_base(read: Floats, seen: Predicted) -> Floats:
+def in_base(read: Floats, seen: PredictedReadings) -> Floats:
     """Differences (N, 3) of readings, turned from the axes that they were read in to those of the base."""
     return np.asarray(np.linalg.solve(seen.back, read[:, :, None])[:, :, 0])
 

@@ -18,8 +18,7 @@ from compensator.report.views.state_motion import lever_of, place_number, turn, 
 from stiffness.diagnosis.result import Added, Diagnosis
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import Effect
-from stiffness.identification.session_fit import Evidence
-from stiffness.identification.unknowns import Unknowns
+from stiffness.identification.prediction import PredictedReadings
 
 Index = npt.NDArray[np.intp]
 OWN = 0.5  # of what an addition says: so much has to be rotation of a joint before it is drawn as one
@@ -57,7 +56,8 @@ class _Part:
 def patterns(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> list[Pattern]:
     """What is drawn of one addition: of joints one each, the one that moves the reflectors most first."""
     effect = BY_NAME[added.effect]
-    parts = [_part(d, seen, effect) for seen in looked]
+    without = d.fit.predicted_without(effect)
+    parts = [_part(seen, without[seen.number]) for seen in looked]
     turned = _joints(effect, added, parts) if effect.joint or effect.torque or effect.angle else []
     if turned:
         return [_joint(effect, j, parts) for j in turned]
@@ -66,16 +66,7 @@ def patterns(d: Diagnosis, looked: tuple[Looked, ...], added: Added) -> list[Pat
     return [_own_way(effect, added, parts)]
 
 
-def _part(d: Diagnosis, seen: Looked, effect: Effect) -> _Part:
-    fit, k = d.fit, seen.number
-    keep = [i for i, u in enumerate(fit.unknowns.free) if u.effect != effect.name]
-    layout = Unknowns(
-        tuple(e for e in fit.unknowns.effects if e is not effect), fit.unknowns.joints,
-        tuple(fit.unknowns.free[i] for i in keep),
-    )  # fmt: skip
-    bare = Evidence(seen.session, layout, {e.name: fit.fixed[e.name] for e in layout.effects})
-    bare.station, bare.placed = seen.evidence.station, True
-    without = bare.predict(fit.parameters[keep], fit.station(k))
+def _part(seen: Looked, without: PredictedReadings) -> _Part:
     rows = np.flatnonzero(seen.sound)
     says = in_base(seen.seen.position - without.position, seen.seen)[rows]
     first, n = seen.session.states.first, seen.session.robot.n
@@ -173,7 +164,7 @@ def _place(added: Added, parts: list[_Part]) -> Pattern:
     for p in parts:
         says, lever, at = twist(p.seen, p.rows, number, p.says)
         after, _, _ = twist(p.seen, p.rows, number, p.after)
-        load = place_wrench(p.seen.evidence, p.seen.geometry, number)[p.seen.session.states.first]
+        load = place_wrench(p.seen.session, p.seen.geometry, number)[p.seen.session.states.first]
         columns.append((says[at], after[at], load[at], lever))
     says, after, load = (np.concatenate([c[i] for c in columns]) for i in range(3))
     size = np.sqrt(np.mean(says**2, axis=0)) * np.repeat([1.0, columns[0][3]], 3)

@@ -11,15 +11,17 @@ from scipy.spatial.transform import Rotation
 
 from stiffness.effects import BASE
 from stiffness.identification import scores
-from stiffness.identification.evaluate import place, rigid_evidence
+from stiffness.identification.evaluate import predicted_rigid
 from stiffness.identification.fit import Fit
+from stiffness.identification.prediction import PredictedReadings
 from stiffness.identification.scores import Score
-from stiffness.identification.session_fit import Evidence, Predicted
+from stiffness.identification.session_fit import SessionFit
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
+from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
-Judge = Callable[[Evidence, Predicted, Bools], Score | None]
+Judge = Callable[[Session, PredictedReadings, Bools, Bools], Score | None]
 
 KINDS: tuple[tuple[str, Judge], ...] = (("displacement", scores.displacement), ("absolute", scores.absolute))
 FAINT = 0.02  # of the largest torque change: less says nothing of a joint
@@ -27,12 +29,10 @@ FAINT = 0.02  # of the largest torque change: less says nothing of a joint
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Seen:
-    """One session as measured, as the rigid arm predicts it, and as the fit does."""
+    """One session as the fit left it, and as the rigid arm predicts it."""
 
-    evidence: Evidence
-    fitted: Predicted
-    bare: Evidence
-    rigid: Predicted
+    fit: SessionFit
+    rigid: PredictedReadings
 
 
 @dataclass(frozen=True)
@@ -64,21 +64,17 @@ class AtJoint:
 
 def looked_at(fit: Fit) -> tuple[Seen, ...]:
     """Predictions of all sessions; the rigid arm is placed by the same readings that the fit has used."""
-    out = []
-    for k, e in enumerate(fit.evidence):
-        bare = rigid_evidence(e.session)
-        bare.used = e.used
-        out.append(Seen(e, e.predict(fit.parameters, fit.station(k)), bare, bare.predict(np.zeros(0), place(bare))))
-    return tuple(out)
+    return tuple(Seen(s, predicted_rigid(s.session, s.used).predicted) for s in fit.sessions)
 
 
 def reflectors(seen: tuple[Seen, ...], judge: Judge) -> list[AtReflector]:
     """Residuals per reflector, sessions pooled where name and link are the same; in the order of the files."""
     found: dict[tuple[str, int], list[tuple[Score, Score]]] = {}
     for s in seen:
-        for k, r in enumerate(s.evidence.session.reflectors):
-            rows = s.evidence.used & (s.evidence.samples.reflector == k)
-            before, after = judge(s.bare, s.rigid, rows), judge(s.evidence, s.fitted, rows)
+        session, used = s.fit.session, s.fit.used
+        for k, r in enumerate(session.reflectors):
+            rows = used & (session.samples.reflector == k)
+            before, after = judge(session, s.rigid, rows, used), judge(session, s.fit.predicted, rows, used)
             if before is not None and after is not None:
                 found.setdefault((r.name, r.link), []).append((before, after))
     out = []
@@ -95,16 +91,16 @@ def joints(fit: Fit, seen: tuple[Seen, ...]) -> list[AtJoint]:
     column = {u.index: k for k, u in enumerate(fit.unknowns.free) if u.effect == BASE.name}
     parts: list[list[AtJoint]] = [[] for _ in range(n)]
     for s in seen:
-        pairs, session = s.evidence.session.pairs, s.evidence.session
-        keep = s.evidence.used[pairs.row] & s.evidence.used[pairs.reference] & session.counts[pairs.row]
+        pairs, session, seen_by_fit = s.fit.session.pairs, s.fit.session, s.fit.predicted
+        keep = s.fit.used[pairs.row] & s.fit.used[pairs.reference] & session.counts[pairs.row]
         row, reference = pairs.row[keep], pairs.reference[keep]
-        torque = load_torque(s.evidence)
+        torque = load_torque(session)
         torque = torque[row] - torque[reference]
         measured = pairs.displacement[keep]
         rigid = measured - (s.rigid.position[row] - s.rigid.position[reference])
-        fitted = measured - (s.fitted.position[row] - s.fitted.position[reference])
+        fitted = measured - (seen_by_fit.position[row] - seen_by_fit.position[reference])
         for j, p in column.items():
-            way = s.fitted.by_parameter[row, :, p] - s.fitted.by_parameter[reference, :, p]
+            way = seen_by_fit.by_parameter[row, :, p] - seen_by_fit.by_parameter[reference, :, p]
             parts[j].append(_along(torque[:, j], way, rigid, fitted))
     return [
         AtJoint(*(np.concatenate([getattr(a, name) for a in part] or [np.empty(0)]) for name in _CURVES))
@@ -124,9 +120,9 @@ def _along(torque: Floats, way: Floats, rigid: Floats, fitted: Floats) -> AtJoin
     return AtJoint(torque[told], (rigid[told] * unit).sum(axis=1), (fitted[told] * unit).sum(axis=1))
 
 
-def load_torque(evidence: Evidence) -> Floats:
+def load_torque(session: Session) -> Floats:
     """(N, n) N*m: torque of load and payload about each joint of the undeflected arm, z . ((p - o) x f + m)."""
-    s, session = evidence.samples, evidence.session
+    s = session.samples
     rotation, origin, axis, pivot = frames(session.robot, s.q)
     every = np.arange(len(s))
     tool = rotation[:, -1] @ session.tool.rotation
@@ -172,10 +168,8 @@ def standardised(fit: Fit) -> Floats:
     The number that carries the free offset of a reflector in its set-up is no residual: it is left out.
     """
     out = []
-    at = len(fit.unknowns)
-    for k, e in enumerate(fit.evidence):
-        columns = slice(at, at + e.station.size)
-        for block in e.blocks(fit.parameters, fit.station(k), fit.offset, columns, columns.stop):
-            out.append(block.residual[np.diag(block.factor) < 0.5 * fit.offset] if fit.offset else block.residual)
-        at = columns.stop
+    for s in fit.sessions:
+        offset = s.observations.weighting.offset
+        for block in s.blocks():
+            out.append(block.residual[np.diag(block.factor) < 0.5 * offset] if offset else block.residual)
     return np.concatenate(out) if out else np.empty(0)

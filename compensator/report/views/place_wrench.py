@@ -6,16 +6,16 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.report.views.diagnosis import Geometry
-from stiffness.identification.session_fit import Evidence
 from stiffness.robot.robot import STANDARD_GRAVITY
+from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 
 
-def place_wrench(evidence: Evidence, g: Geometry, place: int) -> Floats:
+def place_wrench(session: Session, g: Geometry, place: int) -> Floats:
     """(N, 6) N and N*m about the origin of a link, in its axes: load, payload and, where the controller does not take
     them off, the weights of what lies outward."""
-    s, session = evidence.samples, evidence.session
+    s = session.samples
     every = np.arange(len(s))
     tool = g.rotation[:, -1] @ session.tool.rotation
     turn = np.where(s.load.in_tool[:, None, None], tool, np.eye(3))

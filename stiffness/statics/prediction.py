@@ -1,4 +1,4 @@
-"""What is given to a prediction and what comes out: tool, equilibrium, command."""
+"""What a prediction is started with and what it gives: where a commanded path goes, commands for a wanted one."""
 
 from __future__ import annotations
 
@@ -10,28 +10,6 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-11  # m and rad, of a solved pose; two digits below what is promised
-
-
-@dataclass(frozen=True)
-class Tool:
-    """What hangs on the flange.
-
-    Attributes:
-        rotation, position: (3, 3) and (3,) m, flange -> TCP.
-        mass: kg, 0 for none.
-        com: (3,) m in the flange frame.
-        name: tool effects of a model hold for the tool of this name.
-    """
-
-    rotation: Floats
-    position: Floats
-    mass: float = 0.0
-    com: Floats | None = None
-    name: str = "tool"
-
-    def __post_init__(self) -> None:
-        if self.mass and self.com is None:
-            raise ValueError(f"tool {self.name!r}: {self.mass:g} kg without a centre of mass have no weight torque")
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,8 +24,8 @@ class Prediction:
 
 
 @dataclass(frozen=True, repr=False)
-class Near:
-    """A start value for a solve: (N, n) command, (N, n) actual angles, (N, k) further elastic coordinates."""
+class StartValues:
+    """Where a solve begins: (N, n) command, (N, n) actual angles, (N, k) further elastic coordinates."""
 
     q: Floats
     actual: Floats

@@ -1,4 +1,4 @@
-"""Workspace: how stiff an arm is posture by posture, and what the complementary stiffness K_c is worth there.
+"""Stiffness map: how stiff an arm is posture by posture, and what the complementary stiffness K_c is worth there.
 
 The equilibrium under a wrench is a fixed point x = F(x, W) of the statics (statics.py). Its derivative
 
@@ -26,8 +26,10 @@ from stiffness.kinematics.jacobian import Conditioning
 from stiffness.memory.preload import unknown
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import Predictor, Tool
-from stiffness.statics.statics import Load, Statics, largest
+from stiffness.statics.load import Load
+from stiffness.statics.predictor import Predictor
+from stiffness.statics.statics import Statics, largest
+from stiffness.statics.tool import Tool
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -39,7 +41,7 @@ _FARTHEST = 0.2  # rad and m: an arm that gives way so far has no equilibrium wo
 
 
 @dataclass(frozen=True, repr=False)
-class Workspace:
+class StiffnessMap:
     """What N postures are like; NaN wherever ``status`` is not ``ok``.
 
     Attributes:
@@ -59,7 +61,7 @@ class Workspace:
     displacement_rigid: Floats
 
     def __repr__(self) -> str:
-        return f"Workspace({len(self.q)} postures, {int(np.sum(self.status == OK))} ok)"
+        return f"StiffnessMap({len(self.q)} postures, {int(np.sum(self.status == OK))} ok)"
 
     @property
     def softest(self) -> tuple[Floats, Floats, Floats]:
@@ -116,7 +118,7 @@ class Tangent:
     """Equilibrium and its derivative by the wrench, over many postures."""
 
     def __init__(
-        self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], tool: Tool, gravity: Floats
+        self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], tool: Tool, *, gravity: Floats
     ) -> None:
         self._statics = Statics(robot, effects)
         self._p = {e.name: {k: ca.SX(ca.DM(v)) for k, v in values[e.name].items()} for e in effects}
@@ -153,7 +155,9 @@ class Tangent:
         state, x = ca.SX.sym("state", statics.n_state), ca.SX.sym("x", statics.n_x)
         posture = statics.posture(q, x)
         tcp = ca.SX(ca.DM(self._tool.position))
-        new, _ = statics.law(posture, q, self._weights, [Load(n, tcp, wrench)], state, self._p)
+        new, _ = statics.law(
+            posture, q, weights=self._weights, loads=[Load(n, tcp, wrench)], state=state, values=self._p
+        )
         flange = posture.links[n]
         given = [q, wrench, state, x]
         columns = [_moved(flange.rotation, flange.at(tcp), x[k]) for k in range(statics.n_x)]
@@ -177,7 +181,7 @@ def _columns(flat: Floats, rows: int, columns: int) -> Floats:
     return np.swapaxes(flat.reshape(-1, columns, rows), 1, 2)
 
 
-def workspace(
+def stiffness_map(
     robot: Robot,
     effects: Sequence[Effect],
     values: Mapping[str, Numbers],
@@ -188,7 +192,7 @@ def workspace(
     gravity: Floats,
     tool_axes: bool = False,
     min_singular_value: float = 0.02,
-) -> Workspace:
+) -> StiffnessMap:
     """Stiffness and deflection at postures.
 
     Args:
@@ -204,12 +208,12 @@ def workspace(
     status[Conditioning(robot)(q) < min_singular_value] = SINGULAR
     status[np.any((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), axis=1)] = LIMIT
     exact = Predictor(robot, effects, values, tool, gravity=gravity)
-    rotation, position = exact.nominal(q)
+    tcp = exact.nominal(q)
     acting = np.tile(wrench, (len(q), 1))
     if tool_axes:
-        acting = np.einsum("nij,nkj->nki", rotation, acting.reshape(-1, 2, 3)).reshape(-1, 6)
+        acting = np.einsum("nij,nkj->nki", tcp.rotation, acting.reshape(-1, 2, 3)).reshape(-1, 6)
     state = unknown(effects, values).middle
-    tangent = Tangent(robot, effects, values, tool, gravity)
+    tangent = Tangent(robot, effects, values, tool, gravity=gravity)
     x, settled = tangent.equilibrium(q, acting, state)
     _, unloaded = tangent.equilibrium(q, np.zeros(6), state)
     status[(status == OK) & ~(settled & unloaded)] = NO_EQUILIBRIUM
@@ -222,9 +226,17 @@ def workspace(
         soft[fine], stiff[fine] = tangent.compliance(*rows, state, x[fine])
         rigid = Predictor(robot, effects, values, tool, gravity=gravity, complementary=False)
         moved[fine], moved_rigid[fine] = _displacement(exact, *rows, state), _displacement(rigid, *rows, state)
-    for array in (q, status, position, soft, stiff, moved, moved_rigid):
+    for array in (q, status, tcp.origin, soft, stiff, moved, moved_rigid):
         array.setflags(write=False)
-    return Workspace(q, status, position, soft, stiff, moved, moved_rigid)
+    return StiffnessMap(
+        q=q,
+        status=status,
+        position=tcp.origin,
+        compliance=soft,
+        compliance_rigid=stiff,
+        displacement=moved,
+        displacement_rigid=moved_rigid,
+    )
 
 
 def _displacement(predictor: Predictor, q: Floats, wrench: Floats, state: Floats) -> Floats:

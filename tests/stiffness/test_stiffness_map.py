@@ -10,8 +10,8 @@ import numpy.typing as npt
 import pytest
 
 from stiffness.robot.robot import Robot
-from stiffness.statics.predictor import Tool
-from stiffness.statics.workspace import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, Workspace, workspace
+from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
+from stiffness.statics.tool import Tool
 from tests.oracles.elastic_arm import ElasticArm, Push
 from tests.stiffness import arms
 
@@ -26,11 +26,11 @@ def joints_only(stiffness: Floats) -> dict[str, dict[str, Floats]]:
     return {"joint-stiffness": {"k_nm_per_rad": stiffness}}
 
 
-def spaced(q: Floats, wrench: Floats, *names: str, arm: Robot | None = None, **kwargs: object) -> Workspace:
-    """A workspace with effects of arms.VALUES."""
+def spaced(q: Floats, wrench: Floats, *names: str, arm: Robot | None = None, **kwargs: object) -> StiffnessMap:
+    """A stiffness map with effects of arms.VALUES."""
     options: dict[str, object] = {"gravity": NO_GRAVITY, "values": arms.VALUES, "tool": arms.tool(0.0), **kwargs}
     values, tool = options.pop("values"), options.pop("tool")
-    return workspace(arm or arms.robot(), arms.effects(*names), values, tool, q, wrench, **options)  # type: ignore[arg-type]
+    return stiffness_map(arm or arms.robot(), arms.effects(*names), values, tool, q, wrench, **options)  # type: ignore[arg-type]
 
 
 def tcp_jacobian(arm: Robot, q: Floats, tool: Tool) -> Floats:
@@ -174,7 +174,7 @@ def test_nu_by_hand() -> None:
     """Eq. 27 and 28 of two given displacements: shift 0.5 over the larger of 5 and 5.385; components of the turn."""
     nothing = np.full((1, 6, 6), np.nan)
     exact, without = np.array([[3.0, 4, 0, 1e-3, 2e-3, 3e-3]]), np.array([[3.0, 4.5, 0, 1e-3, -5e-3, 2e-3]])
-    w = Workspace(np.zeros((1, 6)), np.array([OK]), np.zeros((1, 3)), nothing, nothing, exact, without)
+    w = StiffnessMap(np.zeros((1, 6)), np.array([OK]), np.zeros((1, 3)), nothing, nothing, exact, without)
     np.testing.assert_allclose(w.nu_p, 0.5 / np.hypot(3, 4.5))
     np.testing.assert_allclose(w.nu_r, 7e-3)
     np.testing.assert_allclose(w.shift, 0.5)
@@ -184,7 +184,7 @@ def test_nu_by_hand() -> None:
 
 
 @cache
-def figure_7(k1: float, literal: bool, force: float = 1.0, up: float = -1.0) -> Workspace:
+def figure_7(k1: float, literal: bool, force: float = 1.0, up: float = -1.0) -> StiffnessMap:
     """q2 -65 ... 75, q3 -180 ... 60 deg, others 0, 45, 45, 45. ``literal`` has the paper's +90 deg on joint 5.
     Section 4 has Fz up (``up = 1``), section 5 has it down."""
     arm = arms.robot()

@@ -7,6 +7,8 @@ placement alone (four numbers, told in five), and the two joints are set to suit
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 
@@ -14,6 +16,7 @@ from stiffness.kinematics.full_turns import TURN, nearest_turn
 from stiffness.kinematics.inverse import EXACT
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.kinematics.newton import Newton
+from stiffness.poses import PoseArray, Poses
 from stiffness.robot.robot import Robot
 from stiffness.rotation import antisymmetric
 
@@ -26,12 +29,11 @@ _ROUNDS = 8
 _REGULAR = 1e-6  # smallest singular value; below it a whole family takes up the pose
 
 
-class Postures:
+class PostureSearch:
     """All regular postures of poses of one robot."""
 
     def __init__(self, robot: Robot, newton: Newton, conditioning: Conditioning) -> None:
         self._robot, self._newton, self._conditioning = robot, newton, conditioning
-        self._table: tuple[Floats, Floats] | None = None
 
     def every(self, pose: Floats) -> list[Floats]:
         """Every regular posture (n,) of a pose, angles within +-pi, sorted."""
@@ -47,7 +49,7 @@ class Postures:
     def _gather(self, pose: Floats, seeds: Floats, found: list[Floats]) -> None:
         count = len(seeds)
         target = np.broadcast_to(pose, (count, 4, 4))
-        q, error = self._newton.solve(target[:, :3, :3], target[:, :3, 3], seeds)
+        q, error = self._newton.solve(PoseArray(target[:, :3, :3], target[:, :3, 3]), seeds)
         q = nearest_turn(q, np.zeros(self._robot.n))
         regular = (error.max(axis=1) < EXACT) & (self._conditioning(q) > _REGULAR)
         for posture in q[regular]:
@@ -58,17 +60,14 @@ class Postures:
 
     def _nearest_stored(self, pose: Floats) -> Floats:
         """Stored postures (M, n), those first that nearly take up the pose; joints 1 and n set to suit it."""
-        if self._table is None:
-            self._table = self._store()
-        q, keys = self._table
-        key, heading = self._placement(pose[None, :3, :3], pose[None, :3, 3])
+        q, keys = self._stored
+        key, heading = self._placement(PoseArray(pose[None, :3, :3], pose[None, :3, 3]))
         order = np.argsort(np.square(keys - key).sum(axis=1), kind="stable")[: _ROUND * _ROUNDS]
         q = q[order].copy()
-        r, p, _ = self._newton.evaluate(q)
-        q[:, 0] += heading - self._placement(r, p)[1]
-        r, _, _ = self._newton.evaluate(q)
+        q[:, 0] += heading - self._placement(self._newton.evaluate(q)[0])[1]
+        at, _ = self._newton.evaluate(q)
         # What is left is mostly a turn about the last axis.
-        left, axis = np.einsum("nji,jk->nik", r, pose[:3, :3]), self._last_axis
+        left, axis = np.einsum("nji,jk->nik", at.rotation, pose[:3, :3]), self._last_axis
         q[:, -1] += np.arctan2(
             antisymmetric(left) @ axis, np.trace(left, axis1=1, axis2=2) - np.einsum("i,nij,j->n", axis, left, axis)
         )
@@ -79,8 +78,9 @@ class Postures:
         """Unit vector of the last joint in the flange frame."""
         return np.asarray(self._robot.after[-1][:3, :3].T @ self._robot.axis[-1])
 
-    def _placement(self, rotation: Floats, origin: Floats) -> tuple[Floats, Floats]:
+    def _placement(self, flange: Poses) -> tuple[Floats, Floats]:
         """Axis n against axis 1: a key (N, 5) that turns about either leave alone, and the heading (N,)."""
+        rotation, origin = flange.rotation, flange.origin
         first = self._robot.before[0]
         frame = first[:3, :3] @ _frame_about(self._robot.axis[0])
         back = np.linalg.inv(self._robot.after[-1])[:3, 3]  # joint n in the flange frame
@@ -95,11 +95,12 @@ class Postures:
         key += [along[:, 2], c * along[:, 0] + s * along[:, 1], c * along[:, 1] - s * along[:, 0]]
         return np.stack(key, axis=1), heading
 
-    def _store(self) -> tuple[Floats, Floats]:
+    @cached_property
+    def _stored(self) -> tuple[Floats, Floats]:
+        """Random postures (M, n) and their keys."""
         q = np.random.default_rng(20).uniform(-np.pi, np.pi, (_STORED, self._robot.n))
         q[:, 0] = q[:, -1] = 0.0
-        r, p, _ = self._newton.evaluate(q)
-        return q, self._placement(r, p)[0]
+        return q, self._placement(self._newton.evaluate(q)[0])[0]
 
 
 def _frame_about(axis: Floats) -> Floats:

@@ -1,0 +1,168 @@
+"""An arm with the tools of a placement: the statics of every pose of a path with the tool that it calls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.arm import Arm, Conditions
+from compensator.errors import CellError, SolveError
+from compensator.path.tool_set import ToolSet
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.errors import EquilibriumError
+from stiffness.kinematics.inverse import Inverse
+from stiffness.memory.preload import PreloadState, unknown
+from stiffness.model.model import ComplianceModel
+from stiffness.robot.robot import Robot
+from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
+from stiffness.statics.predictor import Predictor
+from toolpaths.frame import Frame
+from toolpaths.toolpath import Toolpath
+
+Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp] | slice
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class EquippedArm:
+    """An arm with its tools.
+
+    Attributes:
+        robot, inverse, model: of the arm.
+        tools: what hangs on the flange.
+        effects, values: of the model, that act on a path with these tools.
+        not_applied: names of effects of the model that do not.
+        predictors: number of the tool -> statics with it.
+    """
+
+    robot: Robot
+    inverse: Inverse
+    model: ComplianceModel
+    tools: ToolSet
+    effects: tuple[Effect, ...]
+    values: Mapping[str, Numbers]
+    not_applied: tuple[str, ...]
+    predictors: Mapping[int, Predictor]
+
+    def __repr__(self) -> str:
+        return f"EquippedArm({self.robot.name}, {self.tools!r}, effects {[e.name for e in self.effects]})"
+
+    @property
+    def unknown_state(self) -> PreloadState:
+        """Before the first move nothing is known of the flanks."""
+        return unknown(self.effects, self.values)
+
+    def command(
+        self,
+        toolpath: Toolpath,
+        target: Frame,
+        wrench: Floats,
+        state: Floats,
+        seed: Floats,
+        near: StartValues | None = None,
+    ) -> Command:
+        """Commands whose deflected TCP stands at ``target`` (N), with the tool of every pose; see Predictor.command.
+
+        Args:
+            wrench: (N, 6) N and N*m on the robot, base axes, about the TCP.
+            state: (N, m) memory. seed: (N, n) rad, nominal inverse kinematics of the targets.
+        """
+        done = []
+        for number, r in self.tools.rows(toolpath):
+            begin = near and StartValues(near.q[r], near.actual[r], near.extra[r])
+            given = (target.take(r), wrench[r], state[r], seed[r], begin)
+            done.append((r, self.predictors[number].command(*given)))
+        if len(done) == 1:
+            return done[0][1]
+        columns = {name: _merged(len(seed), [(r, getattr(c, name)) for r, c in done]) for name in COLUMNS}
+        return Command(**columns, steps=max(c.steps for _, c in done))
+
+    def forward(self, toolpath: Toolpath, q: Floats, wrench: Floats, state: Floats) -> Prediction:
+        """Equilibrium of commands (N, n) rad, with the tool of every pose; see Predictor.forward.
+
+        Raises:
+            SolveError: there is none; names the pose.
+        """
+        rows = self.tools.rows(toolpath)
+        done = [(r, self._forward(toolpath, number, r, q, wrench, state)) for number, r in rows]
+        if len(done) == 1:
+            return done[0][1]
+        names = ("rotation", "position", "torque", "residual")
+        return Prediction(**{name: _merged(len(q), [(r, getattr(f, name)) for r, f in done]) for name in names})
+
+    def _forward(
+        self, toolpath: Toolpath, number: int, rows: Rows, q: Floats, wrench: Floats, state: Floats, /
+    ) -> Prediction:
+        try:
+            return self.predictors[number].forward(q[rows], wrench[rows], state[rows])
+        except EquilibriumError as e:
+            k = int(np.arange(len(q))[rows][e.row])
+            where = f"{toolpath.source}:{toolpath.line[k]} (pose {toolpath.row[k]:g} of the file)"
+            raise SolveError(f"{where}: {e.problem}") from e
+
+    def joint_deflection(self, q: Floats, torque: Floats, state: Floats) -> Floats:
+        """dq (N, n) of the joint laws alone."""
+        return next(iter(self.predictors.values())).joint_deflection(q, torque, state)
+
+    def joint_states(self, state: Floats) -> Floats:
+        """(N, n) rad: the part of ``state`` that is itself a joint deflection."""
+        n = self.robot.n
+        total = np.zeros((len(state), n))
+        at = 0
+        for e in self.effects:
+            if e.memory:
+                if np.any(e.memory.gain(self.values[e.name]) != 0):
+                    total += state[:, at : at + n]
+                at += n
+        return total
+
+
+def _merged(rows: int, parts: Sequence[tuple[Rows, Floats]]) -> Floats:
+    out = np.empty((rows, *parts[0][1].shape[1:]))
+    for r, values in parts:
+        out[r] = values
+    return out
+
+
+def equipped(arm: Arm, tools: ToolSet, conditions: Conditions, source: str) -> EquippedArm:
+    """An arm with tools, under these conditions.
+
+    Args:
+        source: the file that gives them, for messages.
+
+    Raises:
+        CellError: the model has effects of one tool and there are several; masses are not known where they count.
+    """
+    names = {t.name for t in tools.by_number.values()}
+    if len(names) > 1 and any(e.scope == "tool" for e in arm.model.effects):
+        listed = ", ".join(sorted(names))
+        raise CellError(f"{source}: the model has effects of one tool; the cell has tools {listed}")
+    effects, not_applied = arm.acting(tools.first.name)
+    _refuse_without_masses(source, arm.robot, effects, arm.sag(conditions))
+    return EquippedArm(
+        robot=arm.robot,
+        inverse=arm.inverse,
+        model=arm.model,
+        tools=tools,
+        effects=effects,
+        values={e.name: arm.model.values[e.name] for e in effects},
+        not_applied=not_applied,
+        predictors={number: arm.predictor(tool, conditions) for number, tool in tools.by_number.items()},
+    )
+
+
+def _refuse_without_masses(source: str, robot: Robot, effects: Sequence[Effect], sag: str) -> None:
+    if robot.mass is None and sag == "uncompensated":
+        raise CellError(
+            f"{source}: gravity = 'uncompensated' needs the link masses of {robot.name}: {robot.mass_problem}; "
+            "give them in the robot file, or set gravity = \"calibrated-out\" if the controller takes the sag off"
+        )
+    if robot.mass is None and any(e.needs_torque_sign for e in effects):
+        names = ", ".join(e.name for e in effects if e.needs_torque_sign)
+        raise CellError(
+            f"{source}: {names} depends on the gravity torque of every joint, but {robot.mass_problem}; "
+            "give link masses in the robot file or leave the effect out of the model"
+        )

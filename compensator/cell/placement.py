@@ -1,0 +1,80 @@
+"""Placement: where part and tools are, and what is done there. Many placements can share one arm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.arm import Conditions
+from compensator.cell.cell_file import Cell
+from compensator.cell.placement_tables import ExternalAxisTable
+from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
+from compensator.errors import CellError
+from compensator.path.tool_set import ToolSet
+from compensator.process.process import Process, ProcessContext
+from toolpaths.frame import Frame
+from toolpaths.machine import Machine
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Placement:
+    """Everything about a run but the arm and the toolpath.
+
+    Attributes:
+        source: the file that gives it, for messages.
+        workobject: base -> the frame of the toolpath.
+        tools: what hangs on the flange.
+        process: what the cut does to the robot.
+        conditions: gravity, temperature.
+        start: (n,) rad where the path starts from; None: not known.
+        external: external axes of robot programs by name.
+        machine: that the toolpath was posted for; None: not declared.
+        solve, sampling, program: settings, in the units of the cell file.
+    """
+
+    source: str
+    workobject: Frame
+    tools: ToolSet
+    process: Process
+    conditions: Conditions
+    start: Floats | None = None
+    external: Mapping[str, ExternalAxisTable] = field(default_factory=dict)
+    machine: Machine | None = None
+    solve: SolveTable = field(default_factory=SolveTable)
+    sampling: SamplingTable = field(default_factory=SamplingTable)
+    program: ProgramTable = field(default_factory=ProgramTable)
+
+    def __repr__(self) -> str:
+        return f"Placement({self.source!r}, {self.tools!r})"
+
+
+def placement_of(cell: Cell) -> Placement:
+    """The placement that a cell describes.
+
+    Raises:
+        CellError: work object or tool are missing: a robot program might have brought its own.
+    """
+    if "workobject" not in cell.model_fields_set:
+        raise CellError(f"{cell.source}: workobject is missing")
+    if cell.tool is None and not cell.tools:
+        raise CellError(f"{cell.source}: give either [tool] or [tools.1], [tools.2], ... by the number in the file")
+    by_number = {number: table.tool() for number, table in cell.tools.items()}
+    x, y, z = (float(v) for v in cell.mount.gravity_in_base())
+    return Placement(
+        source=cell.source,
+        workobject=cell.workobject.frame(),
+        tools=ToolSet(by_number) if cell.tool is None else ToolSet.of_one(cell.tool.tool()),
+        process=cell.process.process(ProcessContext(cell.source, cell.folder, cell.solve.free_tool_axis)),
+        conditions=Conditions((x, y, z), cell.gravity, cell.temperature, cell.solve.complementary_stiffness),
+        start=None if cell.start is None else np.radians(cell.start.joints),
+        external=cell.external,
+        machine=cell.posted_for(),
+        solve=cell.solve,
+        sampling=cell.sampling,
+        program=cell.program,
+    )

@@ -1,0 +1,110 @@
+"""Tables of a cell file that place things: mount, tool, work object, start, external axes."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field, model_validator
+
+from compensator.toml_table import Number, Three, TomlTable, refuse_metres, refuse_radians
+from stiffness.robot.robot import STANDARD_GRAVITY
+from stiffness.statics.tool import Tool
+from toolpaths.frame import Frame
+from toolpaths.rotation import matrix_from_rpy
+
+Floats = npt.NDArray[np.float64]
+
+
+class MountTable(TomlTable):
+    """Base in the world, deg; gravity is -z of the world."""
+
+    rpy: Three = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _units(self) -> MountTable:
+        refuse_radians("mount.rpy", self.rpy)
+        return self
+
+    def gravity_in_base(self) -> Floats:
+        """(3,) m/s2."""
+        return np.asarray(matrix_from_rpy(np.radians(self.rpy)).T @ np.array(STANDARD_GRAVITY))
+
+
+class ToolTable(TomlTable):
+    """Flange -> TCP, mm and deg; mass kg; com mm in the flange frame."""
+
+    xyz: Three
+    rpy: Three = (0.0, 0.0, 0.0)
+    mass: Number | None = Field(default=None, ge=0, le=5000)
+    com: Three | None = None
+    name: str = "tool"
+
+    @model_validator(mode="after")
+    def _complete(self) -> ToolTable:
+        refuse_metres("tool.xyz", self.xyz)
+        refuse_metres("tool.com", self.com or (0.0, 0.0, 0.0))
+        refuse_radians("tool.rpy", self.rpy)
+        if self.mass and self.com is None:
+            raise ValueError("mass is given without com, where its weight acts; add com = [x, y, z] in mm")
+        return self
+
+    def tool(self) -> Tool:
+        """In SI."""
+        com = None if self.com is None else np.array(self.com) / 1e3
+        rotation = matrix_from_rpy(np.radians(self.rpy))
+        return Tool(rotation, np.array(self.xyz) / 1e3, self.mass or 0.0, com, self.name)
+
+
+class WorkObjectTable(TomlTable):
+    """Base -> the frame that the CAM file is written in, mm and deg."""
+
+    xyz: Three
+    rpy: Three = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _units(self) -> WorkObjectTable:
+        refuse_metres("workobject.xyz", self.xyz)
+        refuse_radians("workobject.rpy", self.rpy)
+        return self
+
+    def frame(self) -> Frame:
+        """The work object in the base, in SI."""
+        return Frame(matrix_from_rpy(np.radians(self.rpy)), np.array(self.xyz) / 1e3)
+
+
+class StartTable(TomlTable):
+    """Where the path starts from: joint angles in deg."""
+
+    joints: list[Number]
+
+    @model_validator(mode="after")
+    def _units(self) -> StartTable:
+        refuse_radians("start.joints", tuple(self.joints))
+        return self
+
+
+class ExternalAxisTable(TomlTable):
+    """What an external axis of a robot program carries; mm, base axes.
+
+    ``robot``: a rail, ``direction`` is the way the base goes as the value rises (mm). ``part``: a table, which turns
+    about ``direction`` through ``center`` (deg). ``nothing``: it may move as it likes.
+    """
+
+    carries: Literal["robot", "part", "nothing"]
+    direction: Three = (0.0, 0.0, 0.0)
+    center: Three = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _complete(self) -> ExternalAxisTable:
+        if self.carries == "nothing":
+            return self
+        if not abs(float(np.linalg.norm(self.direction)) - 1.0) < 1e-6:
+            raise ValueError(f"direction = {list(self.direction)}: a direction of length 1 in base axes is expected")
+        if self.carries == "part" and "center" not in self.model_fields_set:
+            raise ValueError("center is missing: a point on the axis of the table, mm in the base")
+        if self.carries == "robot" and "center" in self.model_fields_set:
+            raise ValueError("center is of a table (carries = \"part\"): a rail has none")
+        refuse_metres("center", self.center)
+        return self

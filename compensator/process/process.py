@@ -1,0 +1,142 @@
+"""Process: what the cut does to the robot. The contract that every kind of process keeps."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.toml_table import TomlTable
+from toolpaths.frame import Frame
+from toolpaths.toolpath import CUT, Toolpath
+from toolpaths.writing.program import Finding
+
+Floats = npt.NDArray[np.float64]
+WrenchAxes = Literal["path", "tool", "workobject", "base"]
+SMOOTH = np.cos(np.radians(15.0))  # wrenches whose directions differ by less belong to one curve
+
+
+@dataclass(frozen=True, repr=False)
+class ToolMotion:
+    """What a process is asked about: N poses of a toolpath, and where the tool is at each.
+
+    Attributes:
+        toolpath: feeds, kinds, tool numbers and source lines.
+        workobject: the work object in the base.
+        nominal: (N) TCP in the base, as the toolpath has it.
+        deflected: (N) TCP in the base, where it really is; None: at ``nominal``.
+    """
+
+    toolpath: Toolpath
+    workobject: Frame
+    nominal: Frame
+    deflected: Frame | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.nominal.origin) != len(self.toolpath):
+            raise ValueError(f"{len(self.nominal.origin)} frames for {len(self.toolpath)} poses")
+
+    def __len__(self) -> int:
+        return len(self.toolpath)
+
+    def __repr__(self) -> str:
+        return f"ToolMotion({self.toolpath!r}{', deflected' if self.deflected else ''})"
+
+    @property
+    def tcp(self) -> Frame:
+        """(N) where the TCP is."""
+        return self.nominal if self.deflected is None else self.deflected
+
+
+@dataclass(frozen=True, repr=False)
+class ProcessLoad:
+    """What a process does to the robot along a path, and what else it found out.
+
+    Attributes:
+        wrench: (N, 6) N and N*m on the robot, base axes, about the TCP; 0 at rapids.
+        findings: about poses of the path; one of level ``error`` refuses it.
+        columns: name with unit, such as ``chip_mm`` -> (N,) of that unit, for tables of the poses.
+    """
+
+    wrench: Floats
+    findings: tuple[Finding, ...] = ()
+    columns: Mapping[str, Floats] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"ProcessLoad({len(self.wrench)} poses, {len(self.findings)} findings, {', '.join(self.columns)})"
+
+
+class Process(ABC):
+    """A process that goes on along a whole toolpath.
+
+    Attributes:
+        axes: of the wrench as the user thinks of it; in ``path`` axes it turns with the feed.
+    """
+
+    axes: WrenchAxes
+
+    @abstractmethod
+    def load(self, motion: ToolMotion) -> ProcessLoad:
+        """The wrench at every pose of ``motion``, on the robot, base axes, about the TCP where it is.
+
+        The same motion gives the same load; rapids carry none.
+
+        Raises:
+            CellError: the process does not fit the path; names file, line and value.
+        """
+
+    @abstractmethod
+    def description(self) -> str:
+        """One line for reports: kind, axes and numbers."""
+
+    def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
+        """The load after poses were put into the segments of ``known_path``, whose load is ``known``.
+
+        Path axes of a sampled curve turn at its poses; a pose put in between gets what lies between the wrenches of
+        the ends, or the whole turn would fall on what is left of the segment. Sharp corners stay corners.
+        """
+        load = self.load(motion)
+        if self.axes != "path":
+            return load
+        return replace(load, wrench=_between_the_ends(load.wrench, motion.toolpath, known_path, known.wrench))
+
+
+def _between_the_ends(wrench: Floats, toolpath: Toolpath, old: Toolpath, old_wrench: Floats) -> Floats:
+    start = np.clip(np.searchsorted(old.row, toolpath.row, side="right") - 1, 0, len(old) - 2)
+    a, b = old_wrench[start], old_wrench[start + 1]
+    cut = (old.kind[start] == CUT) & (old.kind[start + 1] == CUT)
+    size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+    gentle = np.sum(a * b, axis=1) > SMOOTH * size
+    share = (toolpath.row - old.row[start]) / (old.row[start + 1] - old.row[start])
+    inside = cut & gentle & (share > 0) & (share < 1)
+    return np.where(inside[:, None], a + share[:, None] * (b - a), wrench)
+
+
+@dataclass(frozen=True)
+class ProcessContext:
+    """What the rest of the cell tells a process.
+
+    Attributes:
+        source: the cell file, for messages.
+        folder: what paths in the cell are relative to.
+        turn_is_chosen: the turn about the tool axis is free where the toolpath leaves it open.
+    """
+
+    source: str
+    folder: Path
+    turn_is_chosen: bool
+
+
+class ProcessTable(TomlTable):
+    """[process] of a cell file; every kind adds ``kind``, a literal of its name, and its own keys."""
+
+    kind: str
+
+    def process(self, context: ProcessContext) -> Process:
+        """The process that the table describes."""
+        raise NotImplementedError

@@ -1,0 +1,108 @@
+"""The solve: commands whose deflected TCP stands on the nominal path; state, solve, check, repeat.
+
+State and correction depend on each other and are iterated until they agree. Where a flank changes between two
+poses the path gets poses there, so that the change is not smeared over a segment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.job import Job
+from compensator.path.planned_path import PlannedPath
+from compensator.process.process import ProcessLoad, ToolMotion
+from compensator.solve.agreement import agreed
+from compensator.solve.compensation import Compensation
+from compensator.solve.flank_poses import with_changes
+from compensator.solve.joint_state import follow
+from compensator.solve.rapid_fade import faded_targets, held_targets
+from compensator.solve.safety import refuse_unsafe
+from stiffness.statics.prediction import Command, Prediction, StartValues
+from toolpaths.toolpath import CUT
+
+Floats = npt.NDArray[np.float64]
+
+
+def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Compensation:
+    """Solve a planned path; poses are put in where flanks change.
+
+    Args:
+        rapids_stay: rapids are commanded as the toolpath has them, as in a program that is filtered in place; else the
+            correction fades in and out along them.
+
+    Raises:
+        PathError, SolveError: names the pose, its line, the value and the bound.
+    """
+    first = result = _solved(job, path, job.placement.process.load(_motion(job, path)), rapids_stay)
+    finer = with_changes(result)
+    if finer is not None:
+        load = job.placement.process.load_between(_motion(job, finer), path.toolpath, first.load)
+        result = _solved(job, finer, load, rapids_stay, _carried_over(first, finer))
+    refuse_unsafe(result)
+    nominal = result.path
+    before, _ = follow(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
+    return replace(result, before=before, inserted=len(result) - len(first))
+
+
+def uncompensated(job: Job, path: PlannedPath) -> Compensation:
+    """The nominal path commanded as it is: what ``preview`` shows."""
+    load = job.placement.process.load(_motion(job, path))
+    before, state = follow(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
+    still = Command(
+        q=path.q,
+        actual=path.q,
+        torque=before.torque,
+        rotation=path.tcp.rotation,
+        position=path.tcp.origin,
+        error=np.zeros(len(path)),
+        extra=np.empty((len(path), 0)),
+        steps=0,
+    )
+    return Compensation(
+        job=job, path=path, load=load, target=path.tcp, command=still, state=state, before=before, iterations=0,
+        inserted=0,
+    )  # fmt: skip
+
+
+def _motion(job: Job, path: PlannedPath) -> ToolMotion:
+    return ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
+
+
+def _carried_over(old: Compensation, path: PlannedPath) -> StartValues:
+    """The solution of ``old`` at a path with poses put in between."""
+    at, to = old.path.toolpath.row, path.toolpath.row
+
+    def carried(values: Floats) -> Floats:
+        return np.array([np.interp(to, at, column) for column in values.T]).reshape(-1, len(to)).T.copy()
+
+    q, actual = carried(old.command.q - old.path.q), carried(old.command.actual - old.path.q)
+    return StartValues(path.q + q, path.q + actual, carried(old.command.extra))
+
+
+def _solved(
+    job: Job, path: PlannedPath, load: ProcessLoad, rapids_stay: bool, near: StartValues | None = None
+) -> Compensation:
+    """Commands for the poses as they are; state and correction agree in the result."""
+    arm, start, toolpath, wrench = job.arm, job.placement.start, path.toolpath, load.wrench
+    target = path.tcp
+    held = np.flatnonzero((toolpath.kind != CUT) & rapids_stay)
+    command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=near, held=held)
+    if len(held):
+        target = held_targets(arm, path, wrench, state, held)
+    elif np.any(toolpath.kind != CUT):
+        target = faded_targets(arm, path, command, state, job.placement.solve.fade / 1e3)
+        command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=command, held=held)
+    return Compensation(
+        job=job,
+        path=path,
+        load=load,
+        target=target,
+        command=command,
+        state=state,
+        before=Prediction(path.tcp.rotation, path.tcp.origin, command.torque, command.error),
+        iterations=rounds,
+        inserted=0,
+    )

@@ -1,0 +1,124 @@
+"""Structure: whether a fit leaves more than noise, where that sits, and which additions stand beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from stiffness.diagnosis.added_effects import Addition, at_values_of
+from stiffness.diagnosis.alternatives import Alternatives
+from stiffness.diagnosis.attribution import Share, attribution
+from stiffness.diagnosis.coherence import coherent
+from stiffness.diagnosis.search import Search
+from stiffness.effects.effect import part_of
+from stiffness.identification.fit import Fit
+
+CLEAR = 1.15  # residual over noise from which structure is clear
+NOTICED = 1e-4  # chance of a residual that noise alone would leave
+SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
+SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
+CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
+PARTLY = 0.2  # of what was above the noise: an effect that explains less is not called the explanation
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Structure:
+    """What a fit leaves: whether structure is ``left``, where it sits, and ``notes`` for the report."""
+
+    left: bool
+    shares: list[Share]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Judged:
+    """The additions that stand, their fit, and what it leaves."""
+
+    fit: Fit
+    additions: list[Addition]
+    structure: Structure
+
+
+def without_crumbs(
+    search: Search, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
+) -> tuple[Fit, list[Addition]]:
+    """Without additions that only polish what another explains: laws that are not exact to the last digit."""
+    crumbs = {r.addition.effect.name for r in found if r.explains < CRUMB}
+    kept = [a for a in additions if a.effect.name not in crumbs]
+    if not crumbs or not kept:
+        return fit, additions
+    trial = search.fits.fit(kept, fit)
+    if trial.solution.chi2 > SLIGHTLY**2 * trial.solution.freedom:
+        return fit, additions
+    return trial, at_values_of(trial, kept)
+
+
+def judged(search: Search, base: Fit, fit: Fit, additions: list[Addition]) -> Judged:
+    """Additions that stand beside what is left, and the structure that is left or, where none is, that was there."""
+    search.say("looking where the rest sits")
+    structure = _structure(search, base, fit)
+    notes = structure.notes
+    while structure.left and additions:
+        doubtful = next((a for a in additions if _doubtful(search, a, additions, base, fit, structure.shares)), None)
+        if doubtful is None:
+            break
+        note = (
+            f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
+            "structure in the same place: not added"
+        )
+        additions = [a for a in additions if a is not doubtful]
+        fit = search.fits.fit(additions, fit)
+        additions = at_values_of(fit, additions)
+        structure = _structure(search, base, fit)
+        notes = (*notes, note, *structure.notes)
+    shares = structure.shares if structure.left else _shares(search, base)
+    return Judged(fit, additions, Structure(structure.left, shares, notes))
+
+
+def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
+    """Whether a fit leaves clear structure, and where."""
+    misfit = float(np.sqrt(fit.solution.chi2 / max(fit.solution.freedom, 1.0)))
+    above, first = _above(fit), _above(base)
+    if _like_noise(fit) or misfit < CLEAR:
+        return Structure(False, [])
+    if fit is not base and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
+        note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
+        return Structure(False, [], (note,))
+    shares = _shares(search, fit)
+    if shares or (fit is not base and above > PARTLY * first) or any(coherent(s) for s in fit.sessions):
+        return Structure(True, shares)
+    note = (
+        f"the residual is {misfit:.2f} times the noise, but readings of one state do not agree on it and it "
+        "follows nothing that was looked at: the instruments scatter more than their data sheet says"
+    )
+    return Structure(False, shares, (note,))
+
+
+def _shares(search: Search, fit: Fit) -> list[Share]:
+    return [] if _like_noise(fit) else attribution(fit, search.sensitivities)
+
+
+def _like_noise(fit: Fit) -> bool:
+    """Whether noise alone would leave such a residual."""
+    return bool(stats.chi2.sf(fit.solution.chi2, max(fit.solution.freedom, 1.0)) > NOTICED)
+
+
+def _doubtful(
+    search: Search, a: Addition, additions: Sequence[Addition], base: Fit, fit: Fit, shares: Sequence[Share]
+) -> bool:
+    """Whether an addition only took the nearest name beside structure that is left."""
+    without = search.fits.fit([b for b in additions if b is not a], fit)
+    share = (_above(without) - _above(fit)) / max(_above(base), 1e-9)
+    if share < PARTLY:
+        return True
+    places = [s.what for s in shares if not s.what.startswith("column:")]
+    beside = {part_of(w, search.fits.joints) for w in a.where}
+    return share < 1 - PARTLY and (not places or part_of(places[0], search.fits.joints) in beside)
+
+
+def _above(fit: Fit) -> float:
+    """Chi-square above what noise leaves."""
+    return max(fit.solution.chi2 - fit.solution.freedom, 0.0)

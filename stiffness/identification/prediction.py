@@ -1,0 +1,243 @@
+"""Prediction: the readings of a session for given values of the free numbers, with their derivatives.
+
+The statics and the memory of the joints are solved by iteration from where the last prediction ended. That is the
+``SessionState``: it goes in as an argument and comes out with the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects.effect import Numbers
+from stiffness.identification.readings import ArmEquilibria, ReadingModel
+from stiffness.identification.session_data import SessionData
+from stiffness.identification.station import TrackerPoses
+from stiffness.identification.unknowns import Unknowns
+from stiffness.numerics.kernel import Kernel
+from stiffness.robot.robot import STANDARD_GRAVITY
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+Bools = npt.NDArray[np.bool_]
+
+MEMORY_ROUNDS = 5
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SessionState:
+    """Where the fit of a session stands.
+
+    Attributes:
+        x: (N, n_x) elastic coordinates that the next equilibria start from.
+        torque: (N, n) N*m of the joints that the next load histories start from.
+        poses: first guess of the tracker poses; None before the first prediction, which makes it.
+        used: (N,) readings that take part. allowed: (N,) readings that may: no search for outliers brings others back.
+    """
+
+    x: Floats
+    torque: Floats
+    poses: TrackerPoses | None
+    used: Bools
+    allowed: Bools
+
+    def __repr__(self) -> str:
+        return f"SessionState({int(self.used.sum())} of {len(self.used)} readings used)"
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class PredictedReadings:
+    """Predicted readings of a session.
+
+    Attributes:
+        position: (N, 3) m, as read.
+        by_parameter, by_station, by_wrench: (N, 3, P), (N, 3, S), (N, 3, 6) derivatives.
+        back: (N, 3, 3) rotation, base -> axes of the reading.
+        state: where the prediction ended.
+    """
+
+    position: Floats
+    by_parameter: Floats
+    by_station: Floats
+    by_wrench: Floats
+    back: Floats
+    state: SessionState
+
+    @property
+    def x(self) -> Floats:
+        """(N, n_x) elastic coordinates."""
+        return self.state.x
+
+    @property
+    def torque(self) -> Floats:
+        """(N, n) N*m."""
+        return self.state.torque
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SessionPredictor:
+    """A session, the layout of the free numbers, and the values of all others.
+
+    Attributes:
+        model: equilibria and positions; its kernels hold ``fixed`` values.
+        resting: (N, n) N*m at every posture without load, for the values that the fit starts with.
+    """
+
+    data: SessionData
+    unknowns: Unknowns
+    fixed: Mapping[str, Numbers]
+    model: ReadingModel
+    resting: Floats
+
+    @classmethod
+    def of(cls, data: SessionData, unknowns: Unknowns, fixed: Mapping[str, Numbers]) -> SessionPredictor:
+        """The predictor of a session for a layout."""
+        session = data.session
+        model = ReadingModel(
+            session.robot,
+            unknowns,
+            fixed,
+            session.tool.tool(),
+            gravity=np.array(STANDARD_GRAVITY),
+            calibrated_out=session.gravity == "calibrated-out",
+        )
+        resting = np.zeros((len(data.samples), session.robot.n))
+        if model.statics.n_state:
+            p, s = unknowns.start(fixed), data.samples
+            resting = model.unloaded_torque(p, s.q, s.payload[:, None], data.warm)
+        return cls(data, unknowns, fixed, model, resting)
+
+    def __repr__(self) -> str:
+        return f"SessionPredictor({self.data.session.source!r}, {self.unknowns!r})"
+
+    def with_memory_values(self, fixed: Mapping[str, Numbers]) -> SessionPredictor:
+        """The same with other values of numbers that only the rules of joint memories read."""
+        return replace(self, fixed=fixed)
+
+    def first_state(self) -> SessionState:
+        """The state before the first prediction: undeflected arms without torque, all readings in use."""
+        count = len(self.data.samples)
+        every = np.ones(count, dtype=bool)
+        return SessionState(
+            x=np.zeros((count, self.model.n_x)),
+            torque=np.zeros((count, self.data.session.robot.n)),
+            poses=None,
+            used=every,
+            allowed=every,
+        )
+
+    def predict(self, state: SessionState, p: Floats, own: Floats) -> PredictedReadings:
+        """Readings for parameters ``p`` (P,) and the session's own numbers ``own`` (S,), started from ``state``."""
+        data, effects = self.data, self.unknowns.effects
+        values = self.unknowns.values(p, self.fixed)
+        places = data.station.reflectors(own)
+        x, torque = state.x, state.torque
+        memory = data.history.state(effects, values, torque, self.resting)
+        for _ in range(MEMORY_ROUNDS if memory.shape[1] else 1):
+            arms, of, x, torque = self._equilibria(p, places, memory, x)
+            new = data.history.state(effects, values, torque, self.resting)
+            if np.allclose(new, memory, atol=1e-6):
+                break
+            memory = new
+        base, by_p, by_w, by_state, link = self._positions(p, arms, of, places)
+        moved = data.history.slopes(effects, values, torque, self.resting, memory) if memory.shape[1] else {}
+        by_p = self._with_memory(by_p, by_state, moved)
+        poses = data.station.placed(base) if state.poses is None else state.poses
+        read, back, by_station = data.station.seen(own, base, poses)
+        by_reflector = data.station.reflector_derivative(own)[data.samples.reflector]
+        seen = PredictedReadings(
+            position=read,
+            by_parameter=back @ by_p,
+            by_station=by_station + back @ (link @ by_reflector),
+            by_wrench=back @ by_w,
+            back=back,
+            state=replace(state, x=x, torque=torque, poses=poses),
+        )
+        return self._shown(p, seen)
+
+    def _equilibria(
+        self, p: Floats, places: Floats, memory: Floats, x: Floats
+    ) -> tuple[ArmEquilibria, Index, Floats, Floats]:
+        """Arms at rest, one for all readings that share load and posture; which of them every reading is (N,); and
+        elastic coordinates and torques of every reading."""
+        loads = self.data.loads(places, memory)
+        first, of = self.data.cases(loads)
+        parts = []
+        for kind, rows in self.data.kinds.items():
+            some = np.flatnonzero(rows[first])
+            at = first[some]
+            parts.append((some, self.model.equilibria(kind, p, loads.take(at), x[at])))
+        arms = ArmEquilibria.gathered(parts)
+        return arms, of, arms.x[of], arms.torque[of]
+
+    def _positions(
+        self, p: Floats, arms: ArmEquilibria, of: Index, places: Floats
+    ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Reflectors (N, 3) in the base, derivatives by parameters, wrench and memory, rotations of their links."""
+        s, count, tables = self.data.samples, len(self.data.samples), self.model.tables
+        base, link = np.empty((count, 3)), np.empty((count, 3, 3))
+        by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (len(p), 6, arms.by_state.shape[2]))
+        for k in np.unique(self.data.link):
+            rows = np.flatnonzero(self.data.link == k)
+            out = self.model.positions(arms.take(of[rows]), int(k), places[s.reflector[rows]])
+            base[rows], link[rows] = out.position, out.rotation
+            by_w[rows], by_state[rows] = out.by_wrench, out.by_state
+            every = np.empty((len(rows), 3, len(p)))
+            every[:, :, tables.core] = out.by_parameter
+            if len(tables.own):
+                every[:, :, tables.own] = out.by_angle[:, :, tables.joint] * tables.slopes(s.q[rows], p)[:, None]
+            by_p[rows] = every
+        return base, by_p, by_w, by_state, link
+
+    def _with_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> Floats:
+        """Derivatives by parameters, with what these do to a reading by way of the joint states that they shift."""
+        n, out = self.data.session.robot.n, by_p.copy() if moved else by_p
+        remembering = [e.name for e in self.unknowns.effects if e.memory]
+        for k, u in enumerate(self.unknowns.free):
+            shares = moved.get((u.effect, u.parameter.name))
+            if shares is not None:
+                column = remembering.index(u.effect) * n + u.index
+                out[:, :, k] += by_state[:, :, column] * shares[:, u.index, None]
+        return out
+
+    def _shown(self, p: Floats, seen: PredictedReadings) -> PredictedReadings:
+        """What the tracker shows of it: effects that fill ``position_reading``."""
+        if self._instruments is None:
+            return seen
+        position, by_position, by_p = self._instruments.run(seen.position, self.data.time, p)
+        turn = np.swapaxes(by_position.reshape(-1, 3, 3), 1, 2)
+        own = np.swapaxes(by_p.reshape(len(position), len(p), 3), 1, 2)
+        return PredictedReadings(
+            position=position,
+            by_parameter=turn @ seen.by_parameter + own,
+            by_station=turn @ seen.by_station,
+            by_wrench=turn @ seen.by_wrench,
+            back=turn @ seen.back,
+            state=seen.state,
+        )
+
+    def shown_slopes(self, position: Floats, p: Floats) -> Floats:
+        """(N, 3, P): derivatives, by parameters of instruments alone, of what is shown of positions (N, 3)."""
+        if self._instruments is None:
+            return np.zeros((len(position), 3, len(p)))
+        _, _, by_p = self._instruments.run(position, self.data.time, p)
+        return np.swapaxes(by_p.reshape(len(position), len(p), 3), 1, 2)
+
+    @cached_property
+    def _instruments(self) -> Kernel | None:
+        """(position, time, parameters) -> position shown, its derivatives by position and by parameters."""
+        effects = [e for e in self.unknowns.effects if e.position_reading]
+        if not effects:
+            return None
+        at, time, p = ca.SX.sym("at", 3), ca.SX.sym("time"), ca.SX.sym("p", len(self.unknowns))
+        values, shown = self.unknowns.values(p, self.fixed), at
+        for e in effects:
+            if e.position_reading:
+                shown = e.position_reading(shown, time, values[e.name])
+        out = [shown, ca.jacobian(shown, at), ca.jacobian(shown, p)]
+        return Kernel(ca.Function("shown", [at, time, p], [ca.densify(ca.vec(v)) for v in out]))

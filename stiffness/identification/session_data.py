@@ -1,0 +1,111 @@
+"""Session data: the readings of a session, prepared once for every prediction and every fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.identification.load_history import LoadHistory
+from stiffness.identification.readings import ArmLoads, LoadKind
+from stiffness.identification.station import Station
+from stiffness.session.samples import Samples
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+Bools = npt.NDArray[np.bool_]
+
+SILENT = 4.0  # standard deviations of the sensor
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SessionData:
+    """What of a session no parameter changes.
+
+    Attributes:
+        wrench: (N, 6) N and N*m, as read; zero where the sensor shows nothing but its noise.
+        warm: (N, 1) K above the reference temperature; 0 where not known.
+        time: (N, 1) s since the first reading; 0 where not known.
+        link: (N,) the link that the reflector of a reading sits on.
+        kinds: the kinds of load, each with its readings (N,). kind_number: (N,) which of them every reading has.
+        history: approaches and the order of loads.
+        station: layout of the session's own numbers.
+    """
+
+    session: Session
+    wrench: Floats
+    warm: Floats
+    time: Floats
+    link: Index
+    kinds: Mapping[LoadKind, Bools]
+    kind_number: Index
+    history: LoadHistory
+    station: Station
+
+    def __repr__(self) -> str:
+        return f"SessionData({self.session.source!r}, {len(self.samples)} readings)"
+
+    @classmethod
+    def of(cls, session: Session) -> SessionData:
+        """Prepare a session."""
+        s = session.samples
+        reference = session.reference_temperature
+        warm = s.temperature - (20.0 if reference is None else reference)
+        began = np.nanmin(s.time) if np.isfinite(s.time).any() else 0.0
+        kinds, number = _load_kinds(session)
+        return cls(
+            session=session,
+            wrench=_loading_wrench(session),
+            warm=np.where(np.isfinite(warm), warm, 0.0)[:, None],
+            time=np.where(np.isfinite(s.time), s.time - began, 0.0)[:, None],
+            link=np.array([r.link for r in session.reflectors])[s.reflector],
+            kinds=kinds,
+            kind_number=number,
+            history=LoadHistory(session),
+            station=Station(session),
+        )
+
+    @property
+    def samples(self) -> Samples:
+        """The readings."""
+        return self.session.samples
+
+    def loads(self, places: Floats, state: Floats) -> ArmLoads:
+        """What loads the arm of every reading.
+
+        Args:
+            places: (R, 3) m, reflectors in their links: a rope may pull at one. state: (N, s) memory.
+        """
+        s = self.samples
+        point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
+        return ArmLoads(
+            q=s.q, wrench=self.wrench, point=point, state=state, payload=s.payload[:, None], warm=self.warm
+        )
+
+    def cases(self, loads: ArmLoads) -> tuple[Index, Index]:
+        """Rows of readings that differ in load or posture, and which of them every reading is."""
+        keys = np.column_stack([loads.table(), self.kind_number])
+        _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        return np.asarray(first), np.asarray(of).reshape(-1)
+
+
+def _loading_wrench(session: Session) -> Floats:
+    """(N, 6) wrench as read; zero where the sensor shows nothing but its noise, which must not choose flanks."""
+    wrench, sensor = session.samples.load.wrench, session.instruments
+    if not session.has_wrench:
+        return wrench
+    sd = np.array([sensor.force or 0.0] * 3 + [sensor.torque or 0.0] * 3)
+    nothing = np.all(np.abs(wrench) <= SILENT * sd, axis=1)
+    return np.where(nothing[:, None], 0.0, wrench)
+
+
+def _load_kinds(session: Session) -> tuple[dict[LoadKind, Bools], Index]:
+    """The kinds of load of a session, each with its readings, and the number of the kind of every reading."""
+    load = session.samples.load
+    keys = np.stack([load.link, load.point_link, load.in_tool.astype(np.int64)], axis=1)
+    unique, of = np.unique(keys, axis=0, return_inverse=True)
+    of = of.reshape(-1)
+    return {LoadKind(int(a), int(b), bool(c)): of == k for k, (a, b, c) in enumerate(unique)}, of

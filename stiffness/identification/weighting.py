@@ -1,0 +1,163 @@
+"""Weighting: residuals of a session made independent and of unit variance, set-up by set-up.
+
+Positions are compared as they were read, in the tracker's frame. Displacements need no differences: a free offset of
+every reflector of a set-up, as large as the kinematics may be wrong, takes the absolute position out of a reading and
+leaves what changes from state to state, with the noise of the reference counted once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.identification.prediction import PredictedReadings
+from stiffness.numerics.least_squares import Whitened, deletion_statistics, whitened
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+Bools = npt.NDArray[np.bool_]
+
+LARGEST_BLOCK = 900  # readings of a set-up that are whitened together; more are cut, which costs some weight
+PROBE_ANGLE = 1e-3  # rad, noise of a probe's orientation where the session gives none
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Weighting:
+    """Noise of one session.
+
+    Attributes:
+        offset: m, standard deviation of the position of a reflector of a set-up as a whole; 0: it is trusted.
+    """
+
+    session: Session
+    offset: float
+    # what of a set-up's weighting no parameter changes, by its rows
+    _constant: dict[bytes, tuple[Floats | None, Floats]] = field(default_factory=dict, init=False)
+
+    def __repr__(self) -> str:
+        return f"Weighting({self.session.source!r}, offset {self.offset:g} m)"
+
+    def blocks(
+        self, seen: PredictedReadings, own: slice, width: int, more: Floats | None = None
+    ) -> list[Whitened]:
+        """Whitened residuals, set-up by set-up, of the readings in use.
+
+        Args:
+            own: where the session's own numbers stand in the whole vector of ``width`` numbers; the parameters stand
+                at its front.
+            more: (N, 3, C) derivatives by further numbers, whose columns follow.
+        """
+        residual = self.session.samples.position - seen.position
+        count = seen.by_parameter.shape[2]
+        out = []
+        for rows in self._setups(seen.state.used):
+            jacobian = np.zeros((3 * len(rows), width))
+            jacobian[:, :count] = seen.by_parameter[rows].reshape(3 * len(rows), -1)
+            jacobian[:, own] = seen.by_station[rows].reshape(3 * len(rows), -1)
+            if more is not None:
+                jacobian = np.hstack([jacobian, more[rows].reshape(3 * len(rows), -1)])
+            reduce, covariance = self._constant_part(rows)
+            covariance = covariance + self._other_noise(rows, seen.by_wrench[rows])
+            r = residual[rows].reshape(-1)
+            if reduce is not None:
+                r, jacobian, covariance = reduce @ r, reduce @ jacobian, reduce @ covariance @ reduce.T
+            out.append(whitened(rows, r, jacobian, covariance))
+        return out
+
+    def spent(self, used: Bools) -> int:
+        """Numbers that the free offsets of reflectors take up."""
+        if not self.offset > 0:
+            return 0
+        samples = self.session.samples
+        return 3 * len(np.unique(np.column_stack([samples.setup, samples.reflector])[used], axis=0))
+
+    def deletion(self, block: Whitened) -> tuple[list[Index], Floats, Floats]:
+        """Readings of a block: their rows, the chi-square of leaving each out, and its degrees of freedom."""
+        probes = self._probes(block.rows)
+        free = np.ones(len(block.rows), dtype=bool)
+        for members, _ in probes:
+            free[members] = False
+        rows = [block.rows[k : k + 1] for k in np.flatnonzero(free)] + [block.rows[m] for m, _ in probes]
+        sizes = [3] * int(free.sum()) + [min(6, len(lever)) for _, lever in probes]
+        return rows, deletion_statistics(block, sizes), np.array(sizes, dtype=float)
+
+    def _setups(self, used: Bools) -> list[Index]:
+        order = np.argsort(self.session.samples.setup, kind="stable")
+        order = order[used[order]]
+        edges = np.flatnonzero(np.diff(self.session.samples.setup[order])) + 1
+        parts = [part for part in np.split(order, edges) if len(part)]
+        return [piece for part in parts for piece in np.array_split(part, -(-len(part) // LARGEST_BLOCK))]
+
+    def _constant_part(self, rows: Index) -> tuple[Floats | None, Floats]:
+        """``_independent`` and the tracker's noise."""
+        key = rows.tobytes()
+        if key not in self._constant:
+            self._constant[key] = self._independent(rows), self._tracker_noise(rows)
+        return self._constant[key]
+
+    def _other_noise(self, rows: Index, by_wrench: Floats) -> Floats:
+        """Covariance (3k, 3k) that the wrench sensor and the offset of each reflector add."""
+        k = len(rows)
+        c = np.zeros((3 * k, 3 * k))
+        sensor = self.session.instruments
+        if self.session.has_wrench and (sensor.force or sensor.torque):
+            sd = np.array([sensor.force] * 3 + [sensor.torque] * 3)
+            d = (by_wrench * sd).reshape(3 * k, 6)
+            same = np.repeat(self.session.sensor_reading[rows], 3)
+            c += (d @ d.T) * (same[:, None] == same[None, :])
+        if self.offset > 0:
+            group = np.repeat(self.session.samples.reflector[rows], 3)
+            axis = np.tile(np.arange(3), k)
+            c += self.offset**2 * ((group[:, None] == group[None, :]) & (axis[:, None] == axis[None, :]))
+        return c
+
+    def _tracker_noise(self, rows: Index) -> Floats:
+        """Covariance (3k, 3k) of the tracker alone; a probe's reflectors share its six numbers."""
+        sd = self.session.samples.sd
+        c = np.diag((sd[rows] ** 2).reshape(-1))
+        angle = self.session.instruments.tracker_angle or PROBE_ANGLE
+        for members, lever in self._probes(rows):
+            at = (3 * members[:, None] + np.arange(3)).ravel()
+            six = np.concatenate([sd[rows[members[0]]], np.full(3, angle)])
+            c[np.ix_(at, at)] = (lever * six) @ (lever * six).T
+        return c
+
+    def _probes(self, rows: Index) -> list[tuple[Index, Floats]]:
+        """For every pose reading of a probe: its readings (m,) within ``rows``, and their lever (3m, 6)."""
+        s, group = self.session.samples, self.session.group
+        inside = np.flatnonzero(group[s.reflector[rows]] >= 0)
+        if not len(inside):
+            return []
+        key = np.column_stack([s.state[rows], s.block[rows], s.repeat[rows], group[s.reflector[rows]]])[inside]
+        _, of = np.unique(key, axis=0, return_inverse=True)
+        out = []
+        for k in range(int(of.max()) + 1):
+            members = inside[of.ravel() == k]
+            members = members[np.argsort(s.reflector[rows[members]], kind="stable")]
+            arm = s.position[rows[members]] - s.position[rows[members[0]]]
+            skew = np.zeros((len(arm), 3, 3))
+            skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -arm[:, 2], arm[:, 1], -arm[:, 0]
+            lever = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), np.swapaxes(skew, 1, 2) - skew], axis=2)
+            out.append((members, lever.reshape(-1, 6)))
+        return out
+
+    def _independent(self, rows: Index) -> Floats | None:
+        """(m, 3k) that makes six numbers of every pose reading of a probe; None where there is none."""
+        probes = self._probes(rows)
+        if not probes:
+            return None
+        out: list[Floats] = []
+        free = np.ones(len(rows), dtype=bool)
+        for members, lever in probes:
+            free[members] = False
+            part = np.zeros((min(6, len(lever)), 3 * len(rows)))
+            at = (3 * members[:, None] + np.arange(3)).ravel()
+            part[:, at] = np.linalg.pinv(lever)[: len(part)]
+            out.append(part)
+        single = np.zeros((3 * int(free.sum()), 3 * len(rows)))
+        at = (3 * np.flatnonzero(free)[:, None] + np.arange(3)).ravel()
+        single[np.arange(len(at)), at] = 1.0
+        return np.concatenate([single, *out])
