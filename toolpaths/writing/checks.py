@@ -86,6 +86,23 @@ def _kinds_and_tools(program: Program) -> Iterator[Finding]:
             yield Finding(ERROR, f"tool {number}", f"mass {tool.mass:g} kg is negative")
 
 
+def six_joints(program: Program, what: str) -> Iterator[Finding]:
+    """An error for arms with another number of joints; ``what`` has or takes 6."""
+    if program.joints.shape[1] != 6:
+        problem = f"{program.joints.shape[1]} joints: {what} 6"
+        yield Finding(ERROR, program.robot or "robot", problem, "write CSV for this arm")
+
+
+def too_fast(program: Program, fastest: float, limit: str) -> Iterator[Finding]:
+    """Errors for speeds above ``fastest``, m/s: ``limit`` is what the language takes."""
+    with np.errstate(invalid="ignore"):
+        fast = (program.kind == CUT) & (program.feed > fastest)
+    what = f"faster than {fastest:g} m/s, {limit}"
+    yield from _at(program, fast, what, "lower the feed")
+    if program.rapid_speed > fastest:
+        yield Finding(ERROR, "rapid speed", what, "lower the rapid speed")
+
+
 def load_findings(program: Program) -> Iterator[Finding]:
     """Warnings for tools whose load is not known, in languages that write it."""
     for number in sorted({int(t) for t in np.unique(program.tool)}):

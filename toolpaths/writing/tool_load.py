@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from toolpaths.tool_frame import ToolFrame
-from toolpaths.writing.names import number
+from toolpaths.writing.numbers import number
 
 
 def load_words(tool: ToolFrame) -> tuple[str, ...]:

@@ -16,7 +16,8 @@ import numpy.typing as npt
 from toolpaths.rotation import rpy_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.marker import MARKER
-from toolpaths.writing.names import number, plain
+from toolpaths.writing.names import plain
+from toolpaths.writing.numbers import number
 from toolpaths.writing.program import WARNING, Finding, Floats, Program
 
 #: Comments that are words of G-code: spindle and coolant come back as what they were.

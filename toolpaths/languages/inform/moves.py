@@ -11,7 +11,7 @@ from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_motoman, motoman_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending
-from toolpaths.writing.names import number
+from toolpaths.writing.numbers import number
 from toolpaths.writing.program import Floats, Program
 
 

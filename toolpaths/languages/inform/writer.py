@@ -19,6 +19,8 @@ import numpy as np
 from toolpaths.frame import Frame
 from toolpaths.languages.inform.moves import Moves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
+from toolpaths.writing.checks import six_joints
+from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import plain
 from toolpaths.writing.program import ERROR, WARNING, Finding, Program
 from toolpaths.writing.splitting import part_findings, parts
@@ -43,10 +45,7 @@ _POSITION = "%sC%05d=%.3f,%.3f,%.3f,%.4f,%.4f,%.4f\n"
 def findings(program: Program, path: Path) -> Iterator[Finding]:
     """What INFORM cannot say, and what the user should know."""
     if program.joints.shape[1] != 6:
-        yield Finding(
-            ERROR, program.robot or "robot", f"{program.joints.shape[1]} joints: a position of INFORM has 6",
-            "write CSV for this arm",
-        )  # fmt: skip
+        yield from six_joints(program, "a position of INFORM has")
         return
     count = len(parts(program, MOVES_PER_JOB))
     limit = _NAME_LIMIT - (len(f"_{count:03d}") if count > 1 else 0)
@@ -163,8 +162,7 @@ def _job(name: str, comment: str, count: int, positions: Iterator[str], body: It
     head = f"/JOB\n//NAME {name.upper()}\n//POS\n///NPOS {count},0,0,0,0,0\n"
     middle = f"//INST\n///DATE 2000/01/01 00:00\n///COMM {plain('Compensated ' + comment, _NAME_LIMIT)}\n"
     middle += "///ATTR SC,RW,RJ\n////FRAME ROBOT\n///GROUP1 RB1\nNOP\n"
-    for piece in chain((head,), positions, (middle,), body, ("END\n",)):
-        yield piece.replace("\n", "\r\n")
+    return with_crlf(chain((head,), positions, (middle,), body, ("END\n",)))
 
 
 def _positions(program: Program, words: Moves, block: slice, first: int) -> Iterator[str]:
@@ -195,17 +193,11 @@ def _moves(program: Program, words: Moves, block: slice, first: int) -> Iterator
 
 
 def _before(program: Program, block: slice) -> dict[int, str]:
-    """Comments, and a pause where the tool changes: the operator has to mount it before the arm moves on."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        if block.start <= pose < block.stop:
-            before[pose] = before.get(pose, "") + _comment(text)
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        if block.start <= pose < block.stop:
-            tool = int(program.tool[pose])
-            text = f"mount tool {tool} ({program.tools[tool].name}), then go on"
-            before[pose] = before.get(pose, "") + _comment(text) + "PAUSE\n"
-    return before
+    return lines_before(program, _comment, lambda tool: _pause(program, tool), block)
+
+
+def _pause(program: Program, tool: int) -> str:
+    return _comment(f"mount tool {tool} ({program.tools[tool].name}), then go on") + "PAUSE\n"
 
 
 def _said(program: Program) -> str:

@@ -28,7 +28,7 @@ from toolpaths.rewriting.kept_arcs import via_point
 from toolpaths.rotation import ur_from_matrix
 from toolpaths.writing.blending import CUT_TOLERANCE
 from toolpaths.writing.marker import MARKER, refuse_compensated
-from toolpaths.writing.names import number
+from toolpaths.writing.numbers import number
 from toolpaths.writing.program import WARNING, Finding, Floats, Program, merged
 
 _NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")

@@ -20,10 +20,12 @@ from toolpaths.rotation import ur_from_matrix
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
-from toolpaths.writing.checks import load_findings
+from toolpaths.writing.checks import load_findings, six_joints, too_fast
+from toolpaths.writing.lines import lines_before
 from toolpaths.writing.marker import MARKER
-from toolpaths.writing.names import legal_name, number, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+from toolpaths.writing.names import legal_name, plain, words_of
+from toolpaths.writing.numbers import number, printed
+from toolpaths.writing.program import WARNING, Finding, Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: users met a UR5 that takes no more than about 2,500 targets (visose/Robots, issue 55).
@@ -58,19 +60,11 @@ class _Words:
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
     """What URScript cannot say, and what the user should know."""
-    if program.joints.shape[1] != 6:
-        what = f"{program.joints.shape[1]} joints: movej of URScript takes 6"
-        yield Finding(ERROR, program.robot or "robot", what, "write CSV for this arm")
+    yield from six_joints(program, "movej of URScript takes")
     name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
     if name != program.name:
         yield Finding(WARNING, "name", f"{program.name!r} is no URScript name: the function is called {name}")
-    with np.errstate(invalid="ignore"):
-        fast = (program.kind == CUT) & (program.feed > FASTEST)
-    what = f"faster than {FASTEST:g} m/s, the most that the controller lets through"
-    if fast.any():
-        yield Finding(ERROR, program.place(int(np.argmax(fast))), what, "lower the feed", int(fast.sum()))
-    if program.rapid_speed > FASTEST:
-        yield Finding(ERROR, "rapid speed", what, "lower the rapid speed")
+    yield from too_fast(program, FASTEST, "the most that the controller lets through")
     if len(program) > MOVES_PER_FILE:
         n = len(parts(program, MOVES_PER_FILE))
         what = f"{n} programs to be run one after the other: a controller takes about {MOVES_PER_FILE} moves at a time"
@@ -97,22 +91,15 @@ def _words(program: Program) -> _Words:
     rapid = program.kind != CUT
     texts = [number(v, 8) for v in np.where(rapid, program.rapid_speed, program.feed).tolist()]
     speed = ["v_rapid" if r else t for r, t in zip(rapid.tolist(), texts, strict=True)]
-    return _Words(
-        legal_name(program.name, _NAME_LIMIT, _RESERVED), speed, steps_within(_SHARE * bound, _RADII), _before(program)
-    )
+    before = lines_before(program, lambda text: f"  # {plain(text)}\n", lambda tool: _popup(program, tool))
+    name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
+    return _Words(name, speed, steps_within(_SHARE * bound, _RADII), before)
 
 
-def _before(program: Program) -> dict[int, str]:
-    """Comments, and a popup where the tool changes: the operator has to see it before the arm moves on."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        before[pose] = before.get(pose, "") + f"  # {plain(text)}\n"
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        tool = int(program.tool[pose])
-        text = plain(f"mount tool {tool} ({program.tools[tool].name}), then go on").replace('"', "'")
-        popup = f'  popup("{text}", title="tool change", warning=False, error=False, blocking=True)\n'
-        before[pose] = before.get(pose, "") + popup + _mount(program.tools[tool])
-    return before
+def _popup(program: Program, tool: int) -> str:
+    text = plain(f"mount tool {tool} ({program.tools[tool].name}), then go on").replace('"', "'")
+    popup = f'  popup("{text}", title="tool change", warning=False, error=False, blocking=True)\n'
+    return popup + _mount(program.tools[tool])
 
 
 def _text(program: Program, words: _Words, function: str, block: slice, following: str | None) -> Iterator[str]:
@@ -134,7 +121,7 @@ def _to_start(program: Program, first: int) -> Iterator[str]:
     yield _mount(program.tools[int(program.tool[at])])
     starts = () if first or program.start_joints is None else (program.start_joints,)
     for q in (*starts, program.joints[at]):
-        yield "  movej([" + ", ".join(f"{a:.9f}" for a in _printed(q, 9).tolist()) + "], a=1.4, v=0.35)\n"
+        yield "  movej([" + ", ".join(f"{a:.9f}" for a in printed(q, 9).tolist()) + "], a=1.4, v=0.35)\n"
 
 
 def _mount(tool: ToolFrame) -> str:
@@ -160,14 +147,9 @@ def _moves(program: Program, words: _Words, block: slice) -> Iterator[str]:
 
 def _rows(program: Program, words: _Words, block: slice, end: int) -> Iterator[tuple[object, ...]]:
     before = [words.before.get(pose, "") for pose in range(block.start, block.stop)]
-    position = _printed(program.position[block], 7)
-    vector = _printed(ur_from_matrix(program.rotation[block]), 8)
+    position = printed(program.position[block], 7)
+    vector = printed(ur_from_matrix(program.rotation[block]), 8)
     blend = [_BLENDS[i] for i in words.blend[block].tolist()]
     if block.stop == end:
         blend[-1] = ""
     return zip(before, *position.T.tolist(), *vector.T.tolist(), words.speed[block], blend, strict=True)
-
-
-def _printed(values: Floats, digits: int) -> Floats:
-    """Values as they will be printed, without negative zeros."""
-    return np.asarray(np.round(values, digits) + 0.0)

@@ -13,7 +13,7 @@ from toolpaths.frame import Frame
 from toolpaths.rotation import staubli_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
-from toolpaths.writing.names import number
+from toolpaths.writing.numbers import number, printed
 from toolpaths.writing.program import Floats, Program
 
 #: Rounding, ``leave`` = ``reach``, m, rising.
@@ -88,8 +88,8 @@ def data_text(program: Program, words: Data) -> Iterator[str]:
 def _points(program: Program, block: slice) -> Iterator[str]:
     for b in program.blocks(4096, block.start, block.stop):
         keys = range(b.start - block.start, b.stop - block.start)
-        position = _printed(program.position[b] * 1e3, 4)
-        angles = _printed(np.degrees(staubli_from_matrix(program.rotation[b])), 5)
+        position = printed(program.position[b] * 1e3, 4)
+        angles = printed(np.degrees(staubli_from_matrix(program.rotation[b])), 5)
         rows = zip(keys, *position.T.tolist(), *angles.T.tolist(), strict=True)
         yield _POINT * len(keys) % tuple(chain.from_iterable(rows))
 
@@ -111,7 +111,7 @@ def _placed(frame: Frame, father: str) -> str:
 
 
 def _joints(q: Floats) -> str:
-    return " ".join(f'j{i}="{a:.6f}"' for i, a in enumerate(_printed(np.degrees(q), 6).tolist(), 1))
+    return " ".join(f'j{i}="{a:.6f}"' for i, a in enumerate(printed(np.degrees(q), 6).tolist(), 1))
 
 
 def _mdesc(speed: float, step: int, percent: int) -> str:
@@ -122,8 +122,3 @@ def _mdesc(speed: float, step: int, percent: int) -> str:
         f'accel="100" vel="{percent}" decel="100" tmax="{number(speed, 5)}" rmax="500" '
         f'blend="{blend}" leave="{r}" reach="{r}"'
     )
-
-
-def _printed(values: Floats, digits: int) -> Floats:
-    """Values as they will be printed, without negative zeros."""
-    return np.asarray(np.round(values, digits) + 0.0)
