@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,14 @@ def corrections(moves: RobotMoves, program: Program, row: Floats) -> list[Correc
         if end_moved or not (moves.mark["word"][move] == ARC and same[whole].all()):
             poses = tuple(range(part.start, part.stop))
             out.append(Correction(move, pose.take(part), poses, end_moved))
+    return out
+
+
+def angles_of(found: list[Correction], count: int, spelled: Callable[[Floats], Floats]) -> Floats:
+    """(N, 3) the turns of the N = ``count`` poses of a program as its language spells them, 0 where none changes."""
+    out = np.zeros((count, 3))
+    if found:
+        out[np.concatenate([c.poses for c in found])] = spelled(np.concatenate([c.pose.rotation for c in found]))
     return out
 
 
