@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from toolpaths.errors import WriteError
-from toolpaths.languages.gcode.machine import ARCS, FIRST_CYCLE, Step
+from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
+from toolpaths.languages.gcode.machine import Step
 from toolpaths.languages.gcode.place import TILT, UP, Place
 from toolpaths.languages.gcode.reader import INCH, MM, Blocks, parse
 from toolpaths.languages.gcode.refusals import LINE, check, refuse_moved, says_turns
@@ -25,7 +26,7 @@ from toolpaths.writing.program import WARNING, Finding, Floats, Program, merged
 SHIFT = re.compile(r"G0*92(?!\.?[123])", re.I)
 ARC_TOLERANCE = 1e-6  # m: poses nearer than this to an arc are on it
 COARSEST = 1.0  # rad between two poses of an arc that becomes lines
-UNITS = {200: INCH, 210: MM}
+UNITS: dict[int, float] = {G.INCH: INCH, G.MM: MM}
 STOPS = (0, 1, 2, 30)  # M words that end or halt the block they stand in
 
 
@@ -83,7 +84,7 @@ class Target(NamedTuple):
 
 def _shifts(text: str) -> bool:
     """Whether there is a G92 in the line."""
-    return any(w.letter == "G" and w.key == 920 for w in words_of(text))
+    return any(w.letter == "G" and w.key == G.SHIFT for w in words_of(text))
 
 
 class _Rewriter:
@@ -110,7 +111,7 @@ class _Rewriter:
         absolute = (k for k, t in enumerate(texts) if "90.1" in t)
         self.absolute_from = next(absolute, len(texts)) + 1
         self.shifts = [k for k, t in enumerate(texts) if SHIFT.search(t) and _shifts(t)]
-        self.mode: int | None = None
+        self.mode: G | None = None
         self.expanding = False
         self.dwell = ""  # P of the cycle in force
         self.lines: list[str] = []
@@ -123,8 +124,8 @@ class _Rewriter:
         for k, step in enumerate(self.steps):
             self._name_places(before, step, changed)
             before = step.line
-            if step.motion < FIRST_CYCLE or not (k and self.steps[k - 1].motion >= FIRST_CYCLE):
-                self.expanding = step.motion >= FIRST_CYCLE and self._series_differs(k)
+            if step.motion not in CYCLES or not (k and self.steps[k - 1].motion in CYCLES):
+                self.expanding = step.motion in CYCLES and self._series_differs(k)
             self.lines = []
             text = self.texts[step.line - 1]
             words = words_of(text)
@@ -153,11 +154,12 @@ class _Rewriter:
     # --- one block --------------------------------------------------------------------------------------------
 
     def _step(self, step: Step, text: str, words: list[Word]) -> None:
-        if step.motion >= FIRST_CYCLE:
+        if step.motion in CYCLES:
             self.dwell = next((w.number for w in words if w.letter == "P"), self.dwell)
-        if step.motion == 0 or step.last == step.first or (step.motion >= FIRST_CYCLE and not self.expanding):
+        drilling = step.motion in CYCLES
+        if step.motion is G.RAPID or step.last == step.first or (drilling and not self.expanding):
             self._keep(step, text, words)
-        elif step.motion >= FIRST_CYCLE:
+        elif drilling:
             self._changed(step, "a drilling cycle became single moves")
             self._moves(step, text, words, self._drilled(step), drop="RQPLKIJG")
         else:
@@ -197,16 +199,16 @@ class _Rewriter:
 
     def _keep(self, step: Step, text: str, words: list[Word]) -> None:
         """The line as it is, with its motion word where the lines before took that away."""
-        if step.motion < FIRST_CYCLE and not self._has_motion(words) and self.mode not in (None, step.motion):
+        if step.motion not in CYCLES and not self._has_motion(words) and self.mode not in (None, step.motion):
             text = with_words(text, self.style, {}, motion=str(step.motion // 10))
         self.lines.append(text)
         self.mode = step.motion
-        if step.motion < FIRST_CYCLE:
+        if step.motion not in CYCLES:
             self.place.at = self.place.after(step, words)
         else:
             pairs = zip(step.end, self.nominal, self.place.at, strict=True)
             self.place.at = [at if end == before else end for end, before, at in pairs]
-        if step.vectors and step.motion < 20:
+        if step.vectors and step.motion in (G.RAPID, G.LINE):
             self.place.turn(words)
 
     def _one(self, step: Step, text: str, words: list[Word], to: Target) -> None:
@@ -227,7 +229,7 @@ class _Rewriter:
         own = len(targets) - 1 if any(w.letter == "M" and w.value in STOPS for w in words) else 0
         written = next((w.key for w in words if w.is_motion), None)
         for k, (to, feed) in enumerate(zip(targets, feeds, strict=True)):
-            motion = 10 if to.cut else 0
+            motion = G.LINE if to.cut else G.RAPID
             new = self.place.coordinates(step, self.place.at, to.place, at_least_one=True)
             if to.axis is not None:
                 new.update(self.place.tool_vector(to.axis, []))
@@ -241,7 +243,7 @@ class _Rewriter:
             self.lines.append(line)
             self.mode = motion
             self.place.at = self.place.after(step, words_of(line))
-            if step.motion == 820 and to.cut and self.dwell:
+            if step.motion is G.DRILLING_WITH_DWELL and to.cut and self.dwell:
                 self.lines.append(self.style.gap.join([self.style.word("G", "4"), self.style.word("P", self.dwell)]))
 
     def _line(self, new: dict[str, str], motion: str) -> str:
@@ -292,7 +294,7 @@ class _Rewriter:
     def _series_differs(self, k: int) -> bool:
         """Whether any hole of the series of cycles that begins here is to be elsewhere."""
         for step in self.steps[k:]:
-            if step.motion < FIRST_CYCLE:
+            if step.motion not in CYCLES:
                 return False
             for move in range(step.first, step.last):
                 for p in self._poses(move):

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
-from toolpaths.languages.gcode.words import COMMENT, CYCLES
+from toolpaths.languages.gcode.codes import MOTIONS, RETURNS
+from toolpaths.languages.gcode.words import COMMENT
 from toolpaths.rewriting.edits import Edit, edited
 
 WORD = re.compile(r"([A-Za-z])(\s*)([-+]?(?:\d+\.?\d*|\.\d+))")
@@ -34,18 +35,18 @@ class Word(NamedTuple):
 
     @property
     def key(self) -> int:
-        """Ten times the number, as the reader's tables have it."""
+        """Ten times the number, as G words have it."""
         return int(float(self.number) * 10 + 0.5)
 
     @property
     def is_motion(self) -> bool:
         """G0 to G3 or a canned cycle."""
-        return self.letter == "G" and (self.key in (0, 10, 20, 30) or self.key in CYCLES)
+        return self.letter == "G" and self.key in MOTIONS
 
     @property
     def is_return(self) -> bool:
         """G98, G99."""
-        return self.letter == "G" and self.key in (980, 990)
+        return self.letter == "G" and self.key in RETURNS
 
 
 def words_of(line: str) -> list[Word]:
