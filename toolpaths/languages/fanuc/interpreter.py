@@ -67,8 +67,7 @@ class TpInterpreter:
         self.lost = ""  # what moved the arm to where only the running program knows
         self.frames: dict[int, Floats] = {0: np.eye(4)}
         self.tools: dict[int, ToolFrame] = {0: ToolFrame("UT 0", Frame.identity())}
-        self.frame: int | None = None
-        self.tool: int | None = None
+        self.active: dict[str, int | None] = {"frame": None, "tool": None}
         self.unknown: int | None = None
 
     def all(self) -> None:
@@ -103,7 +102,7 @@ class TpInterpreter:
         elif self.inside:
             self._decided(s, s.text)
         elif m := _CHOOSE.fullmatch(s.text):
-            setattr(self, "frame" if m[1] == "UFRAME" else "tool", int(m[2]))
+            self.active["frame" if m[1] == "UFRAME" else "tool"] = int(m[2])
         elif m := _SET_FRAME.fullmatch(s.text):
             self._set_frame(s, m[1], int(m[2]), int(m[3]))
         elif _SOMEWHERE.match(s.text):
@@ -179,7 +178,7 @@ class TpInterpreter:
         if found.registers:
             self.registers.forget()
         if found.chooses:
-            self.frame = self.tool = None
+            self.active = {"frame": None, "tool": None}
         if found.moves is not None:
             self.lost = f"CALL {name} ({found.moves.text[:40]!r} in line {found.moves.line} of it)"
             self._stand(dict.fromkeys(self.axes, float("nan")))
@@ -273,14 +272,14 @@ class TpInterpreter:
             if r is None:
                 continue
             for name, said in (("frame", r.frame), ("tool", r.tool)):
-                active = getattr(self, name)
+                active = self.active[name]
                 if active is None and said != FREE:
-                    setattr(self, name, said)
+                    self.active[name] = said
                 elif said not in (FREE, active):
                     word = "UFRAME_NUM" if name == "frame" else "UTOOL_NUM"
                     problem = f"the position is recorded with {name} {said}, {word} is {active}"
                     raise self._refused(s, problem, "The controller refuses that, too: choose it before the move.")
-        frame, tool = self.frame or 0, self.tool or 0
+        frame, tool = self.active["frame"] or 0, self.active["tool"] or 0
         if tool in self.tools:
             self.track.tools[tool] = self.tools[tool]
         if frame in self.frames:

@@ -27,6 +27,18 @@ class Feed:
         if mode != self.mode:
             self.mode, self.word = mode, None
 
+    def say(self, word: float) -> None:
+        """An F."""
+        self.word = word
+
+    def forget(self) -> None:
+        """What the F in force means is not known any more."""
+        self.word = None
+
+    def turn(self, speed: float) -> None:
+        """An S."""
+        self.speed = speed
+
     def rate(self, unit: float, given: bool, motion: G) -> float:
         """What the F stands for: m/s, or in G93 the share of the way per second.
 

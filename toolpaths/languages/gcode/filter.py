@@ -204,10 +204,10 @@ class _Rewriter:
         self.lines.append(text)
         self.mode = step.motion
         if step.motion not in CYCLES:
-            self.place.at = self.place.after(step, words)
+            self.place.go(self.place.after(step, words))
         else:
             pairs = zip(step.end, self.nominal, self.place.at, strict=True)
-            self.place.at = [at if end == before else end for end, before, at in pairs]
+            self.place.go([at if end == before else end for end, before, at in pairs])
         if step.vectors and step.motion in (G.RAPID, G.LINE):
             self.place.turn(words)
 
@@ -221,7 +221,7 @@ class _Rewriter:
             text = with_words(text, self.style, new, motion=motion, words=words)
         self.lines.append(text)
         self.mode = step.motion
-        self.place.at = self.place.after(step, words, new)
+        self.place.go(self.place.after(step, words, new))
 
     def _moves(self, step: Step, text: str, words: list[Word], targets: list[Target], drop: str) -> None:
         """A line for each pose; what else stands in the block goes with the first of them."""
@@ -242,7 +242,7 @@ class _Rewriter:
                 line = self._line(new, str(motion // 10) if motion != self.mode else "")
             self.lines.append(line)
             self.mode = motion
-            self.place.at = self.place.after(step, words_of(line))
+            self.place.go(self.place.after(step, words_of(line)))
             if step.motion is G.DRILLING_WITH_DWELL and to.cut and self.dwell:
                 self.lines.append(self.style.gap.join([self.style.word("G", "4"), self.style.word("P", self.dwell)]))
 

@@ -69,7 +69,7 @@ class State:
         if self.unit not in (None, unit):
             self.cycle.forget()
             if not feed_given:
-                self.feed.word = None  # controllers differ in what an F from before a change of units means
+                self.feed.forget()  # controllers differ in what an F from before a change of units means
         self.unit = unit
 
     def choose_distance(self, *, relative: bool) -> None:
@@ -89,6 +89,10 @@ class State:
     def choose_return(self, *, to_start: bool) -> None:
         """G98, G99."""
         self.back = to_start
+
+    def choose_tool(self, number: int) -> None:
+        """T, or M6 where the file has that."""
+        self.tool = number
 
     def choose_system(self, name: str) -> None:
         """G54 and its like."""

@@ -32,6 +32,10 @@ class Place:
         self.at: Sequence[float] = (math.nan, math.nan, math.nan)
         self.vector = UP
 
+    def go(self, to: Sequence[float]) -> None:
+        """The lines written so far lead there."""
+        self.at = to
+
     def after(self, step: Step, words: list[Word], new: Mapping[str, str] = NOTHING) -> list[float]:
         """Where a line with these words, and ``new`` numbers for some, leads from where the rewritten file is."""
         out = list(self.at)

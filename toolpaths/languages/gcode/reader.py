@@ -130,7 +130,7 @@ class Blocks:
                 if g in FEED_MODES:
                     state.feed.choose(g)
         if "F" in values:
-            state.feed.word = values["F"]
+            state.feed.say(values["F"])
         if ms or not values.keys().isdisjoint("STO"):
             self._events(values, ms, line)
         if gs:
@@ -198,13 +198,13 @@ class Blocks:
             self.selected = _tool_number(values["T"])
             words.append(f"T{self.selected}")
             if not self.changes:
-                self.state.tool = self.selected
+                self.state.choose_tool(self.selected)
         if "S" in values:
-            self.state.feed.speed = values["S"]
+            self.state.feed.turn(values["S"])
             words.append(f"S{values['S']:g}")
         for m in ms:
             if m == 6:
-                self.state.tool = self.selected
+                self.state.choose_tool(self.selected)
             if m in (3, 4, 5):
                 self.spindle = m != 5
             if m not in M_END:

@@ -52,7 +52,7 @@ def _matrix(numbers: tuple[float, ...]) -> Floats:
     out = np.eye(4)
     out[:3, 3] = numbers[:3]
     out[:3, :3] = matrix_from_ur(np.array(numbers[3:]))
-    out.flags.writeable = False
+    out.setflags(write=False)
     return out
 
 
