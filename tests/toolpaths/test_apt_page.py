@@ -9,7 +9,7 @@ import pytest
 
 from toolpaths.errors import ReadError
 from toolpaths.files import read_toolpath
-from toolpaths.languages.apt.cycle import KINDS
+from toolpaths.languages.apt.drill_cycle import KINDS
 from toolpaths.languages.apt.reader import _Reader
 from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED
 from toolpaths.languages.table import LANGUAGES

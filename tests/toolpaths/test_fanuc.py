@@ -12,7 +12,7 @@ from toolpaths.errors import WriteError
 from toolpaths.files import read_back, write_program
 from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.config import bits_of, config_texts, controller_joints, model_joints
-from toolpaths.languages.fanuc.motion import speed_texts
+from toolpaths.languages.fanuc.speeds import speed_texts
 from toolpaths.tool_frame import ToolFrame
 
 

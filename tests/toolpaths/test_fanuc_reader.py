@@ -14,8 +14,8 @@ from tests.oracles.patience import not_hanging
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
 from toolpaths.files import write_program
-from toolpaths.languages.fanuc.motion import speed_texts
 from toolpaths.languages.fanuc.reader import read
+from toolpaths.languages.fanuc.speeds import speed_texts
 from toolpaths.writing.marker import refuse_compensated_remarks
 
 POSE = """P[{n}]{{

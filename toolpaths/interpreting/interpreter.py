@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 from typing import Any, NoReturn
 
-from toolpaths.interpreting.moves import RobotTrack
 from toolpaths.interpreting.program_text import CHOICE, COMMENT, DATA, LOOP, PLAIN, ProgramText, Statement
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import Runtime
 from toolpaths.reading.source_text import comment_word, plain_text
 

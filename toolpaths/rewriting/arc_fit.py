@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.interpreting.arcs import circle_through
-from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.rewriting.filter import SAME_PLACE
 from toolpaths.rotation import quaternion_from_matrix, slerp_quaternion
 from toolpaths.writing.program import Floats, Program
@@ -16,7 +16,7 @@ ARC_TURN = 2e-4  # rad that they may be turned off the turn from its start to it
 Rows = npt.NDArray[np.intp]
 
 
-class Arcs:
+class ProgramArcs:
     """The arcs of one program.
 
     Args:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.frame import Frame
-from toolpaths.interpreting.moves import ARC, RobotMoves
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT

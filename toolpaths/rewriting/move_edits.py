@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.rewriting.arc_fit import Arcs
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
+from toolpaths.rewriting.arc_fit import ProgramArcs
 from toolpaths.rewriting.corrections import Correction
 from toolpaths.rewriting.edits import Edit
 from toolpaths.writing.program import WARNING, Finding, Floats, Program
@@ -32,7 +32,7 @@ class MoveEdits:
         self.eol = "\r\n" if "\r\n" in text else "\n"
         self.edits: list[Edit] = []
         self.changes: list[Finding] = []
-        self._arcs = Arcs(moves, program, row)
+        self._arcs = ProgramArcs(moves, program, row)
 
     def span(self, move: int, first: str, last: str) -> tuple[int, int]:
         """Two places of a move, by their names in MARKS."""

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
-from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.languages.fanuc.calls import called
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
+from toolpaths.languages.fanuc.called_program import called
 from toolpaths.languages.fanuc.config import continued_turns, letters, turn_numbers
 from toolpaths.languages.fanuc.interpreter import BESIDES
 from toolpaths.languages.fanuc.reader import moves_of

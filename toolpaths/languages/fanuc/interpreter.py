@@ -13,12 +13,13 @@ import numpy as np
 
 from toolpaths.errors import ReadError
 from toolpaths.frame import Frame
-from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack
+from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import Runtime
-from toolpaths.languages.fanuc.calls import HARMLESS, Called, called
+from toolpaths.languages.fanuc.called_program import HARMLESS, CalledProgram, called
 from toolpaths.languages.fanuc.config import model_joints
 from toolpaths.languages.fanuc.registers import CONSTANT, Registers
-from toolpaths.languages.fanuc.scan import FREE, Listing, Record, Statement
+from toolpaths.languages.fanuc.scan import FREE, Listing, TpRecord, TpStatement
 from toolpaths.reading.source_text import comment_word
 from toolpaths.rotation import matrix_from_fanuc, quaternion_from_matrix
 from toolpaths.tool_frame import ToolFrame
@@ -62,8 +63,8 @@ class TpInterpreter:
         self.axes = dict.fromkeys(listing.external(), float("nan"))  # where the external axes stand
         self.track = RobotTrack(listing.source, "fanuc", _quaternions, tuple(self.axes))
         self.registers = Registers()
-        self.programs: dict[str, Called | None] = {}  # those that were called
-        self.inside: list[Statement] = []  # the IFs that are open
+        self.programs: dict[str, CalledProgram | None] = {}  # those that were called
+        self.inside: list[TpStatement] = []  # the IFs that are open
         self.lost = ""  # what moved the arm to where only the running program knows
         self.frames: dict[int, Floats] = {0: np.eye(4)}
         self.tools: dict[int, ToolFrame] = {0: ToolFrame("UT 0", Frame.identity())}
@@ -87,10 +88,10 @@ class TpInterpreter:
         if self.inside:
             raise self._refused(self.inside[-1], "an IF without its ENDIF", "The file may be cut off: post it again.")
 
-    def _refused(self, s: Statement, problem: str, remedy: str) -> ReadError:
+    def _refused(self, s: TpStatement, problem: str, remedy: str) -> ReadError:
         return ReadError(self.listing.source, s.line, problem, remedy)
 
-    def _other(self, s: Statement) -> None:
+    def _other(self, s: TpStatement) -> None:
         if m := _IF.fullmatch(s.text):
             self._condition(s, m[1])
         elif s.text == "ENDIF" and self.inside:
@@ -113,7 +114,7 @@ class TpInterpreter:
         else:
             self._assignment(s)
 
-    def _assignment(self, s: Statement) -> None:
+    def _assignment(self, s: TpStatement) -> None:
         try:
             known = self.registers.assign(s.text)
         except ValueError as why:
@@ -124,7 +125,7 @@ class TpInterpreter:
         if not s.text.startswith("PR["):
             self.track.event(comment_word(s.text), s.line)
 
-    def _condition(self, s: Statement, action: str | None) -> None:
+    def _condition(self, s: TpStatement, action: str | None) -> None:
         """IF ... THEN, or IF ...,action: let pass where no move depends on it."""
         self.track.event(comment_word(s.text), s.line)
         if action is None:
@@ -134,7 +135,7 @@ class TpInterpreter:
         elif not HARMLESS.match(action) and action not in _ENDS:
             self._decided(s, action)
 
-    def _decided(self, s: Statement, action: str) -> None:
+    def _decided(self, s: TpStatement, action: str) -> None:
         """What a condition decides about: registers, nothing else."""
         if self.registers.spoil(action):
             return
@@ -142,7 +143,7 @@ class TpInterpreter:
         remedy = "Moves and frames that a condition decides about cannot be compensated: write them out."
         raise self._refused(s, f"an IF{where} decides about {action[:60]!r}", remedy)
 
-    def _somewhere(self, s: Statement) -> None:
+    def _somewhere(self, s: TpStatement) -> None:
         """A joint move to where the running program knows: harmless as long as no cut starts there."""
         if self.inside:
             self._decided(s, s.text)
@@ -150,7 +151,7 @@ class TpInterpreter:
         self._stand(dict.fromkeys(self.axes, float("nan")))
         self.track.event(comment_word(s.text), s.line)
 
-    def _set_frame(self, s: Statement, word: str, number: int, register: int) -> None:
+    def _set_frame(self, s: TpStatement, word: str, number: int, register: int) -> None:
         pose = self.registers.pose(register)
         if isinstance(pose, Runtime):
             remedy = f"Assign PR[{register},1] to PR[{register},6] numbers before."
@@ -164,7 +165,7 @@ class TpInterpreter:
             raise self._refused(s, f"UTOOL[{number}] is changed after moves with it", "Give each tool its own number.")
         self.tools[number] = ToolFrame(f"UT {number}", Frame.of(pose))
 
-    def _call(self, s: Statement, name: str) -> None:
+    def _call(self, s: TpStatement, name: str) -> None:
         """A called program: where it lies beside, what it may do is known; where it does not, it is let pass."""
         self.track.event(f"CALL {name}", s.line)
         if name not in self.programs:
@@ -183,7 +184,7 @@ class TpInterpreter:
             self.lost = f"CALL {name} ({found.moves.text[:40]!r} in line {found.moves.line} of it)"
             self._stand(dict.fromkeys(self.axes, float("nan")))
 
-    def _move(self, s: Statement, m: re.Match[str]) -> None:
+    def _move(self, s: TpStatement, m: re.Match[str]) -> None:
         word, first, second, speed, unit, _, term, options = m.groups()
         if self.inside:
             self._decided(s, s.text)
@@ -204,7 +205,7 @@ class TpInterpreter:
         self._start(s, word)
         self._append(s, word, kind, record, via, (feed, zone))
 
-    def _feed(self, s: Statement, speed: str | None, unit: str) -> float:
+    def _feed(self, s: TpStatement, speed: str | None, unit: str) -> float:
         """mm/s; NaN for what is no speed of the tool."""
         if speed is None:
             return float("nan")
@@ -224,7 +225,7 @@ class TpInterpreter:
             raise self._refused(s, f"the speed {speed}{unit} is not above 0", "Correct the speed.")
         return value * _UNITS[unit]
 
-    def _start(self, s: Statement, word: str) -> None:
+    def _start(self, s: TpStatement, word: str) -> None:
         """Where a straight move starts has to be known: poses may be put in on its way."""
         if word != "J" and self.lost:
             remedy = "Put a J move to a position in front of it."
@@ -232,8 +233,9 @@ class TpInterpreter:
         self.lost = ""
 
     def _append(
-        self, s: Statement, word: str, kind: np.uint8, to: Record, via: Record | None, numbers: tuple[float, float]
-    ) -> None:
+        self, s: TpStatement, word: str, kind: np.uint8, to: TpRecord, via: TpRecord | None,
+        numbers: tuple[float, float],
+    ) -> None:  # fmt: skip
         frame, tool = self._active(s, to, via)
         if to.external:
             self._stand(dict(to.external))
@@ -258,7 +260,7 @@ class TpInterpreter:
             self.axes = now
             self.track.stand(tuple(now.values()))
 
-    def _record(self, s: Statement, number: int) -> Record:
+    def _record(self, s: TpStatement, number: int) -> TpRecord:
         record = self.listing.records.get(number)
         if record is None and number in self.listing.records:
             raise self._refused(s, f"P[{number}] was never taught (***)", "Record the position, or delete the move.")
@@ -266,7 +268,7 @@ class TpInterpreter:
             raise self._refused(s, f"P[{number}] is not in /POS", "The file may be cut off: post it again.")
         return record
 
-    def _active(self, s: Statement, *records: Record | None) -> tuple[int, int]:
+    def _active(self, s: TpStatement, *records: TpRecord | None) -> tuple[int, int]:
         """The number of the track's frame and of the tool; what a position says has to be what is active."""
         for r in records:
             if r is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.languages.fanuc.interpreter import TpInterpreter
 from toolpaths.languages.fanuc.scan import Listing
 from toolpaths.reading.source_text import load_lines

@@ -17,7 +17,7 @@ import numpy as np
 
 from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.config import config_texts, controller_joints
-from toolpaths.languages.fanuc.motion import FASTEST, SPEED_ERROR, speed_texts, terminations
+from toolpaths.languages.fanuc.speeds import FASTEST, SPEED_ERROR, speed_texts, terminations
 from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT

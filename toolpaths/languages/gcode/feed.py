@@ -7,7 +7,7 @@ from toolpaths.languages.gcode.codes import G
 REMEDY = "Add an F word above 0."
 
 
-class Feed:
+class GcodeFeed:
     """F and S as written, and how F is meant.
 
     Attributes:

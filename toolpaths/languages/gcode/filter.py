@@ -12,11 +12,11 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
-from toolpaths.languages.gcode.machine import Step
-from toolpaths.languages.gcode.place import TILT, UP, Place
-from toolpaths.languages.gcode.reader import INCH, MM, Blocks, parse
-from toolpaths.languages.gcode.refusals import LINE, check, refuse_moved, says_turns
-from toolpaths.languages.gcode.style import Style, Word, style_of, with_words, words_of
+from toolpaths.languages.gcode.filter_checks import LINE, check, refuse_moved, says_turns
+from toolpaths.languages.gcode.modal_state import MovedBlock
+from toolpaths.languages.gcode.reader import INCH, MM, BlockReader, parse
+from toolpaths.languages.gcode.spelling import GcodeSpelling, GcodeWord, spelling_of, with_words, words_of
+from toolpaths.languages.gcode.tool_place import TILT, UP, ToolPlace
 from toolpaths.machine import Machine
 from toolpaths.rewriting.filter import SAME_PLACE, Filter, Rewritten
 from toolpaths.toolpath import CUT
@@ -74,7 +74,7 @@ def _marker_line(texts: Sequence[str]) -> int:
     return at
 
 
-class Target(NamedTuple):
+class LineTarget(NamedTuple):
     """Where a line leads: m in the work object, with a tool vector where the file has some."""
 
     cut: bool
@@ -90,10 +90,10 @@ def _shifts(text: str) -> bool:
 class _Rewriter:
     """Goes through the blocks that move, and knows where the rewritten file has the tool."""
 
-    def __init__(self, texts: Sequence[str], program: Program, row: Floats, path: Path, blocks: Blocks) -> None:
+    def __init__(self, texts: Sequence[str], program: Program, row: Floats, path: Path, blocks: BlockReader) -> None:
         self.texts, self.program, self.path = texts, program, path
-        self.steps: list[Step] = blocks.state.trace or []
-        self.style: Style = style_of(texts)
+        self.steps: list[MovedBlock] = blocks.state.trace or []
+        self.spelling: GcodeSpelling = spelling_of(texts)
         self.row = row
         self.moves = np.frombuffer(blocks.track.moves, dtype=np.float64).reshape(-1, 7)
         track = blocks.track
@@ -104,7 +104,7 @@ class _Rewriter:
             raise WriteError(f"{path}: the poses do not belong to this file ({len(self.moves)} moves)")
         refuse_moved(program, row, self.moves[:, :3], path)
         self.first = np.searchsorted(move, np.arange(len(self.moves) + 1))
-        self.place = Place(self.style)  # where the rewritten file is
+        self.place = ToolPlace(self.spelling)  # where the rewritten file is
         self.nominal: Sequence[float] = self.place.at  # where the file is
         self.position: list[list[float]] = program.position.tolist()
         self.cut: list[bool] = (program.kind == CUT).tolist()
@@ -136,13 +136,13 @@ class _Rewriter:
         self._check_tilt()
         return changed
 
-    def _name_places(self, before: int, step: Step, changed: dict[int, list[str]]) -> None:
+    def _name_places(self, before: int, step: MovedBlock, changed: dict[int, list[str]]) -> None:
         """A G92 names the place where the tool is: the corrected one, so that the origin stays where it was."""
         for k in self.shifts[bisect_left(self.shifts, before) : bisect_left(self.shifts, step.line)]:
             words = words_of(self.texts[k])
             new = self.place.named(words, self.nominal, step.shift, self._unit_at(k))
             if new:
-                changed[k + 1] = [with_words(self.texts[k], self.style, new, words=words)]
+                changed[k + 1] = [with_words(self.texts[k], self.spelling, new, words=words)]
                 what = "G92 names the corrected place, so that the origin stays"
                 self.changes.append(Finding(WARNING, f"{self.path}:{k + 1}", what))
 
@@ -153,7 +153,7 @@ class _Rewriter:
 
     # --- one block --------------------------------------------------------------------------------------------
 
-    def _step(self, step: Step, text: str, words: list[Word]) -> None:
+    def _step(self, step: MovedBlock, text: str, words: list[GcodeWord]) -> None:
         if step.motion in CYCLES:
             self.dwell = next((w.number for w in words if w.letter == "P"), self.dwell)
         drilling = step.motion in CYCLES
@@ -165,11 +165,11 @@ class _Rewriter:
         else:
             self._cut(step, text, words, self._poses(step.first))
 
-    def _cut(self, step: Step, text: str, words: list[Word], poses: list[int]) -> None:
+    def _cut(self, step: MovedBlock, text: str, words: list[GcodeWord], poses: list[int]) -> None:
         """A line or an arc."""
         if not poses or round(self.row[poses[-1]], 9) != step.first:
             raise WriteError(f"{self.path}:{step.line}: the program has no pose for the end of this cutting move")
-        targets = [Target(True, self.position[p], self._axis(step, p)) for p in poses]
+        targets = [LineTarget(True, self.position[p], self._axis(step, p)) for p in poses]
         if step.motion in ARCS and self._still_arc(step, poses):
             self._one(step, text, words, targets[-1]._replace(axis=None))
         elif step.motion in ARCS:
@@ -186,21 +186,21 @@ class _Rewriter:
         """The poses of a cutting move."""
         return [p for p in range(int(self.first[move]), int(self.first[move + 1])) if self.cut[p]]
 
-    def _drilled(self, step: Step) -> list[Target]:
+    def _drilled(self, step: MovedBlock) -> list[LineTarget]:
         """The moves of a drilling cycle: cuts as commanded, rapids as they were."""
         out = []
         for move in range(step.first, step.last):
-            cuts = [Target(True, self.position[p], None) for p in self._poses(move)]
-            out += cuts or [Target(False, self.moves[move, :3].tolist(), None)]
+            cuts = [LineTarget(True, self.position[p], None) for p in self._poses(move)]
+            out += cuts or [LineTarget(False, self.moves[move, :3].tolist(), None)]
         return out
 
-    def _axis(self, step: Step, pose: int) -> Floats | None:
+    def _axis(self, step: MovedBlock, pose: int) -> Floats | None:
         return -self.program.rotation[pose, :, 2] if step.vectors else None
 
-    def _keep(self, step: Step, text: str, words: list[Word]) -> None:
+    def _keep(self, step: MovedBlock, text: str, words: list[GcodeWord]) -> None:
         """The line as it is, with its motion word where the lines before took that away."""
         if step.motion not in CYCLES and not self._has_motion(words) and self.mode not in (None, step.motion):
-            text = with_words(text, self.style, {}, motion=str(step.motion // 10))
+            text = with_words(text, self.spelling, {}, motion=str(step.motion // 10))
         self.lines.append(text)
         self.mode = step.motion
         if step.motion not in CYCLES:
@@ -211,19 +211,19 @@ class _Rewriter:
         if step.vectors and step.motion in (G.RAPID, G.LINE):
             self.place.turn(words)
 
-    def _one(self, step: Step, text: str, words: list[Word], to: Target) -> None:
+    def _one(self, step: MovedBlock, text: str, words: list[GcodeWord], to: LineTarget) -> None:
         """The line with other coordinates; they are left as they are where they say the same."""
         new = self.place.coordinates(step, self.place.after(step, words), to.place)
         if to.axis is not None:
             new.update(self.place.tool_vector(to.axis, words))
         motion = "" if self._has_motion(words) or self.mode in (None, step.motion) else str(step.motion // 10)
         if new or motion:
-            text = with_words(text, self.style, new, motion=motion, words=words)
+            text = with_words(text, self.spelling, new, motion=motion, words=words)
         self.lines.append(text)
         self.mode = step.motion
         self.place.go(self.place.after(step, words, new))
 
-    def _moves(self, step: Step, text: str, words: list[Word], targets: list[Target], drop: str) -> None:
+    def _moves(self, step: MovedBlock, text: str, words: list[GcodeWord], targets: list[LineTarget], drop: str) -> None:
         """A line for each pose; what else stands in the block goes with the first of them."""
         feeds = self._feeds(step, words, targets)
         own = len(targets) - 1 if any(w.letter == "M" and w.value in STOPS for w in words) else 0
@@ -237,21 +237,22 @@ class _Rewriter:
                 new["F"] = feed
             if k == own:
                 word = str(motion // 10) if motion != (self.mode if written is None else written) else ""
-                line = with_words(text, self.style, new, drop=set(drop + "XYZ") - set(new), motion=word)
+                line = with_words(text, self.spelling, new, drop=set(drop + "XYZ") - set(new), motion=word)
             else:
                 line = self._line(new, str(motion // 10) if motion != self.mode else "")
             self.lines.append(line)
             self.mode = motion
             self.place.go(self.place.after(step, words_of(line)))
             if step.motion is G.DRILLING_WITH_DWELL and to.cut and self.dwell:
-                self.lines.append(self.style.gap.join([self.style.word("G", "4"), self.style.word("P", self.dwell)]))
+                dwell = [self.spelling.word("G", "4"), self.spelling.word("P", self.dwell)]
+                self.lines.append(self.spelling.gap.join(dwell))
 
     def _line(self, new: dict[str, str], motion: str) -> str:
-        words = [self.style.word("G", motion)] if motion else []
-        words += [self.style.word(c, new[c]) for c in "XYZIJKF" if c in new]
-        return self.style.gap.join(words)
+        words = [self.spelling.word("G", motion)] if motion else []
+        words += [self.spelling.word(c, new[c]) for c in "XYZIJKF" if c in new]
+        return self.spelling.gap.join(words)
 
-    def _feeds(self, step: Step, words: list[Word], targets: list[Target]) -> list[str]:
+    def _feeds(self, step: MovedBlock, words: list[GcodeWord], targets: list[LineTarget]) -> list[str]:
         """F of each line under G93, where it is the inverse of the line's time; else none."""
         if not step.inverse:
             return [""] * len(targets)
@@ -262,7 +263,7 @@ class _Rewriter:
 
     # --- arcs and cycles --------------------------------------------------------------------------------------
 
-    def _still_arc(self, step: Step, poses: list[int]) -> bool:
+    def _still_arc(self, step: MovedBlock, poses: list[int]) -> bool:
         """Whether all poses lie on the arc of the file, moved as its start was moved."""
         arc = self.arcs[step.first]
         moved = np.subtract(self.place.at, self.nominal)
@@ -279,11 +280,11 @@ class _Rewriter:
         at_end = np.abs(self.program.position[poses[-1]] - np.array(step.end) - moved).max()
         return bool(max(off.max(), at_end) <= ARC_TOLERANCE)
 
-    def _centre_is_a_place(self, step: Step) -> bool:
+    def _centre_is_a_place(self, step: MovedBlock) -> bool:
         """Conservative: with G90.1 the centre words would have to change as well."""
         return step.line >= self.absolute_from
 
-    def _check_arc(self, step: Step, poses: list[int]) -> None:
+    def _check_arc(self, step: MovedBlock, poses: list[int]) -> None:
         widest = abs(self.arcs[step.first][6]) * np.diff(self.row[poses], prepend=step.first - 1.0).max()
         if widest > COARSEST:
             raise WriteError(
@@ -303,12 +304,12 @@ class _Rewriter:
         return False
 
     @staticmethod
-    def _has_motion(words: list[Word]) -> bool:
+    def _has_motion(words: list[GcodeWord]) -> bool:
         return any(w.is_motion for w in words)
 
     # --- what is said -----------------------------------------------------------------------------------------
 
-    def _changed(self, step: Step, what: str, count: int = 1) -> None:
+    def _changed(self, step: MovedBlock, what: str, count: int = 1) -> None:
         self.changes.append(Finding(WARNING, f"{self.path}:{step.line}", what, "", count))
 
     def _check_tilt(self) -> None:

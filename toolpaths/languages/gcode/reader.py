@@ -21,7 +21,7 @@ from toolpaths.languages.gcode.codes import (
     TIP_CONTROLS,
     G,
 )
-from toolpaths.languages.gcode.machine import State
+from toolpaths.languages.gcode.modal_state import ModalState
 from toolpaths.languages.gcode.retract import Retract, check_retracts
 from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
 from toolpaths.machine import Machine
@@ -55,19 +55,19 @@ def read(path: Path, source: str, chord: float, machine: Machine | None = None) 
     return parse(load_lines(path, source), source, machine).toolpath(chord)
 
 
-def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> Blocks:
+def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> BlockReader:
     """The blocks of a file, read."""
-    blocks = Blocks(source, machine, trace=trace)
+    blocks = BlockReader(source, machine, trace=trace)
     blocks.read(lines)
     return blocks
 
 
-class Blocks:
+class BlockReader:
     """Reads the blocks of one file, one after the other."""
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         self.source = source
-        self.state = State(source, machine, trace=trace)
+        self.state = ModalState(source, machine, trace=trace)
         self.track = self.state.track
         self.percent = self.ended = self.spindle = False
         self.selected = 0

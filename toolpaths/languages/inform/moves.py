@@ -16,7 +16,7 @@ from toolpaths.writing.program import Floats, Program
 
 
 @dataclass(frozen=True)
-class Moves:
+class InformMoves:
     """The moves of a program.
 
     Attributes:
@@ -51,10 +51,10 @@ def _rounded(rotation: Floats) -> Floats:
     return np.asarray(np.round(angles, 4))
 
 
-def moves(program: Program) -> Moves:
+def moves(program: Program) -> InformMoves:
     """Speeds and stops of a program."""
     speed = np.where(program.kind == CUT, program.feed, program.rapid_speed) * 1e3
-    return Moves(program, np.maximum(np.round(speed, 1), 0.1), _stops(program))
+    return InformMoves(program, np.maximum(np.round(speed, 1), 0.1), _stops(program))
 
 
 def _stops(program: Program) -> npt.NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from textwrap import wrap
 import numpy as np
 
 from toolpaths.frame import Frame
-from toolpaths.languages.inform.moves import Moves, frame_text, moves, rconf
+from toolpaths.languages.inform.moves import InformMoves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
 from toolpaths.writing.checks import six_joints
 from toolpaths.writing.lines import lines_before, with_crlf
@@ -165,7 +165,7 @@ def _job(name: str, comment: str, count: int, positions: Iterator[str], body: It
     return with_crlf(chain((head,), positions, (middle,), body, ("END\n",)))
 
 
-def _positions(program: Program, words: Moves, block: slice, first: int) -> Iterator[str]:
+def _positions(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
     """Positions of a block, numbered from ``first``; in front of number 1 the first pose stands for the MOVJ."""
     tool, conf = -1, ""
     poses = [] if first == 0 else [slice(0, 1)]
@@ -182,7 +182,7 @@ def _positions(program: Program, words: Moves, block: slice, first: int) -> Iter
         number += len(heads)
 
 
-def _moves(program: Program, words: Moves, block: slice, first: int) -> Iterator[str]:
+def _moves(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
     before = _before(program, block)
     for b in program.blocks(4096, block.start, block.stop):
         numbers = range(b.start - block.start + first, b.stop - block.start + first)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from toolpaths.frame import Frame
-from toolpaths.interpreting.moves import RobotTrack
 from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import POSE, Value, frame
 from toolpaths.languages.krl.names import KrlNames
@@ -15,7 +15,7 @@ from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import Floats
 
 
-class Mounted:
+class MountedFrames:
     """$TOOL and $BASE of one run."""
 
     def __init__(self, program: KrlProgram, names: KrlNames, track: RobotTrack) -> None:

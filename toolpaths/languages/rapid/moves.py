@@ -8,8 +8,9 @@ import re
 import numpy as np
 
 from toolpaths.frame import Frame
-from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack, Span
 from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, Span
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.rapid.expressions import RapidExpression
 from toolpaths.languages.rapid.names import RapidNames

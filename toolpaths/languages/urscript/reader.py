@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.languages.urscript.interpreter import UrInterpreter
 from toolpaths.languages.urscript.scan import tree
 from toolpaths.reading.source_text import load_lines

@@ -32,7 +32,7 @@ _HEAD = (
 
 
 @dataclass(frozen=True)
-class Part:
+class Val3Part:
     """The moves of one program.
 
     Attributes:
@@ -47,14 +47,14 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Data:
+class Val3Data:
     """What the moves of an application refer to: numbers of the tools, parts."""
 
     tools: tuple[int, ...]
-    parts: tuple[Part, ...]
+    parts: tuple[Val3Part, ...]
 
 
-def data(program: Program, per: int) -> Data:
+def data(program: Program, per: int) -> Val3Data:
     """Movement descriptors of every part of ``per`` moves: each distinct pair of speed and rounding once."""
     speed = np.round(np.where(program.kind == CUT, program.feed, program.rapid_speed) * 1e3, 5)
     step = steps_within(blending(program).radius, _DISTANCES)
@@ -62,11 +62,11 @@ def data(program: Program, per: int) -> Data:
     for block in program.blocks(per):
         pairs = np.column_stack((speed[block], step[block]))
         rows, index = np.unique(pairs, axis=0, return_inverse=True)
-        parts.append(Part(block, tuple((float(v), int(k)) for v, k in rows), index.reshape(-1)))
-    return Data(tuple(sorted({int(t) for t in np.unique(program.tool)})), tuple(parts))
+        parts.append(Val3Part(block, tuple((float(v), int(k)) for v, k in rows), index.reshape(-1)))
+    return Val3Data(tuple(sorted({int(t) for t in np.unique(program.tool)})), tuple(parts))
 
 
-def data_text(program: Program, words: Data) -> Iterator[str]:
+def data_text(program: Program, words: Val3Data) -> Iterator[str]:
     """The .dtx file."""
     yield _HEAD
     frame = _placed(program.workobject, "world[0]")

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from toolpaths.languages.val3.data import Data, data, data_text
+from toolpaths.languages.val3.data import Val3Data, data, data_text
 from toolpaths.writing.checks import six_joints
 from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain, words_of
@@ -102,7 +102,7 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     yield "stop.pgx", with_crlf(_program("stop", iter(("  resetMotion()\n",))))
 
 
-def _main(program: Program, words: Data, stem: str, body: Iterator[str]) -> Iterator[str]:
+def _main(program: Program, words: Val3Data, stem: str, body: Iterator[str]) -> Iterator[str]:
     """The program of the file asked for: to the start, then ``body``, the moves or the calls of the parts."""
     tool = int(program.tool[0])
     head = f"  // {_comment('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
@@ -122,7 +122,7 @@ def _program(name: str, *bodies: Iterator[str]) -> Iterator[str]:
     yield _PROGRAM_END
 
 
-def _moves(program: Program, words: Data, part: int) -> Iterator[str]:
+def _moves(program: Program, words: Val3Data, part: int) -> Iterator[str]:
     """The lines of one part; its points and speeds are numbered from 0."""
     block, index = words.parts[part].block, words.parts[part].index
     before = lines_before(

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from toolpaths.frame import Vector
 from toolpaths.languages.gcode.arc import arc_geometry
+from toolpaths.languages.gcode.canned_cycle import CannedCycle
 from toolpaths.languages.gcode.codes import ARCS, CYCLES, TIP_CONTROLS, G
-from toolpaths.languages.gcode.cycle import Cycle
-from toolpaths.languages.gcode.feed import Feed
+from toolpaths.languages.gcode.feed import GcodeFeed
 from toolpaths.languages.gcode.origin import Origin
-from toolpaths.languages.gcode.rotary_words import Rotary
+from toolpaths.languages.gcode.rotary_words import RotaryState
 from toolpaths.languages.gcode.words import Words
 from toolpaths.machine import Machine
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track
+from toolpaths.reading.track import CUT_MARK, RAPID_MARK, Track
 from toolpaths.toolpath import Toolpath
 
 UP: Vector = (0.0, 0.0, 1.0)
@@ -23,7 +23,7 @@ NORMALS: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0
 MOST_TURNS = 100  # of one arc: more is a mistake, and would fill the memory
 
 
-class Step(NamedTuple):
+class MovedBlock(NamedTuple):
     """The modal state under which a block moved, for whoever writes the block again."""
 
     line: int
@@ -38,7 +38,7 @@ class Step(NamedTuple):
     end: Vector
 
 
-class State:
+class ModalState:
     """Modal words in force and where the tool is; positions in m in the work object, nan where not known."""
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
@@ -51,10 +51,10 @@ class State:
         self.relative = self.absolute_centre = self.tip = False
         self.back = False  # G98
         self.tool = 0
-        self.feed, self.cycle = Feed(), Cycle()
+        self.feed, self.cycle = GcodeFeed(), CannedCycle()
         self.origin = Origin(machine.systems if machine else None)
-        self.rotary = Rotary(machine)
-        self.trace: list[Step] | None = [] if trace else None
+        self.rotary = RotaryState(machine)
+        self.trace: list[MovedBlock] | None = [] if trace else None
 
     # --- modal words ------------------------------------------------------------------------------------------
 
@@ -159,7 +159,7 @@ class State:
         else:
             self._go(motion, values, line)
         if self.trace is not None:
-            self.trace.append(Step(
+            self.trace.append(MovedBlock(
                 line, first, len(self.track), motion, self._scale(), self.relative, self.origin.shift,
                 self.feed.mode is G.INVERSE_TIME, self.tip and not self.rotary.used, self.at,
             ))  # fmt: skip

@@ -9,14 +9,14 @@ from collections.abc import Iterator, Mapping
 
 from toolpaths.frame import Vector
 from toolpaths.languages.gcode.codes import G
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK
+from toolpaths.reading.track import CUT_MARK, RAPID_MARK
 
 CLEARANCE = 0.254e-3  # m: how far G73 draws back, and how near G83 comes back to the bottom at a rapid
 MOST_STEPS = 2000  # moves of one block: more is a mistake, and would fill the memory
-Step = tuple[int, Vector]  # kind, place
+CycleMove = tuple[int, Vector]  # kind, place
 
 
-class Cycle:
+class CannedCycle:
     """The cycle in force, what its words said, and the level where the series of holes began."""
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Cycle:
 
     def steps(
         self, key: G, words: Mapping[str, float], at: Vector, normal: int, relative: bool, back: bool
-    ) -> Iterator[Step]:
+    ) -> Iterator[CycleMove]:
         """The moves of one block.
 
         Args:
@@ -108,7 +108,7 @@ class Cycle:
         repeats: int,
         relative: bool,
         back: bool,
-    ) -> Iterator[Step]:
+    ) -> Iterator[CycleMove]:
         normal, here = self._normal, list(at)
         initial, r = heights
         # the level of the way to the hole: as it is where that is above R

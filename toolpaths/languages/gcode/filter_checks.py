@@ -10,7 +10,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.languages.gcode.codes import TIP_CONTROLS
 from toolpaths.languages.gcode.reader import ROTARY
-from toolpaths.languages.gcode.style import words_of
+from toolpaths.languages.gcode.spelling import words_of
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import Floats, Program
 
