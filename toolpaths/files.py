@@ -1,4 +1,4 @@
-"""Files of toolpaths and robot programs: read, write, read back. The suffix, or a name, says which language."""
+"""Files of toolpaths and robot programs: read, write, read back. The language follows from the suffix, or is named."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class Interpreter:
                 self._choice(s)
 
     def remark(self, s: Statement, text: str) -> None:
-        """Note what the program says there before its next move."""
+        """Keep a remark of the program for its next move."""
         self.track.event(comment_word(plain_text(text)), self.program.line(s.start))
 
     def loop(self, s: Statement) -> None:

@@ -39,11 +39,11 @@ class RobotTrack:
         self.count = 0
 
     def event(self, word: str, line: int) -> None:
-        """Note what the file says before its next move."""
+        """Keep a remark of the file for its next move."""
         self.events.append(Event(self.count, word, line))
 
     def stand(self, values: tuple[float, ...]) -> None:
-        """Where the external axes stand from the end of the next move on, NaN where it is not said."""
+        """Where the external axes stand from the end of the next move on, NaN where it is not given."""
         self.stands.append((self.count, values))
 
     def _external(self) -> dict[str, Floats]:

@@ -38,7 +38,7 @@ class Spelling(Protocol):
     newline: str
 
     def aggregate(self, move: int) -> str:
-        """The target of a move that is no literal, as one."""
+        """The target of a move that is computed, as a literal."""
 
     def turns(self, rotation: Floats) -> Floats:
         """Rotations (K, 3, 3) as the numbers (K, m) that ``spelled`` takes."""
@@ -50,10 +50,10 @@ class Spelling(Protocol):
         """A literal with other values of external axes."""
 
     def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
-        """(K,) whether the language tells joint angles (K, 6) rad apart."""
+        """(K,) whether a target of the language tells joint angles (K, 6) rad apart."""
 
     def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
-        """A literal for joint angles ``commanded`` (6,), where it says what holds for ``nominal``."""
+        """A literal for joint angles ``commanded`` (6,), from one that holds for ``nominal``."""
 
     def inserted(self, move: int, target: str) -> str:
         """A straight move to ``target`` as it is put in before the move's statement."""

@@ -1,4 +1,4 @@
-"""Program: what a robot controller is told, before it is put into the words of one controller language."""
+"""Program: the moves of one robot with all that a controller has to know, in no language yet."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Program:
         nominal_joints: (N, n) rad, of the nominal pose, in the same turns as ``joints``; None: not known.
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
-        findings: what whoever made the program has to say about it.
+        findings: of whoever made the program.
     """
 
     name: str

@@ -15,7 +15,7 @@ class StagingError(Exception):
 
     Args:
         target: the file.
-        why: as the system says it.
+        why: in the words of the operating system.
     """
 
     def __init__(self, target: Path, error: OSError) -> None:

@@ -20,7 +20,7 @@ TURN_SHARE = 1e-3  # of a turn, by which TIMES may miss the end
 
 
 class AptCircle(NamedTuple):
-    """What CIRCLE says, in the file's frame and length unit."""
+    """The values of CIRCLE, in the file's frame and length unit."""
 
     center: Vector
     axis: Vector
@@ -78,7 +78,7 @@ def _beside(p: Vector, center: Vector, n: Vector) -> Vector:
 
 
 def _angle(s: AptStatement, arc: AptCircle, u: Vector, v: Vector, n: Vector, source: str) -> float:
-    """How far the arc turns its way round from u to v, rad; more than one turn where TIMES says so."""
+    """How far the arc turns its way round from u to v, rad; more than one turn with TIMES."""
     (a, b, c), (x, y, z) = u, v
     across = (b * z - c * y) * n[0] + (c * x - a * z) * n[1] + (a * y - b * x) * n[2]
     left = math.atan2(across, a * x + b * y + c * z)

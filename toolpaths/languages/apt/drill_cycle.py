@@ -37,7 +37,7 @@ class DrillCycle(NamedTuple):
         clear: height where feeding begins.
         retract: height left at; None: ``clear``; infinite: as high as the tool was before the cycle.
         pecks: first peck and the others, both counted from ``clear``; None: in one go.
-        dwell: what DWELL says, empty for none.
+        dwell: of DWELL, as the event shows it; empty for none.
         rate: feed, None: the one in force.
     """
 
@@ -159,7 +159,7 @@ def hole(c: DrillCycle, point: Vector, axis: Vector, at: Vector | None, before: 
 
     Args:
         c: the cycle in force.
-        point: where the GOTO says; axis: unit tool axis there.
+        point: of the GOTO; axis: unit tool axis there.
         at: where the tool is, None where that is not known or its axis is another one.
         before: where it was when the cycle began, None where that is not known.
     """

@@ -1,4 +1,4 @@
-"""Length unit, feed and spindle speed of an APT/CL file: what says how fast the next cut is."""
+"""Length unit, feed and spindle speed of an APT/CL file: how fast the next cut is."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class AptFeeds:
 
     def __init__(self, source: str) -> None:
         self.source = source
-        self.unit: float | None = None  # m, as UNITS says
+        self.unit: float | None = None  # m, from UNITS
         self.told: dict[float, int] = {}  # m, line: length units that feeds are given in
         self.rate = FeedRate(math.nan, False)
         self.speed, self.turning = math.nan, False  # rev/min as last given, and whether it is on

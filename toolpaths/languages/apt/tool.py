@@ -16,12 +16,12 @@ _PROFILE = "OUTPUT_ON_PROFILE"  # what Creo writes in a comment for an outline
 
 
 class AptTool:
-    """What the file says of the tool in use."""
+    """The tool in use."""
 
     def __init__(self, source: str) -> None:
         self.source = source
         self.number = 0
-        self.diameter: float | None = None  # file units, as the last CUTTER or TLDATA says
+        self.diameter: float | None = None  # file units, from the last CUTTER or TLDATA
         self.profile = False
 
     def load(self, s: AptStatement) -> None:

@@ -87,7 +87,7 @@ def statements(lines: list[str], source: str) -> Iterator[AptStatement]:
     """Statements and comments (word ``$$``) in their order.
 
     Raises:
-        ReadError: a line that is no statement, or a continuation that the file ends in.
+        ReadError: a line is not a statement, or the file ends inside a continued one.
     """
     pending: list[str] = []
     begin = 0

@@ -40,7 +40,7 @@ def called(folder: Path, name: str) -> CalledProgram | None:
     """The program ``name`` in ``folder``; None where it is not there.
 
     Raises:
-        ReadError: it is no Fanuc program.
+        ReadError: it is not a Fanuc program.
     """
     beside = [p for p in folder.glob("*") if p.suffix.lower() == ".ls" and p.stem.upper() == name.upper()]
     if not beside:

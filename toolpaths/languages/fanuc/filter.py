@@ -1,8 +1,8 @@
 """Filter in place of Fanuc .ls: position records of cutting moves get new numbers, all else stays byte by byte.
 
 A position that several moves use is split; poses put in become L lines without a line number (the controller numbers
-them when it loads) with records of their own; an arc that is no arc any more becomes L lines. Where a correction turns
-a joint past 180 deg, the turn number of CONFIG follows.
+them when it loads) with records of their own; an arc whose corrected poses leave the circle becomes L lines. Where a
+correction turns a joint past 180 deg, the turn number of CONFIG follows.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _turns(text: str, moves: RobotMoves, program: Program, row: Floats) -> Ints:
 
 
 def _other_postures(moves: RobotMoves, program: Program, row: Floats, path: Path) -> list[Finding]:
-    """A warning where the arm that was solved stands otherwise than CONFIG says: N or F, U or D, T or B."""
+    """A warning where the solved arm configuration differs from CONFIG: N or F, U or D, T or B."""
     if program.configuration is None:
         return []
     ends = np.flatnonzero((np.abs(row - np.rint(row)) < 1e-9) & (program.kind == CUT))

@@ -206,7 +206,7 @@ class TpInterpreter:
         self._append(s, word, kind, record, via, (feed, zone))
 
     def _feed(self, s: TpStatement, speed: str | None, unit: str) -> float:
-        """mm/s; NaN for what is no speed of the tool."""
+        """mm/s; NaN for joint speeds and times."""
         if speed is None:
             return float("nan")
         value: float | Runtime
@@ -269,7 +269,7 @@ class TpInterpreter:
         return record
 
     def _active(self, s: TpStatement, *records: TpRecord | None) -> tuple[int, int]:
-        """The number of the track's frame and of the tool; what a position says has to be what is active."""
+        """The number of the track's frame and of the tool; a position has to be recorded in the active ones."""
         for r in records:
             if r is None:
                 continue

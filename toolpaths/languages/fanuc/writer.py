@@ -2,7 +2,7 @@
 
 Sources: RoboDK's open post Fanuc_R30iA (sections, UFRAME and UTOOL through a position register, 9999 lines),
 Autodesk's Fanuc LS post (names of 30 characters), programs printed by controllers (speeds as ``12mm/sec``,
-``7cm/min``, ``2.8inch/min``; remarks; positions). CONFIG: fanuc_config.py. docs/fanuc.md says the rest.
+``7cm/min``, ``2.8inch/min``; remarks; positions). CONFIG: config.py. Reasons: docs/fanuc.md.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class _Words:
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What a TP program cannot say, and what the user should know."""
+    """What a TP program cannot express, and what the user should know."""
     robot = program.robot or "robot"
     yield from six_joints(program, "group 1 of a TP program has")
     if program.configuration is None:
@@ -152,7 +152,7 @@ def _remarks(text: str) -> list[str]:
 
 
 def _frames(program: Program) -> list[str]:
-    """Instructions that say what is run, and set the user frame and the first tool."""
+    """Remarks on what is run, and instructions that set the user frame and the first tool."""
     head = f"Compensated program {program.name} for {program.robot or 'robot'}"
     frame = _frame("UFRAME", program.workobject)
     lines = [*_remarks(head), *_remarks(f"Source: {program.source}"), *frame]

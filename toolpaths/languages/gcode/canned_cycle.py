@@ -17,7 +17,7 @@ CycleMove = tuple[int, Vector]  # kind, place
 
 
 class CannedCycle:
-    """The cycle in force, what its words said, and the level where the series of holes began."""
+    """The cycle in force, its sticky words, and the level where the series of holes began."""
 
     def __init__(self) -> None:
         self.key: G | None = None

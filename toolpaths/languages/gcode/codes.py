@@ -120,7 +120,7 @@ GROUPS: dict[str, frozenset[G]] = {
 GROUP = {g: name for name, words in GROUPS.items() for g in words}
 
 # Let pass on purpose: they choose what this reader does anyway (G13.1, G15, G40, G50, G50.1, G67, G69, G97), what the
-# cell file says (G43 H: tool length), or how a machine rounds corners (G5 P, G5.1 Q, G8 P, G9, G61, G64, G187).
+# cell file gives (G43 H: tool length), or how a machine rounds corners (G5 P, G5.1 Q, G8 P, G9, G61, G64, G187).
 #: Of them those that stand without coordinates.
 LONE = frozenset((G.SMOOTHING_LEVEL, G.LOOK_AHEAD, G.POLAR_INTERPOLATION_OFF, G.MIRROR_OFF, G.ACCURACY))
 

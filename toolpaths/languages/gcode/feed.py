@@ -48,7 +48,7 @@ class GcodeFeed:
             motion: for messages.
 
         Raises:
-            ValueError: there is no F that counts, or no S in G95; says which.
+            ValueError: F is missing or not above 0, or S is, under G95.
         """
         word = self.word
         if self.mode is G.INVERSE_TIME and not given:

@@ -212,7 +212,7 @@ class _Rewriter:
             self.place.turn(words)
 
     def _one(self, step: MovedBlock, text: str, words: list[GcodeWord], to: LineTarget) -> None:
-        """The line with other coordinates; they are left as they are where they say the same."""
+        """The line with other coordinates; those that lead to the same place stay."""
         new = self.place.coordinates(step, self.place.after(step, words), to.place)
         if to.axis is not None:
             new.update(self.place.tool_vector(to.axis, words))
@@ -307,7 +307,7 @@ class _Rewriter:
     def _has_motion(words: list[GcodeWord]) -> bool:
         return any(w.is_motion for w in words)
 
-    # --- what is said -----------------------------------------------------------------------------------------
+    # --- findings ---------------------------------------------------------------------------------------------
 
     def _changed(self, step: MovedBlock, what: str, count: int = 1) -> None:
         self.changes.append(Finding(WARNING, f"{self.path}:{step.line}", what, "", count))

@@ -1,4 +1,4 @@
-"""What a G-code file says, and must not say, to be filtered in place."""
+"""Whether a G-code file can be filtered in place: rotary words, tool vectors, poses planned elsewhere."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def says_turns(source: bytes) -> bool:
 
 
 def refuse_moved(program: Program, row: Floats, ends: Floats, path: Path) -> None:
-    """Refuse poses that were planned elsewhere than the file says."""
+    """Refuse poses that were planned elsewhere than the file has them."""
     whole = np.flatnonzero((np.abs(row - np.round(row)) < 1e-9) & (program.kind == CUT))
     if program.nominal_position is None or not len(whole):
         return

@@ -50,7 +50,7 @@ class RotaryState:
         """Take over A, B, C; ``tip``: G43.4 is on.
 
         Raises:
-            ValueError: no such axis, or what is not known of the machine.
+            ValueError: the machine has no such axis, or too little of it is known.
         """
         self.check(values)
         self.angles = tuple(

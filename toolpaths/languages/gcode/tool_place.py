@@ -71,7 +71,7 @@ class ToolPlace:
     ) -> dict[str, str]:
         """The numbers of a G92 that keep the origin: ``nominal`` is where the file has the tool.
 
-        An axis whose place was not known is where it says, with ``shift`` as after it.
+        An axis whose place was not known is where G92 puts it, with ``shift`` as after it.
         """
         new, at = {}, list(self.at)
         for w in words:

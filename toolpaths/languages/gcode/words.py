@@ -48,7 +48,7 @@ def split_block(text: str, source: str, line: int) -> tuple[Words, list[G], list
         text: upper case, without comments.
 
     Raises:
-        ReadError: a character, letter or number that is no G-code, or a letter twice.
+        ReadError: a character, letter or number that is not G-code, or a letter twice.
     """
     values: Words = {}
     gs: list[G] = []
@@ -75,7 +75,7 @@ def _what(other: str, text: str) -> str:
     """What a character that begins no word is part of."""
     if found := O_WORD.match(text):
         return f"{found[1].strip()[:30]!r}: an O-word, it controls the flow of the program; post without subprograms"
-    told = next((c for c in other + text if c in SYMBOLS), other)  # X#1: the '#' says more than the X
+    told = next((c for c in other + text if c in SYMBOLS), other)  # X#1: the '#' is what matters
     found = MACRO.search(text)
     if not found and (stranger := STRANGER.match(text)):
         hint = ", as Fanuc and LinuxCNC have it"

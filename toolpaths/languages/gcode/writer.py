@@ -1,7 +1,7 @@
 """G-code (RS-274, Fanuc dialect): position and vector of the tool under G43.4, one move a line.
 
 Sources: Fanuc Series 30i operator's manual B-64484EN, "Tool center point control" and "Feed functions" (G61, G64);
-LinuxCNC G-code reference. docs/gcode.md says what a controller has to be able to do.
+LinuxCNC G-code reference. What a controller has to be able to do: docs/gcode.md.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FEED = 4  # decimals of mm/min
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What G-code cannot say."""
+    """What G-code cannot express."""
     yield Finding(
         WARNING, path.name, "G-code carries position and vector of the tool: the turn about it and the arm "
         "configuration are left to the controller",

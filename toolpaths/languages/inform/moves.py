@@ -1,4 +1,4 @@
-"""What the moves of an INFORM job say: positions in the robot frame, RCONF, speeds, where the arm has to stand."""
+"""Moves of an INFORM job: positions in the robot frame, RCONF, speeds, stops."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def rconf(program: Program, block: slice) -> list[str]:
 
     Sources: DX100 HW0482494, 4.1.3 (order; 0 is flip, upper arm, front, less than 180 deg); Yaskawa's YMConnect SDK,
     ``Figure`` (no-flip: axis B negative; lower arm: the elbow bends beyond 180 deg; rear: the wrist is behind axis S).
-    The NX100 and older say flip by axis R (RE-CSO-A031, 3.9): jobs for those are not written.
+    The NX100 and older define flip by axis R (RE-CSO-A031, 3.9): jobs for those are not written.
     """
     degrees = np.round(np.degrees(program.joints[block]), 6) + 0.0
     c = np.zeros(len(degrees), dtype=np.int64) if program.configuration is None else program.configuration[block]

@@ -3,7 +3,7 @@
 A relative job (ATTR RJ): positions C00000 ... in mm and deg with RCONF, then one move for each. Sources: Yaskawa
 DX100 (HW0482494) "Data Transmission", job data format; DX200 and YRC1000 INFORM Language manuals (MOVL: V in
 0.1 mm/s, PL); YMConnect SDK (figures of the arm); jobs saved by controllers.
-docs/inform.md says why what is written the way it is.
+Reasons: docs/inform.md.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _POSITION = "%sC%05d=%.3f,%.3f,%.3f,%.4f,%.4f,%.4f\n"
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What INFORM cannot say, and what the user should know."""
+    """What INFORM cannot express, and what the user should know."""
     if program.joints.shape[1] != 6:
         yield from six_joints(program, "a position of INFORM has")
         return

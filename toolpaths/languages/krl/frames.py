@@ -38,7 +38,7 @@ class MountedFrames:
         return int(own), self.names.look_up(f"{name[1:]}_DATA[{own:g}]") if own else dict.fromkeys(POSE, 0.0)
 
     def tool(self, s: Statement, own: Value) -> int:
-        """The number of the tool in use; ``own`` is what the line itself says, else None."""
+        """The number of the tool in use; ``own`` is that of the line itself, else None."""
         number, value = self._frame(s, "$TOOL", own)
         load = self.names.get("$LOAD")
         key = f"{number} {value!r} {load.value if load else None!r}"
@@ -70,7 +70,7 @@ class MountedFrames:
 
 
 def _load(value: Value) -> tuple[float | None, Floats | None]:
-    """kg and m of $LOAD; None where it says nothing."""
+    """kg and m of $LOAD; None where it gives none."""
     if not isinstance(value, dict) or not isinstance(value.get("M"), float) or value["M"] <= 0.0:
         return None, None
     cm = value.get("CM")

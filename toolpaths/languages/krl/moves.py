@@ -50,7 +50,7 @@ class KrlMover:
         track: the moves.
         mounted: tool and base.
         tails: what stands behind the targets.
-        others: move -> the value of a target that is no literal.
+        others: move -> the value of a target that does not stand there as numbers.
     """
 
     def __init__(self, program: KrlProgram, names: KrlNames) -> None:

@@ -15,7 +15,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     """Poses of a program; arcs become points within ``chord`` (m).
 
     Raises:
-        ReadError: what is no KRL, or is known only while the program runs, by line.
+        ReadError: not KRL, or something known only while the program runs; names the line.
     """
     load_lines(path, source)
     return moves_of(path.read_bytes(), source, path).toolpath(chord)
@@ -27,7 +27,7 @@ def moves_of(data: bytes, source: str, path: Path) -> RobotMoves:
 
 
 def run_of(data: bytes, source: str, path: Path) -> KrlInterpreter:
-    """The program, executed; ``path`` says where its .dat and the files it calls would be."""
+    """The program, executed; its .dat and the files that it calls are looked for beside ``path``."""
     beside = next((p for p in (path.with_suffix(".dat"), path.with_suffix(".DAT")) if p.is_file()), None)
     values = ""
     if beside is not None:

@@ -2,7 +2,7 @@
 
 Sources: KUKA System Software 8.3, Operating and Programming Instructions for System Integrators (Status and
 Turn, approximate positioning, $APO, $VEL, names of 24 characters), KR C2 Expert Programming 5.2 (E6POS,
-FRAME, basic and overhead area). docs/krl.md says why what is written the way it is.
+FRAME, basic and overhead area). Reasons: docs/krl.md.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class _Words:
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What KRL cannot say, and what the user should know."""
+    """What KRL cannot express, and what the user should know."""
     yield from six_joints(program, "an AXIS of KRL has")
     limit = _NAME_LIMIT - (4 if len(program) > MOVES_PER_FILE else 0)
     if not is_legal(path.stem, limit, _RESERVED):
@@ -157,7 +157,7 @@ def _moves(program: Program, words: _Words, block: slice) -> Iterator[str]:
 
 
 def _before(words: _Words, block: slice, speeds: Floats, speed: float, apo: int) -> list[str]:
-    """Lines in front of each move of a block: what was said there, $VEL and $APO where they change."""
+    """Lines in front of each move of a block: comments, $VEL and $APO where they change."""
     before = [""] * (block.stop - block.start)
     for pose in words.before.keys() & range(block.start, block.stop):
         before[pose - block.start] = words.before[pose]

@@ -50,7 +50,7 @@ class RapidMover:
 
     Attributes:
         track: the moves.
-        others: move -> configuration and external axes of a target that is no literal.
+        others: move -> configuration and external axes of a target that does not stand there as numbers.
     """
 
     def __init__(self, module: RapidModule, names: RapidNames) -> None:

@@ -15,7 +15,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     """Poses of a module; arcs become points within ``chord`` (m).
 
     Raises:
-        ReadError: what is no RAPID, or is known only while the program runs, by line.
+        ReadError: not RAPID, or something known only while the program runs; names the line.
     """
     load_lines(path, source)
     return moves_of(path.read_bytes(), source).toolpath(chord)

@@ -2,7 +2,7 @@
 
 Sources: ABB 3HAC050917 "RAPID Instructions, Functions and Data types" (confdata, robtarget, zonedata,
 speeddata, tooldata, loaddata, MoveL, MoveAbsJ, ConfL, SingArea), 3HAC16580 "RAPID overview" (identifiers of
-32 characters, reserved words). docs/rapid.md says why what is written the way it is.
+32 characters, reserved words). Reasons: docs/rapid.md.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _MOVE = "%s    MoveL [[%.4f,%.4f,%.4f],[%.8f,%.8f,%.8f,%.8f],[%d,%d,%d,%d]," + _
 
 @dataclass(frozen=True)
 class _Words:
-    """What the moves of one program are told with.
+    """The names that the moves of one program use.
 
     Attributes:
         module: legal name of the main module.
@@ -76,7 +76,7 @@ class _Words:
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What RAPID cannot say, and what the user should know."""
+    """What RAPID cannot express, and what the user should know."""
     yield from six_joints(program, "a robtarget of RAPID has")
     if len(program) > MOVES_PER_MODULE and not re.fullmatch(r"[A-Za-z0-9_. -]+", path.name):
         yield Finding(

@@ -26,7 +26,7 @@ LARGEST = 1e9
 
 
 class _UnknownError(Exception):
-    """What an expression gives is not known before the program runs; the message says what of it."""
+    """The value is not known before the program runs; the message names the part that is not."""
 
 
 @dataclass(frozen=True, eq=False)

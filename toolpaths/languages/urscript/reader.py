@@ -15,7 +15,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     """Poses of a program; arcs become points within ``chord`` (m).
 
     Raises:
-        ReadError: what is no URScript, or is known only while the program runs, by line.
+        ReadError: not URScript, or something known only while the program runs; names the line.
     """
     load_lines(path, source)
     return moves_of(path.read_bytes(), source).toolpath(chord)

@@ -1,4 +1,4 @@
-"""The tools of a URScript program: what set_tcp and set_payload say."""
+"""The tools of a URScript program: set_tcp and set_payload."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Sources: The URScript Programming Language (movej, movel, set_tcp, set_payload, pose_trans, blend radius, rotation
 vectors), UR10 manual ("blends cannot overlap"), RoboDK's open post Universal_Robots (blend at most 0.4 of a move, the
-call behind the function). docs/urscript.md says why what is written the way it is.
+call behind the function). Reasons: docs/urscript.md.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class _Words:
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What URScript cannot say, and what the user should know."""
+    """What URScript cannot express, and what the user should know."""
     yield from six_joints(program, "movej of URScript takes")
     name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
     if name != program.name:
@@ -116,7 +116,7 @@ def _text(program: Program, words: _Words, function: str, block: slice, followin
 
 
 def _to_start(program: Program, first: int) -> Iterator[str]:
-    """Joint moves to the start; a later part begins where the one before it ended, which is no move then."""
+    """Joint moves to the start; a later part begins where the one before it ended, without a move."""
     at = max(first - 1, 0)
     yield _mount(program.tools[int(program.tool[at])])
     starts = () if first or program.start_joints is None else (program.start_joints,)

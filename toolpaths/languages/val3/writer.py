@@ -3,8 +3,7 @@
 NAME.pgx holds the moves (or calls NAME_001 ...), NAME.dtx tools, frame, speeds and points, NAME.pjx makes an
 application of them, with the start() and stop() that every application has. Sources: VAL3 Reference Manual
 (D28062804A; chapters applications, arm positions, movement control), VAL3 XML Format (pjx, pgx, dtx), and what
-the posts of RoboDK (Apache-2.0) and visose/Robots (MIT) write for VAL3 s7. docs/val3.md says why what is
-written the way it is.
+the posts of RoboDK (Apache-2.0) and visose/Robots (MIT) write for VAL3 s7. Reasons: docs/val3.md.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ _PROGRAM_END = "end\n    ]]></Code>\n  </Program>\n</Programs>\n"
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What VAL3 cannot say, and what the user should know."""
+    """What VAL3 cannot express, and what the user should know."""
     yield from six_joints(program, "a jointRx of VAL3 has")
     parts = -(-len(program) // MOVES_PER_PROGRAM)
     limit = _NAME_LIMIT - (len(f"_{parts:03d}") if parts > 1 else 0)
@@ -137,7 +136,7 @@ def _moves(program: Program, words: Val3Data, part: int) -> Iterator[str]:
 
 
 def _halt(tool: int, program: Program) -> str:
-    """Stands still, says which tool to mount, waits for a key."""
+    """Stands still, shows which tool to mount, waits for a key."""
     text = _comment(f"mount tool {tool} ({program.tools[tool].name}), then press a key")
     text = text.replace('"', "'").replace("\\", "/")
     return f'  waitEndMove()\n  userPage()\n  cls()\n  putln("{text}")\n  get()\n'
