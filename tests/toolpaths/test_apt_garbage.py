@@ -18,7 +18,7 @@ from toolpaths.languages.apt import reader as apt
 from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED
 
 QUIET = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-ACTS = tuple(apt._Reader("").acts)
+ACTS = tuple(apt.AptReader("").acts)
 HEADS = (*ACTS, *sorted(EVENTS | PASSED)[:6], *sorted(REFUSED)[:6], "DRILL", "é", "")
 MINOR = (
     *(

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from toolpaths.languages.gcode.modal_state import MovedBlock
+from toolpaths.languages.gcode.motion import MovedBlock
 from toolpaths.languages.gcode.reader import INCH
 from toolpaths.languages.gcode.spelling import VECTOR_DIGITS, GcodeSpelling, GcodeWord
 from toolpaths.rewriting.filter import SAME_PLACE

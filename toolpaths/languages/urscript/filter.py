@@ -18,7 +18,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.frame import Frame
 from toolpaths.interpreting.robot_moves import RobotMoves
-from toolpaths.languages.urscript.interpreter import PARAMETERS
+from toolpaths.languages.urscript.moves import PARAMETERS
 from toolpaths.languages.urscript.reader import moves_of
 from toolpaths.rewriting.corrections import Correction, angles_of, corrections
 from toolpaths.rewriting.edits import Edit, edited
