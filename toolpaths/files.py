@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from toolpaths.errors import ReadError, WriteError
+from toolpaths.finding import ERROR, Finding, refuse_errors
 from toolpaths.languages.table import LANGUAGES, READ, WRITTEN, Language, reading, writing
 from toolpaths.machine import Machine
 from toolpaths.toolpath import Toolpath
 from toolpaths.writing.checks import common_findings
 from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
-from toolpaths.writing.program import ERROR, Finding, Program, ReadBack, refuse_errors
+from toolpaths.writing.program import Program, ReadBack
 from toolpaths.writing.staging import Staging, StagingError
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -15,7 +14,7 @@ from stiffness.effects.effect import Effect
 from stiffness.errors import RobotError
 from stiffness.kinematics.inverse import Inverse
 from stiffness.kinematics.solver import inverse_kinematics
-from stiffness.model.model import ComplianceModel, load_model
+from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 from stiffness.statics.predictor import Predictor
@@ -96,15 +95,14 @@ def load_arm(cell: Cell) -> Arm:
         robot = load_robot(cell.robot, folder=cell.folder, base=cell.base, tip=cell.tip)
     except RobotError as e:
         raise CellError(f"{cell.source}: robot = {cell.robot!r}: {e}") from e
-    model_path = cell.folder / cell.model
-    model = load_model(model_path, robot.n)
-    _refuse_other_robot(cell, robot, model, model_path)
+    model = load_model(cell.folder / cell.model, robot.n)
+    _refuse_other_robot(cell, robot, model)
     return Arm(robot, inverse_kinematics(robot), model)
 
 
-def _refuse_other_robot(cell: Cell, robot: Robot, model: ComplianceModel, path: Path) -> None:
+def _refuse_other_robot(cell: Cell, robot: Robot, model: ComplianceModel) -> None:
     try:
-        other = load_robot(model.robot, folder=path.resolve().parent, base=model.base, tip=model.tip)
+        other = robot_of(model)
     except RobotError as e:
         raise CellError(
             f"{cell.source}: the model {cell.model} is for robot {model.robot!r}, which cannot be loaded to compare it "

@@ -59,6 +59,7 @@ class EquippedArm:
         self,
         toolpath: Toolpath,
         target: Frame,
+        *,
         wrench: Floats,
         state: Floats,
         seed: Floats,
@@ -73,8 +74,9 @@ class EquippedArm:
         done = []
         for number, r in self.tools.rows(toolpath):
             begin = near and StartValues(near.q[r], near.actual[r], near.extra[r])
-            given = (target.take(r), wrench[r], state[r], seed[r], begin)
-            done.append((r, self.predictors[number].command(*given)))
+            predictor = self.predictors[number]
+            found = predictor.command(target.take(r), wrench[r], state[r], start=seed[r], near=begin)
+            done.append((r, found))
         if len(done) == 1:
             return done[0][1]
         columns = {name: _merged(len(seed), [(r, getattr(c, name)) for r, c in done]) for name in COLUMNS}
@@ -86,22 +88,18 @@ class EquippedArm:
         Raises:
             SolveError: there is none; names the pose.
         """
-        rows = self.tools.rows(toolpath)
-        done = [(r, self._forward(toolpath, number, r, q, wrench, state)) for number, r in rows]
+        done = []
+        for number, r in self.tools.rows(toolpath):
+            try:
+                done.append((r, self.predictors[number].forward(q[r], wrench[r], state[r])))
+            except EquilibriumError as e:
+                k = int(np.arange(len(q))[r][e.row])
+                where = f"{toolpath.source}:{toolpath.line[k]} (pose {toolpath.row[k]:g} of the file)"
+                raise SolveError(f"{where}: {e.problem}") from e
         if len(done) == 1:
             return done[0][1]
         names = ("rotation", "position", "torque", "residual")
         return Prediction(**{name: _merged(len(q), [(r, getattr(f, name)) for r, f in done]) for name in names})
-
-    def _forward(
-        self, toolpath: Toolpath, number: int, rows: Rows, q: Floats, wrench: Floats, state: Floats, /
-    ) -> Prediction:
-        try:
-            return self.predictors[number].forward(q[rows], wrench[rows], state[rows])
-        except EquilibriumError as e:
-            k = int(np.arange(len(q))[rows][e.row])
-            where = f"{toolpath.source}:{toolpath.line[k]} (pose {toolpath.row[k]:g} of the file)"
-            raise SolveError(f"{where}: {e.problem}") from e
 
     def joint_deflection(self, q: Floats, torque: Floats, state: Floats) -> Floats:
         """dq (N, n) of the joint laws alone."""

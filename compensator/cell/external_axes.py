@@ -16,10 +16,11 @@ from compensator.cell.placement import Placement
 from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.errors import CellError
 from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
+from toolpaths.finding import ERROR, NOTE, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import Setting, Toolpath, tool_axis
-from toolpaths.writing.program import ERROR, WARNING, Finding, Program
+from toolpaths.writing.program import Program
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,7 +32,7 @@ def seen_from_base(placement: Placement, toolpath: Toolpath) -> Toolpath:
         CellError, ReadError: a declared axis moves in a cut, or turns the axes of the wrench.
     """
     _check(placement, toolpath)
-    found = carried(placement, toolpath)
+    found = moved_workobject(placement, toolpath)
     if found is None or toolpath.quaternion is None:
         return toolpath
     return _placed(toolpath, found.then(Frame(matrix_from_unit_quaternion(toolpath.quaternion), toolpath.position)))
@@ -39,7 +40,7 @@ def seen_from_base(placement: Placement, toolpath: Toolpath) -> Toolpath:
 
 def as_programmed(placement: Placement, toolpath: Toolpath) -> Toolpath:
     """The poses of joint angles, which the robot's base sees, as the program has them."""
-    found, setting = carried(placement, toolpath), toolpath.setting
+    found, setting = moved_workobject(placement, toolpath), toolpath.setting
     if found is None or setting is None or toolpath.quaternion is None or not setting.joints:
         return toolpath
     rows = np.isin(toolpath.row, [float(r) for r in setting.joints])[:, None]
@@ -55,10 +56,10 @@ def _placed(toolpath: Toolpath, poses: Frame) -> Toolpath:
     return replace(toolpath, position=poses.origin, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
-def carried(placement: Placement, toolpath: Toolpath) -> Frame | None:
+def moved_workobject(placement: Placement, toolpath: Toolpath) -> Frame | None:
     """(N) the work object as it stands at every pose, in the work object with all axes at 0; None: it stays there.
 
-    A pose of the program is seen from the base, as if rail and table stood at 0, at ``carried(...).then(pose)``.
+    As if rail and table stood at 0, the base sees a pose of the program at ``moved_workobject(...).then(pose)``.
     """
     setting = toolpath.setting
     axes = {} if setting is None else _axes(placement.external, setting)
@@ -117,20 +118,24 @@ def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
     return replace(read, setting=setting, position=poses.origin, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
-def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath) -> tuple[str, ...]:
+def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath) -> tuple[Finding, ...]:
     """What is not known of axes that the cell does not declare: they pass through as they are."""
     if toolpath.setting is None:
         return ()
     found = unmodelled(toolpath.setting.external, whole_moves(toolpath)[1])
     return tuple(
-        f"{toolpath.source}: external axis {name} {stands}: it is not modelled, the work object is taken "
-        f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]"
+        Finding(
+            NOTE,
+            toolpath.source,
+            f"external axis {name} {stands}: it is not modelled, the work object is taken "
+            f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]",
+        )
         for name, stands in found
         if name not in external
     )
 
 
-def without_external(program: Program, placement: Placement, toolpath: Toolpath, language: str) -> Program:
+def with_external_findings(program: Program, placement: Placement, toolpath: Toolpath, language: str) -> Program:
     """The program with what is to be said when it is written in another language."""
     return replace(program, findings=(*program.findings, *external_findings(placement, toolpath, language)))
 

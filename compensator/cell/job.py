@@ -14,6 +14,7 @@ from compensator.cell.placement import Placement, placement_of
 from compensator.path.motion_bounds import MotionBounds
 from compensator.path.planner import Planner
 from compensator.path.tcp_inverse import TcpInverse
+from toolpaths.finding import NOTE, Finding
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -21,13 +22,13 @@ class Job:
     """Everything but the toolpath.
 
     Attributes:
-        notes: what the result does not know, in words, for every summary.
+        notes: what the result does not know, for every summary.
     """
 
     arm: EquippedArm
     placement: Placement
     planner: Planner
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
     def __repr__(self) -> str:
         return f"Job({self.placement!r}, {self.arm!r})"
@@ -44,7 +45,7 @@ def load_job(path: str | Path) -> Job:
     return job_of(load_arm(cell), placement)
 
 
-def job_of(arm: Arm, placement: Placement, notes: tuple[str, ...] = ()) -> Job:
+def job_of(arm: Arm, placement: Placement, notes: tuple[Finding, ...] = ()) -> Job:
     """An arm at a placement.
 
     Args:
@@ -75,20 +76,24 @@ def job_of(arm: Arm, placement: Placement, notes: tuple[str, ...] = ()) -> Job:
     return Job(able, placement, planner, (*_notes(able, placement, arm.sag(placement.conditions)), *notes))
 
 
-def _notes(arm: EquippedArm, placement: Placement, sag: str) -> list[str]:
+def _notes(arm: EquippedArm, placement: Placement, sag: str) -> list[Finding]:
     model = arm.model
-    notes = [f"{arm.robot.name}: {text}" for text in arm.robot.assumptions]
+    notes = [Finding(NOTE, arm.robot.name, text) for text in arm.robot.assumptions]
     if model.provenance.get("kind") == "assumption":
-        notes.append(f"{model.source}: the stiffness values are an assumption: {model.provenance.get('source', '')}")
+        what = f"the stiffness values are an assumption: {model.provenance.get('source', '')}"
+        notes.append(Finding(NOTE, model.source, what))
     if not any(model.sd.get(e.name) for e in arm.effects):
-        notes.append(f"{model.source}: no standard deviations: how sure the prediction is cannot be said")
+        what = "no standard deviations: how sure the prediction is cannot be said"
+        notes.append(Finding(NOTE, model.source, what))
     weightless = [t.name for t in placement.tools.by_number.values() if not t.mass]
     if weightless:
-        notes.append(f"tool {', '.join(weightless)}: no mass given, its weight is not modelled")
+        what = "no mass given, its weight is not modelled"
+        notes.append(Finding(NOTE, f"tool {', '.join(weightless)}", what))
     temperature = placement.conditions.temperature
     warm = temperature is not None and temperature != model.reference_temperature
     if warm and not any(e.thermal for e in arm.effects):
-        notes.append("temperature differs from the model's reference; the model has no thermal effect")
+        what = "temperature differs from the model's reference; the model has no thermal effect"
+        notes.append(Finding(NOTE, "", what))
     if sag == "calibrated-out":
-        notes.append("gravity: the controller is taken to know the sag of arm and tool")
+        notes.append(Finding(NOTE, "gravity", "the controller is taken to know the sag of arm and tool"))
     return notes

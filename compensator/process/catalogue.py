@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from compensator.process.constant import ConstantTable
+from compensator.process.constant import ConstantWrenchTable
 from compensator.process.process import ProcessTable
-from compensator.process.table import FileTable
+from compensator.process.table import WrenchFileTable
 
-PROCESSES: dict[str, type[ProcessTable]] = {"constant": ConstantTable, "table": FileTable}
+PROCESSES: dict[str, type[ProcessTable]] = {"constant": ConstantWrenchTable, "table": WrenchFileTable}

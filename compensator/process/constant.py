@@ -15,7 +15,7 @@ from compensator.toml_table import Six
 Floats = npt.NDArray[np.float64]
 
 
-class ConstantTable(ProcessTable):
+class ConstantWrenchTable(ProcessTable):
     """The same wrench at every cutting pose: on the robot, about the TCP, N and N*m."""
 
     kind: Literal["constant"]

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.toml_table import TomlTable
+from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import Finding
 
 Floats = npt.NDArray[np.float64]
 WrenchAxes = Literal["path", "tool", "workobject", "base"]

@@ -19,19 +19,19 @@ Numbers = npt.NDArray[np.int64]
 COLUMNS = ("index", "fx", "fy", "fz", "mx", "my", "mz")
 
 
-class FileTable(ProcessTable):
+class WrenchFileTable(ProcessTable):
     """A wrench per pose or per source line, from a csv file relative to the cell."""
 
     kind: Literal["table"]
     frame: WrenchAxes
     file: str
 
-    def process(self, context: ProcessContext) -> TabulatedProcess:
-        return TabulatedProcess(context, self.frame, self.file)
+    def process(self, context: ProcessContext) -> WrenchFileProcess:
+        return WrenchFileProcess(context, self.frame, self.file)
 
 
 @dataclass(frozen=True)
-class TabulatedProcess(GivenWrench):
+class WrenchFileProcess(GivenWrench):
     """The wrenches of ``file`` in ``axes``."""
 
     context: ProcessContext

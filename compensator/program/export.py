@@ -1,21 +1,50 @@
-"""A compensation as a robot program."""
+"""A compensation as a new robot program."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import carried
+from compensator.cell.external_axes import moved_workobject, with_external_findings
 from compensator.cell.placement import Placement
 from compensator.path.pose_text import place
 from compensator.path.tool_set import ONE_TOOL
+from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
+from compensator.solve.verify import Verified, verify
+from toolpaths.files import write_program
+from toolpaths.finding import WARNING, Finding
 from toolpaths.frame import Frame
+from toolpaths.languages.table import Language
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import WARNING, Finding, Program
+from toolpaths.writing.program import Program
 
 MM_MIN = 1.0 / 60000.0  # m/s
+
+
+@dataclass(frozen=True)
+class Export(ProgramMaker):
+    """A program made of nothing but the commands.
+
+    Attributes:
+        source: the toolpath as it was read.
+    """
+
+    source: Toolpath
+    language: Language
+    in_place = False
+
+    def write(self, c: Compensation, staged: Path) -> MadeProgram:
+        program = with_external_findings(program_of(c), c.job.placement, self.source, self.language.name)
+        written = write_program(program, staged, self.language.name)
+        return MadeProgram(written.files, written.findings, c)
+
+    def verify(self, made: MadeProgram, shown: Path) -> Verified:
+        return verify(made.result, made.files[0], self.language.name)
 
 
 def program_of(c: Compensation, *, corrected: bool = True) -> Program:
@@ -31,7 +60,7 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
     deflection = c.target.origin - commanded.origin if corrected else c.error_before
     to_work = Frame.of(np.asarray(np.linalg.inv(placement.workobject.matrix), dtype=np.float64))
     poses, nominal = to_work.then(commanded), to_work.then(path.tcp)
-    if on_axes := carried(placement, toolpath):
+    if on_axes := moved_workobject(placement, toolpath):
         poses, nominal = poses.relative_to(on_axes), nominal.relative_to(on_axes)
     feed, findings = _feed(placement, toolpath)
     return Program(

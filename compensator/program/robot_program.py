@@ -46,7 +46,7 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     place = {"workobject": _workobject(cell, toolpath, setting)}
     placement = placement_of(cell.model_copy(update={**place, **_tools(cell, toolpath, setting)}))
     arm = load_arm(cell)
-    path = _needed(seen_from_base(placement, completed(placement, arm.robot, toolpath)))
+    path = _needed(seen_from_base(placement, with_joint_poses(placement, arm.robot, toolpath)))
     if placement.start is None and len(path):
         placement = replace(placement, start=_start(arm, placement, path, setting))
     job = job_of(arm, placement, external_notes(placement.external, toolpath))
@@ -121,7 +121,7 @@ def _three(values: Floats) -> tuple[float, float, float]:
     return x, y, z
 
 
-def completed(placement: Placement, robot: Robot, toolpath: Toolpath) -> Toolpath:
+def with_joint_poses(placement: Placement, robot: Robot, toolpath: Toolpath) -> Toolpath:
     """The poses that the robot gives of moves in joint angles, and the points of arcs that start there."""
     if toolpath.setting is None:
         return toolpath

@@ -55,15 +55,18 @@ def agreed(
     rows = np.arange(len(path))
     for rounds in range(1, STATE_ROUNDS + 1):
         if len(held):
-            target = held_targets(arm, path, wrench, state, held)
+            target = held_targets(arm, path, wrench, state, rows=held)
         begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
         some = path.toolpath if command is None else path.toolpath.take(rows)
-        part = arm.command(some, target.take(rows), wrench[rows], state.middle[rows], path.q[rows], begin)
+        at = target.take(rows)
+        part = arm.command(
+            some, at, wrench=wrench[rows], state=state.middle[rows], seed=path.q[rows], near=begin
+        )
         _refuse_unsolved(some, part)
         near = command = part if command is None else command.replaced(rows, part)
         if not state.low.shape[1]:
             break
-        new = settled_state(arm, command, state, first, moves)
+        new = settled_state(arm, command, state, first=first, moves=moves)
         change = np.abs(new.middle - state.middle).max(axis=1)
         rows = np.flatnonzero(change > SAME_STATE)
         if not len(rows):

@@ -12,15 +12,17 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.job import Job
+from compensator.errors import SolveError
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ProcessLoad, ToolMotion
 from compensator.solve.agreement import agreed
+from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
-from compensator.solve.flank_poses import with_changes
-from compensator.solve.joint_state import follow
+from compensator.solve.flank_poses import with_flank_poses
+from compensator.solve.joint_state import equilibrium_along
 from compensator.solve.rapid_fade import faded_targets, held_targets
-from compensator.solve.safety import refuse_unsafe
 from stiffness.statics.prediction import Command, Prediction, StartValues
+from toolpaths.finding import ERROR, merged
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -36,21 +38,21 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    first = result = _solved(job, path, job.placement.process.load(_motion(job, path)), rapids_stay)
-    finer = with_changes(result)
+    first = result = _solved(job, path, _load(job, path), rapids_stay=rapids_stay)
+    finer = with_flank_poses(result)
     if finer is not None:
-        load = job.placement.process.load_between(_motion(job, finer), path.toolpath, first.load)
-        result = _solved(job, finer, load, rapids_stay, _carried_over(first, finer))
+        near = _carried_over(first, finer)
+        result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=near)
     refuse_unsafe(result)
     nominal = result.path
-    before, _ = follow(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
+    before, _ = equilibrium_along(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
     return replace(result, before=before, inserted=len(result) - len(first))
 
 
 def uncompensated(job: Job, path: PlannedPath) -> Compensation:
     """The nominal path commanded as it is: what ``preview`` shows."""
-    load = job.placement.process.load(_motion(job, path))
-    before, state = follow(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
+    load = _load(job, path)
+    before, state = equilibrium_along(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
     still = Command(
         q=path.q,
         actual=path.q,
@@ -67,8 +69,19 @@ def uncompensated(job: Job, path: PlannedPath) -> Compensation:
     )  # fmt: skip
 
 
-def _motion(job: Job, path: PlannedPath) -> ToolMotion:
-    return ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
+def _load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> ProcessLoad:
+    """What the process does along ``path``, which is that of ``coarse`` with poses put in, if that is given.
+
+    Raises:
+        SolveError: the process found an error; all that it found is listed.
+    """
+    process, motion = job.placement.process, ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
+    load = process.load(motion) if coarse is None else process.load_between(motion, coarse.path.toolpath, coarse.load)
+    found = merged(load.findings)
+    if any(f.level == ERROR for f in found):
+        listed = "\n".join(f"  {f}" for f in found)
+        raise SolveError(f"{path.toolpath.source}: the process is refused:\n{listed}")
+    return replace(load, findings=found)
 
 
 def _carried_over(old: Compensation, path: PlannedPath) -> StartValues:
@@ -83,7 +96,7 @@ def _carried_over(old: Compensation, path: PlannedPath) -> StartValues:
 
 
 def _solved(
-    job: Job, path: PlannedPath, load: ProcessLoad, rapids_stay: bool, near: StartValues | None = None
+    job: Job, path: PlannedPath, load: ProcessLoad, *, rapids_stay: bool, near: StartValues | None = None
 ) -> Compensation:
     """Commands for the poses as they are; state and correction agree in the result."""
     arm, start, toolpath, wrench = job.arm, job.placement.start, path.toolpath, load.wrench
@@ -91,9 +104,9 @@ def _solved(
     held = np.flatnonzero((toolpath.kind != CUT) & rapids_stay)
     command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=near, held=held)
     if len(held):
-        target = held_targets(arm, path, wrench, state, held)
+        target = held_targets(arm, path, wrench, state, rows=held)
     elif np.any(toolpath.kind != CUT):
-        target = faded_targets(arm, path, command, state, job.placement.solve.fade / 1e3)
+        target = faded_targets(arm, path, command, state, fade=job.placement.solve.fade / 1e3)
         command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=command, held=held)
     return Compensation(
         job=job,

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.equipped_arm import EquippedArm
+from compensator.path.added_poses import rows_between, with_poses_between
 from compensator.path.planned_path import PlannedPath
-from compensator.path.sampling import between, put_in
 from compensator.process.process import ToolMotion
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import settled_state
@@ -50,7 +50,7 @@ class _Intervals:
         return np.asarray(self.low + t * (self.high - self.low))
 
 
-def with_changes(c: Compensation) -> PlannedPath | None:
+def with_flank_poses(c: Compensation) -> PlannedPath | None:
     """The path with poses around every flank change of a cut; None when there is none."""
     toolpath, state = c.path.toolpath, c.state
     if not state.low.shape[1]:
@@ -72,7 +72,7 @@ def with_changes(c: Compensation) -> PlannedPath | None:
     if not len(keep):
         return None
     keep = np.unique(keep, axis=0)
-    finer = between(toolpath, keep[:, 0].astype(np.intp), keep[:, 1])
+    finer = with_poses_between(toolpath, keep[:, 0].astype(np.intp), keep[:, 1])
     return c.job.planner.again(c.path, finer)
 
 
@@ -115,7 +115,7 @@ def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadSta
     order = np.lexsort((fractions.T.ravel(), np.repeat(intervals.segment, PARTS + 1)))
     inner = np.clip(fractions, 1e-9, 1 - 1e-9).T.ravel()[order]  # interval by interval
     segment = np.repeat(intervals.segment, PARTS + 1)[order]
-    fine, rows = between(c.path.toolpath, segment, inner), put_in(segment)
+    fine, rows = with_poses_between(c.path.toolpath, segment, inner), rows_between(segment)
     path = planner.part(c.path, fine, rows)
     motion = ToolMotion(fine, placement.workobject, planner.tcp(c.path, fine))
     wrench = placement.process.load_between(motion, c.path.toolpath, c.load).wrench[rows]
@@ -130,7 +130,8 @@ def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadSta
     shape = (PARTS + 1, count)
     for _ in range(ROUNDS):
         flat = state.middle.reshape(shape[0] * shape[1], -1)
-        command = _folded(arm.command(toolpath, path.tcp.take(pick), wrench[pick], flat, path.q[pick]), shape)
+        tcp, seed = path.tcp.take(pick), path.q[pick]
+        command = _folded(arm.command(toolpath, tcp, wrench=wrench[pick], state=flat, seed=seed), shape)
         new = _walked(arm, command, state, intervals.state)
         same = not np.any(np.abs(new.middle - state.middle) > 1e-9)
         state = new
@@ -147,4 +148,4 @@ def _folded(command: Command, shape: tuple[int, int]) -> Command:
 
 def _walked(arm: EquippedArm, command: Command, state: PreloadState, first: PreloadState) -> PreloadState:
     """States along the intervals; the first row keeps the state it is given."""
-    return settled_state(arm, command, state, first, lambda v: np.diff(v, axis=0, prepend=v[:1]))
+    return settled_state(arm, command, state, first=first, moves=lambda v: np.diff(v, axis=0, prepend=v[:1]))

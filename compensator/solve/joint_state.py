@@ -25,7 +25,12 @@ def commanded_moves(q: Floats, start: Floats | None) -> Floats:
 
 
 def settled_state(
-    arm: EquippedArm, command: Command, state: PreloadState, first: PreloadState, moves: Callable[[Floats], Floats]
+    arm: EquippedArm,
+    command: Command,
+    state: PreloadState,
+    *,
+    first: PreloadState,
+    moves: Callable[[Floats], Floats],
 ) -> PreloadState:
     """The state that commands cause which stand where ``command`` stands, whatever state they were solved with.
 
@@ -51,7 +56,7 @@ def settled_state(
     return new
 
 
-def follow(
+def equilibrium_along(
     arm: EquippedArm,
     start: Floats | None,
     toolpath: Toolpath,
@@ -91,7 +96,9 @@ def _replaced(whole: Prediction, rows: npt.NDArray[np.intp], part: Prediction) -
     return Prediction(**arrays)
 
 
-def spread_of_unknown(arm: EquippedArm, toolpath: Toolpath, q: Floats, wrench: Floats, state: PreloadState) -> Floats:
+def spread_of_unknown(
+    arm: EquippedArm, toolpath: Toolpath, *, q: Floats, wrench: Floats, state: PreloadState
+) -> Floats:
     """(N,) m: distance between the TCP with the lowest and the highest state that the data allows."""
     out = np.zeros(len(q))
     rows = np.flatnonzero(~state.known.all(axis=1)) if state.low.shape[1] else np.empty(0, dtype=np.intp)

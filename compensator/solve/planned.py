@@ -7,8 +7,8 @@ import numpy as np
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError
+from compensator.path.added_poses import with_poses_before_corners
 from compensator.path.planned_path import PlannedPath
-from compensator.path.sampling import corners
 from toolpaths.resample import resample
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -32,7 +32,7 @@ def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
     _refuse_without_cuts(toolpath)
     s = placement.sampling
     dense = resample(toolpath, spacing=s.spacing / 1e3, angle=np.radians(s.angle))
-    return corners(dense) if placement.process.axes == "path" else dense
+    return with_poses_before_corners(dense) if placement.process.axes == "path" else dense
 
 
 def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:

@@ -1,7 +1,7 @@
 """Rapids next to a cut: the correction fades in and out off the part, and clearance is kept.
 
 A rapid carries no process load, so its exact command is the nominal pose (with the sag, where that is
-compensated). Near a cut the target moves sideways towards the correction of the cut, never into the part: the
+compensated). StartValues a cut the target moves sideways towards the correction of the cut, never into the part: the
 component along the tool, towards the work, is left to the first segment of the feed.
 """
 
@@ -21,14 +21,16 @@ Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
 
 
-def faded_targets(arm: EquippedArm, path: PlannedPath, command: Command, state: PreloadState, fade: float) -> Frame:
+def faded_targets(
+    arm: EquippedArm, path: PlannedPath, command: Command, state: PreloadState, *, fade: float
+) -> Frame:
     """(N) TCP targets, base: the nominal path but for rapids next to a cut, nearer than ``fade`` (m)."""
     cut = path.toolpath.kind == CUT
     edges = np.flatnonzero(cut[1:] != cut[:-1])  # between pose e and e + 1
     if not len(edges):
         return path.tcp
     cutting = np.where(cut[edges], edges, edges + 1)
-    shift = _process_part(arm, path, command, state, cutting)
+    shift = command.position[cutting] - _unloaded(arm, path, state, cutting).position
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.tcp.origin, axis=0), axis=1))])
     # an edge lies at the pose before it: the end of a rapid, or of a cut that a rapid leaves
     edge_at = along[edges]
@@ -50,7 +52,7 @@ def faded_targets(arm: EquippedArm, path: PlannedPath, command: Command, state: 
     return Frame(path.tcp.rotation, position)
 
 
-def held_targets(arm: EquippedArm, path: PlannedPath, wrench: Floats, state: PreloadState, rows: Rows) -> Frame:
+def held_targets(arm: EquippedArm, path: PlannedPath, wrench: Floats, state: PreloadState, *, rows: Rows) -> Frame:
     """(N) TCP targets, base: the nominal path, at ``rows`` where its command leads."""
     goes = arm.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.middle[rows])
     rotation, position = path.tcp.rotation.copy(), path.tcp.origin.copy()
@@ -58,8 +60,7 @@ def held_targets(arm: EquippedArm, path: PlannedPath, wrench: Floats, state: Pre
     return Frame(rotation, position)
 
 
-def _process_part(arm: EquippedArm, path: PlannedPath, command: Command, state: PreloadState, rows: Rows) -> Floats:
-    """(M, 3) m: the part of the correction at ``rows`` that the process load causes."""
+def _unloaded(arm: EquippedArm, path: PlannedPath, state: PreloadState, rows: Rows) -> Command:
+    """The commands at ``rows`` without a process: what they differ by from the solve is what the process causes."""
     part, no_load = path.toolpath.take(rows), np.zeros((len(rows), 6))
-    unloaded = arm.command(part, path.tcp.take(rows), no_load, state.middle[rows], path.q[rows])
-    return command.position[rows] - unloaded.position
+    return arm.command(part, path.tcp.take(rows), wrench=no_load, state=state.middle[rows], seed=path.q[rows])

@@ -1,4 +1,4 @@
-"""What effects leave open along a path: those learned over part of a joint's range say nothing outside it."""
+"""What effects leave open along a path: those learned over part of a joint's range know nothing outside it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from compensator.solve.compensation import Compensation
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
+from toolpaths.finding import NOTE, Finding
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 Index = npt.NDArray[np.intp]
 
-UNTOLD = 0.9  # share of what knowing nothing leaves open, from which on an angle counts as not learned
-SILENT = 0.1  # share of its own standard deviation that a value there may have
+UNLEARNED = 0.9  # share of the standard deviation without any data, from which on an angle counts as not learned
+NEGLIGIBLE = 0.1  # share of its own standard deviation that a value there may have
 PROBE = np.radians(0.5)  # between two poses the joint's angles are looked at in steps of this
 
 
@@ -61,24 +62,24 @@ class NotLearned:
         )
 
 
-class Unsure:
+class AngleUncertainty:
     """What ``effects`` with these values and standard deviations leave open on a robot."""
 
     def __init__(
         self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], sd: Mapping[str, Numbers]
     ) -> None:
         self.robot, self.values, self.sd = robot, values, sd
-        self.effects = tuple(e for e in effects if e.unsure)
+        self.effects = tuple(e for e in effects if e.angle_sd)
         self._laws: dict[str, Kernel] = {}
 
     def __repr__(self) -> str:
-        return f"Unsure({', '.join(e.name for e in self.effects) or 'nothing'})"
+        return f"AngleUncertainty({', '.join(e.name for e in self.effects) or 'nothing'})"
 
     def angles(self, effect: Effect, q: Floats) -> Floats:
         """(N, n) rad: standard deviation of every joint at commanded angles (N, n)."""
-        if effect.unsure is None:
+        if effect.angle_sd is None:
             return np.zeros_like(q)
-        return effect.unsure(q, self.values[effect.name], self.sd.get(effect.name, {}))
+        return effect.angle_sd(q, self.values[effect.name], self.sd.get(effect.name, {}))
 
     def at_tcp(self, q: Floats, tcp: Floats) -> Floats:
         """(N,) m: root sum square over effects and joints; ``tcp`` (N, 3) m in the flange."""
@@ -106,13 +107,13 @@ class Unsure:
 
     def _untold(self, effect: Effect, q: Floats, own: Floats) -> Bools:
         """(N, n) where the data told next to nothing and the effect does next to nothing; ``own``: its ``angles``."""
-        if effect.unsure is None:
+        if effect.angle_sd is None:
             return np.zeros(q.shape, dtype=bool)
-        nothing = effect.unsure(q, effect.neutral(self.robot.n), {})
-        untold = (nothing > 0) & (own >= UNTOLD * nothing)
+        nothing = effect.angle_sd(q, effect.neutral(self.robot.n), {})
+        untold = (nothing > 0) & (own >= UNLEARNED * nothing)
         rows = np.flatnonzero(untold.any(axis=1))
         if effect.angle and len(rows):
-            untold[rows] &= np.abs(self._errors(effect, q[rows])) <= SILENT * own[rows]
+            untold[rows] &= np.abs(self._errors(effect, q[rows])) <= NEGLIGIBLE * own[rows]
         return untold
 
     def _errors(self, effect: Effect, q: Floats) -> Floats:
@@ -146,12 +147,33 @@ def levers(robot: Robot, q: Floats, tcp: Floats) -> Floats:
     return kernel.run(np.ascontiguousarray(q), tcp)[0]
 
 
-def unsure_of(c: Compensation, q: Floats) -> tuple[list[NotLearned], Floats]:
-    """Cutting poses of a path with the commands ``q`` (N, n): what was not learned, and (M,) m left open at the TCP."""
+@dataclass(frozen=True, repr=False)
+class OpenAngles:
+    """What the effects of a model leave open at the cutting poses of a path.
+
+    Attributes:
+        not_learned: angles that the path goes through and no reading told of.
+        sd: (M,) m at the TCP of each cutting pose, one standard deviation.
+    """
+
+    not_learned: tuple[NotLearned, ...]
+    sd: Floats
+
+    def __repr__(self) -> str:
+        return f"OpenAngles({len(self.not_learned)} not learned, {len(self.sd)} poses)"
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """A note for each stretch of angles."""
+        return tuple(Finding(NOTE, "", str(part)) for part in self.not_learned)
+
+
+def open_angles(c: Compensation, q: Floats) -> OpenAngles:
+    """What is left open where a path cuts, with the commands ``q`` (N, n) rad."""
     arm, cut = c.job.arm, c.cutting
-    unsure = Unsure(arm.robot, arm.effects, arm.values, arm.model.sd)
+    unsure = AngleUncertainty(arm.robot, arm.effects, arm.values, arm.model.sd)
     if not unsure.effects:
-        return [], np.zeros(int(cut.sum()))
+        return OpenAngles((), np.zeros(int(cut.sum())))
     number = c.path.toolpath.tool[cut]
     tcp = np.array([arm.tools.tool(int(k)).position for k in number]).reshape(-1, 3)
-    return unsure.not_learned(q[cut], tcp), unsure.at_tcp(q[cut], tcp)
+    return OpenAngles(tuple(unsure.not_learned(q[cut], tcp)), unsure.at_tcp(q[cut], tcp))

@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from compensator.errors import SolveError
 from compensator.path.pose_text import place
+from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
-from compensator.solve.joint_state import follow
-from compensator.solve.safety import refuse_unsafe
+from compensator.solve.joint_state import equilibrium_along
 from toolpaths.frame import Frame
 
 Floats = npt.NDArray[np.float64]
@@ -20,7 +20,7 @@ ROUNDS = 5
 ENOUGH = 1e-7  # m, mean
 
 
-def untilted(c: Compensation) -> Compensation:
+def without_tilt(c: Compensation) -> Compensation:
     """``c`` with the orientations of the path commanded at cuts, and positions that lead to the same place.
 
     Where a flank changes with every correction the position stays off by up to what the flank is worth; of all
@@ -41,7 +41,7 @@ def untilted(c: Compensation) -> Compensation:
             raise SolveError(f"{place(some, bad)}: the pose without its tilt has no joint angles: {batch.why(bad)}")
         q = c.path.q.copy()
         q[rows] = batch.q
-        prediction, _ = follow(job.arm, job.placement.start, toolpath, q=q, wrench=c.wrench, guess=c.state)
+        prediction, _ = equilibrium_along(job.arm, job.placement.start, toolpath, q=q, wrench=c.wrench, guess=c.state)
         error = prediction.position[rows] - target
         turned = np.sum(error * last, axis=1) < 0.0  # a flank that changes with the correction: half of it
         last = error
@@ -60,7 +60,7 @@ def untilted(c: Compensation) -> Compensation:
     return upright
 
 
-def tilt(c: Compensation) -> tuple[float, int]:
+def largest_tilt(c: Compensation) -> tuple[float, int]:
     """Largest tilt of a commanded tool against the path, rad, and its pose."""
     off = np.linalg.norm(np.cross(c.command.rotation[:, :, 2], c.path.tcp.rotation[:, :, 2]), axis=1) * c.cutting
     k = int(np.argmax(off))

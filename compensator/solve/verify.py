@@ -8,11 +8,11 @@ from pathlib import Path as File
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import carried
+from compensator.cell.external_axes import moved_workobject
 from compensator.errors import SolveError
 from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
-from compensator.solve.joint_state import follow
+from compensator.solve.joint_state import equilibrium_along
 from toolpaths.files import read_back
 from toolpaths.frame import Frame
 from toolpaths.rotation import aligned
@@ -49,7 +49,7 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     if len(text.position) != len(c):
         raise SolveError(f"{path}: {len(text.position)} poses stand in the program, {len(c)} were solved")
     work, printed = c.job.placement.workobject, Frame(text.rotation, text.position)
-    if on_axes := carried(c.job.placement, toolpath):
+    if on_axes := moved_workobject(c.job.placement, toolpath):
         printed = on_axes.then(printed)
     if not text.turn_known:  # it is that of the solve
         turns = aligned(work.rotation.T @ c.command.rotation, -printed.rotation[:, :, 2])
@@ -65,7 +65,7 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(toolpath, k)}: the printed pose has no joint angles: {batch.why(k)}")
-    prediction, _ = follow(
+    prediction, _ = equilibrium_along(
         c.job.arm, c.job.placement.start, toolpath, q=batch.q, wrench=c.wrench, guess=c.state
     )
     return Verified(np.linalg.norm(prediction.position - c.target.origin, axis=1), float(off.max()))

@@ -1,10 +1,8 @@
-"""What the commands do, from files to files."""
+"""`compensate` and `preview`, from files to files, in the steps that docs/compensate.md names."""
 
 from __future__ import annotations
 
-import re
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,37 +11,46 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.cell_file import load_cell
-from compensator.cell.external_axes import without_external
 from compensator.cell.job import Job
-from compensator.program.export import program_of
-from compensator.program.filter import Filtered, filter_program, filtered_in_place, verify_filtered
-from compensator.program.robot_program import completed, job_for
+from compensator.program.export import Export, program_of
+from compensator.program.filter_in_place import filter_of
+from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import as_json, summary
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
-from compensator.solve.verify import verify
+from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from compensator.tasks.outputs import Outputs, refuse_clashes
-from toolpaths.files import Written, language_of, read_toolpath, refuse_own, write_program
+from compensator.tasks.say import Say, quiet
+from toolpaths.files import language_of, read_toolpath, refuse_own, write_program
+from toolpaths.finding import Finding
 from toolpaths.toolpath import Toolpath
-from toolpaths.writing.program import Finding
 
 Floats = npt.NDArray[np.float64]
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, repr=False)
 class Done:
-    """What a task made: the result, its JSON report, the files, and findings about the program."""
+    """What a task made: the result, its JSON report, the files, and what every stage found."""
 
     result: Compensation
     report: dict[str, Any]
     files: tuple[Path, ...]
-    findings: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
 
-def quiet(_: str) -> None:
-    return None
+@dataclass(frozen=True, repr=False)
+class RunInput:
+    """Cell and toolpath, read.
+
+    Attributes:
+        path: to be solved: a robot program without its rapids that no cut starts from.
+        source: as the reader gave it, its moves in joint angles completed.
+    """
+
+    job: Job
+    path: Toolpath
+    source: Toolpath
 
 
 def compensate_file(
@@ -65,44 +72,27 @@ def compensate_file(
     written_in = language_of(program, language, like=toolpath)
     refuse_clashes((toolpath, cell), (program, report, json))
     refuse_own(toolpath)
-    job, path, source = _loaded(toolpath, cell, say)
-    in_place = filtered_in_place(source, written_in, toolpath)
+    given = read_input(toolpath, cell, say)
+    maker = filter_of(toolpath, given.source, written_in) or Export(given.source, written_in)
     say("solving")
-    result = compensate(job, planned(job, path), rapids_stay=in_place)
+    path = planned(given.job, given.path)
+    result = compensate(given.job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
         with outputs.writing(program) as staged:
-            written: Written | Filtered
-            if in_place:
-                written = filter_program(result, source.row, toolpath, staged, written_in)
-                result = written.result
-                say("verifying the written program")
-                checked = verify_filtered(result, written, program)
-            else:
-                alone = without_external(program_of(result), job.placement, source, written_in.name)
-                written = write_program(alone, staged, written_in.name)
-                say("verifying the written program")
-                checked = verify(result, staged, written_in.name)
-        for file in written.files:
+            made = maker.write(result, staged)
+            say("verifying the written program")
+            checked = maker.verify(made, program)
+        for file in made.files:
             outputs.add(file, program.parent / file.name)
-        numbers = summary(result, checked.error, result.command.q, time.monotonic() - began)
-        findings = written.changes if isinstance(written, Filtered) else written.findings
-        if isinstance(written, Filtered):
-            numbers["changes"] = [_change(f) for f in findings]
-        if report:
-            _report(outputs, report, result, numbers, say, checked.error)
-        if json:
-            outputs.text(json, as_json(numbers))
+        found = open_angles(made.result, made.result.command.q)
+        numbers = summary(made.result, checked.error, found, seconds=time.monotonic() - began)
+        if maker.in_place:
+            numbers["changes"] = [_change(f) for f in made.findings]
+        _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
         outputs.commit()
-    files = tuple(program.parent / f.name for f in written.files) + tuple(f for f in (report, json) if f)
-    return Done(result, numbers, files, tuple(str(f) for f in findings))
-
-
-def _change(finding: Finding) -> dict[str, object]:
-    """A change of a filtered program for the JSON report, with every line of the source that it is about."""
-    found = [re.search(r"\d+$", place) for place in finding.places or (finding.place,)]
-    lines = sorted({int(m[0]) for m in found if m})
-    return {"where": finding.place, "what": finding.what, "count": finding.count, "lines": lines}
+    files = (*(program.parent / f.name for f in made.files), *(f for f in (report, json) if f))
+    return Done(made.result, numbers, files, _findings(made.result, made.findings, found))
 
 
 def preview_file(
@@ -121,44 +111,63 @@ def preview_file(
     """
     began = time.monotonic()
     refuse_clashes((toolpath, cell), (csv, report, json))
-    job, path, _ = _loaded(toolpath, cell, say)
+    given = read_input(toolpath, cell, say)
     say("predicting")
-    result = uncompensated(job, planned(job, path))
+    path = planned(given.job, given.path)
+    result = uncompensated(given.job, path)
+    found = open_angles(result, path.q)
     error = np.linalg.norm(result.error_before, axis=1)
-    numbers = summary(result, error, result.path.q, time.monotonic() - began, corrected=False)
+    numbers = summary(result, error, found, seconds=time.monotonic() - began, corrected=False)
     with Outputs() as outputs:
         if csv:
             with outputs.writing(csv) as staged:
                 written = write_program(program_of(result, corrected=False), staged, "csv")
             for file in written.files:
                 outputs.add(file, csv.parent / file.name)
-        if report:
-            _report(outputs, report, result, numbers, say)
-        if json:
-            outputs.text(json, as_json(numbers))
+        _write_reports(outputs, result, numbers, report=report, json=json, after=None, say=say)
         outputs.commit()
-    return Done(result, numbers, tuple(f for f in (csv, report, json) if f), ())
+    return Done(result, numbers, tuple(f for f in (csv, report, json) if f), _findings(result, (), found))
 
 
-def _loaded(toolpath: Path, cell: Path, say: Say) -> tuple[Job, Toolpath, Toolpath]:
-    """The job, the path to solve, and what the reader gave."""
+def read_input(toolpath: Path, cell: Path, say: Say = quiet) -> RunInput:
+    """Cell and toolpath from their files, and the job that they make.
+
+    Raises:
+        ToolpathError, StiffnessError, CompensatorError: one of them is refused, or they do not fit each other.
+    """
     say("reading the cell")
     table = load_cell(cell)
     say(f"reading {toolpath.name}")
     source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     job, path = job_for(table, source)
-    return job, path, completed(job.placement, job.arm.robot, source)
+    return RunInput(job, path, with_joint_poses(job.placement, job.arm.robot, source))
 
 
-def _report(
+def _findings(result: Compensation, written: tuple[Finding, ...], found: OpenAngles) -> tuple[Finding, ...]:
+    """What every stage found, warnings first."""
+    return (*result.load.findings, *written, *result.job.notes, *found.findings)
+
+
+def _change(finding: Finding) -> dict[str, object]:
+    """A change of a filtered program for the JSON report, with every line of the source that it is about."""
+    return {"where": finding.place, "what": finding.what, "count": finding.count, "lines": list(finding.lines)}
+
+
+def _write_reports(
     outputs: Outputs,
-    target: Path,
     result: Compensation,
     numbers: dict[str, Any],
+    *,
+    report: Path | None,
+    json: Path | None,
+    after: Floats | None,
     say: Say,
-    after: Floats | None = None,
 ) -> None:
-    from compensator.report.html.path import page
+    """HTML and JSON, those that are asked for; ``after``: (N,) m left with the written program, None: nothing is."""
+    if report:
+        from compensator.report.html.path import page
 
-    say("drawing the report")
-    outputs.text(target, page(result, numbers, after))
+        say("drawing the report")
+        outputs.text(report, page(result, numbers, after))
+    if json:
+        outputs.text(json, as_json(numbers))

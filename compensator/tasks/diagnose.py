@@ -10,9 +10,9 @@ from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.path import as_json
-from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs, refuse_clashes
-from compensator.tasks.robot_path import refuse_other_robot, robot_beside
+from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
+from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
@@ -78,7 +78,7 @@ def _page(found: Diagnosis, model: ComplianceModel, report: dict[str, Any]) -> s
 
 def refined_text(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Session], output: Path) -> str:
     """The model file to write at ``output``."""
-    robot = robot_beside(model.source, model.robot, output)
+    robot = robot_beside(Path(model.source).parent, model.robot, output)
     if not (found.added or found.changed):
         if robot == model.robot:
             return Path(model.source).read_text(encoding="utf-8")

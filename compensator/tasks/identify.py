@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from compensator.report.json.path import as_json
-from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs
-from compensator.tasks.robot_path import robot_beside
+from compensator.tasks.robot_reference import robot_beside
+from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.effects import BASE
 from stiffness.errors import StiffnessError
@@ -67,10 +67,10 @@ def identify_files(
     say("fitting")
     fit = identify(loaded, effects, known)
     report = identify_report(fit)
-    robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
+    robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     page = None if html is None else (html, _page(fit, report))
-    return Identified(fit, report, _written(model, output, report, json, page))
+    return Identified(fit, report, _written(model=model, output=output, report=report, json=json, page=page))
 
 
 def _page(fit: Fit, report: dict[str, Any]) -> str:
@@ -98,7 +98,7 @@ def _written(
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
     fit = identify_local(*loaded)
-    robot = robot_beside(loaded[0].source, loaded[0].robot_name, output)
+    robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
     known = fit.identified
     report: dict[str, Any] = {

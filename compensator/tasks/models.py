@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json as json_text
-import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,8 @@ import numpy as np
 
 from compensator.errors import CompensatorError
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.robot_reference import robot_beside
+from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.effects import BASE, backlash
 from stiffness.model.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
@@ -22,8 +22,6 @@ from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
 from stiffness.robot.load import builtin_robots, load_robot
 from stiffness.robot.robot import Robot
-
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,10 +33,6 @@ class Made:
     files: tuple[Path, ...]
 
 
-def _quiet(_: str) -> None:
-    return None
-
-
 def clamped_file(
     readings: Path,
     robot: str,
@@ -47,7 +41,7 @@ def clamped_file(
     above: float = ABOVE,
     scale_sd: float = SCALE_SD,
     json: Path | None = None,
-    say: Say = _quiet,
+    say: Say = quiet,
 ) -> Made:
     """Motor torque against motor angle with the end-effector locked, to a model.
 
@@ -68,11 +62,11 @@ def clamped_file(
         "temperature": "not given",
         "software": f"toolpath-compensator {version()}",
     }
-    made = clamped_model(arm, _named(robot, model), fits, provenance)
+    made = clamped_model(arm, robot_beside(Path(), robot, model), fits, provenance)
     return _write(made, model, _clamped_report(arm, made, fits), json)
 
 
-def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = _quiet) -> Made:
+def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = quiet) -> Made:
     """Reducer data of a robot file to a starting model.
 
     Raises:
@@ -80,7 +74,7 @@ def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Sa
     """
     arm = _robot(robot, (), (model, json))
     say(f"reducers of {arm.name}")
-    made = datasheet_model(arm, _named(robot, model))
+    made = datasheet_model(arm, robot_beside(Path(), robot, model))
     return _write(made, model, _report(made), json)
 
 
@@ -91,13 +85,6 @@ def _robot(robot: str, inputs: tuple[Path, ...], outputs: tuple[Path | None, ...
     if target is not None and target.suffix != ".toml":
         raise CompensatorError(f"{target}: a model file ends in .toml")
     return load_robot(robot)
-
-
-def _named(robot: str, model: Path) -> str:
-    """The robot as the model file says it: a path is relative to the model."""
-    if robot in builtin_robots():
-        return robot
-    return Path(os.path.relpath(Path(robot).resolve(), model.resolve().parent)).as_posix()
 
 
 def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Path | None) -> Made:

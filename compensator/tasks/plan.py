@@ -17,16 +17,15 @@ from compensator.errors import CompensatorError
 from compensator.report.json.path import as_json
 from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
-from compensator.tasks.compensate import Say, quiet
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
 from stiffness.identification.readings import ReadingModel
-from stiffness.model.model import ComplianceModel, load_model
+from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
 from stiffness.planning.postures import reachable_postures
-from stiffness.robot.load import load_robot
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
@@ -74,17 +73,23 @@ def plan_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     refuse_clashes([p for p in (model, toolpath, cell, *sessions) if p], (output, json))
-    _check_options(count, force, toolpath, cell, seed)
+    _check_options(count=count, force=force, toolpath=toolpath, cell=cell, seed=seed)
     say("reading the model")
     loaded = load_model(model)
-    robot = load_robot(loaded.robot, folder=model.resolve().parent, base=loaded.base, tip=loaded.tip)
+    robot = robot_of(loaded)
     _check_masses(loaded, robot)
     measured = [load_session(path) for path in sessions]
     for s in measured:
-        _check_same(loaded, robot, s.robot, s.gravity, s.source)
+        _check_same(model=loaded, robot=robot, other=s.robot, gravity=s.gravity, source=s.source)
     job = None if cell is None else _job(cell, loaded, robot)
     tool, notes = _tool(measured, job)
-    design = _design(loaded, robot, tool, _reflectors(measured, tool, robot.n), not measured)
+    design = _design(
+        model=loaded,
+        robot=robot,
+        tool=tool,
+        reflectors=_reflectors(measured, tool, robot.n),
+        from_model=not measured,
+    )
     loading, more = _loading(design, measured, force)
     say("looking for postures")
     postures = reachable_postures(robot, tool, max(POSTURES, 2 * count), seed)
@@ -94,7 +99,7 @@ def plan_file(
         say("following the toolpath")
         matters = _path(loaded, robot, job, toolpath)
     say("choosing")
-    plan = choose(design, postures, loading, count, before, matters)
+    plan = choose(design=design, postures=postures, loading=loading, count=count, before=before, matters=matters)
     report = plan_report(plan, seed, [*notes, *more])
     with Outputs() as outputs:
         outputs.text(output, plan_table(plan))
@@ -134,7 +139,7 @@ def _check_same(model: ComplianceModel, robot: Robot, other: Robot, gravity: str
 
 def _job(cell: Path, model: ComplianceModel, robot: Robot) -> Job:
     job = load_job(cell)
-    _check_same(model, robot, job.arm.robot, model.gravity, str(cell))
+    _check_same(model=model, robot=robot, other=job.arm.robot, gravity=model.gravity, source=str(cell))
     tools = job.placement.tools.by_number
     if len(tools) > 1:
         raise CompensatorError(f"{cell}: {len(tools)} tools; a plan is for one: give a cell with one [tool]")
@@ -157,9 +162,9 @@ def _reflectors(measured: Sequence[Session], tool: Tool, joints: int) -> tuple[R
         return measured[-1].reflectors
     aside = tool.position + tool.rotation @ np.array(OFFSET_POINT)
     return (
-        Reflector("tcp", joints, tool.position, True, None),
-        Reflector("aside", joints, aside, True, None),
-        Reflector("link3", 3, np.array(ON_LINK_3), True, None),
+        Reflector(name="tcp", link=joints, position=tool.position, exact=True, group=None),
+        Reflector(name="aside", link=joints, position=aside, exact=True, group=None),
+        Reflector(name="link3", link=3, position=np.array(ON_LINK_3), exact=True, group=None),
     )
 
 
@@ -202,7 +207,9 @@ def _path(model: ComplianceModel, robot: Robot, job: Job, toolpath: Path) -> Flo
     cutting = np.flatnonzero(followed.cutting)
     some = cutting if len(cutting) else np.arange(len(followed))
     rows = some[np.unique(np.linspace(0, len(some) - 1, min(POSES, len(some))).astype(int))]
-    design = _design(model, robot, job.placement.tools.first, (), False)
+    design = _design(
+        model=model, robot=robot, tool=job.placement.tools.first, reflectors=(), from_model=False
+    )
     state = _flanks(design, job, followed.state.middle[rows])
     return design.of_path(followed.path.q[rows], followed.wrench[rows], state)
 

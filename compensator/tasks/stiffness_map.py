@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as json_text
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,15 +15,14 @@ from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
 from compensator.tasks.joint_grid import Grid, grid_of
 from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.say import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
-from stiffness.model.model import ComplianceModel, load_model
-from stiffness.robot.load import load_robot
+from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
 
 Floats = npt.NDArray[np.float64]
-Say = Callable[[str], None]
 PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
 
 
@@ -36,10 +34,6 @@ class Mapped:
     result: StiffnessMap
     report: dict[str, Any]
     files: tuple[Path, ...]
-
-
-def _quiet(_: str) -> None:
-    return None
 
 
 def tool_of(
@@ -72,7 +66,7 @@ def map_file(
     png: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
-    say: Say = _quiet,
+    say: Say = quiet,
 ) -> Mapped:
     """Stiffness and deflection over two joints.
 
@@ -90,7 +84,7 @@ def map_file(
         raise CompensatorError(f"--wrench {wrench}: expected six finite numbers, not all zero")
     say("reading the model")
     loaded = load_model(model)
-    robot = load_robot(loaded.robot, folder=model.resolve().parent, base=loaded.base, tip=loaded.tip)
+    robot = robot_of(loaded)
     grid = grid_of(robot, joints, spans, fixed)
     held = (tool or ToolTable(xyz=(0.0, 0.0, 0.0))).tool()
     effects, left_out = loaded.applied(held.name)

@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from compensator.tasks.compensate import Done, Say
+from compensator.tasks.compensate import Done
+from compensator.tasks.say import Say
 from stiffness.model.model import builtin_model
 from stiffness.robot.load import builtin_robots, load_robot
 
@@ -51,8 +52,8 @@ def show(done: Done) -> None:
             table.add_row(name, *(f"{error[key][s]:.4f}" for s in ("mean", "p95", "max")))
     console.print(table)
     console.print(_sentence(done), highlight=False)
-    for line in (*done.findings, *report["notes"]):
-        console.print(f"  - {line}", highlight=False, style="dim")
+    for finding in done.findings:
+        console.print(f"  - {finding}", highlight=False, style="dim")
     if report["not_applied"]:
         console.print(f"  - not applied (other tool or instruments): {', '.join(report['not_applied'])}")
     for file in done.files:

@@ -100,7 +100,13 @@ class ModelFits:
         used: Sequence[Bools],
     ) -> ModelFits:
         """Fits to the ``used`` readings of sessions; no others may take part."""
-        return cls(tuple(SessionData.of(s) for s in sessions), tuple(base), values, tuple(used), tuple(used))
+        return cls(
+            data=tuple(SessionData.of(s) for s in sessions),
+            base=tuple(base),
+            values=values,
+            used=tuple(used),
+            allowed=tuple(used),
+        )
 
     def __repr__(self) -> str:
         return f"ModelFits({len(self.data)} sessions, {', '.join(e.name for e in self.base)})"

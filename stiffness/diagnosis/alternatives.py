@@ -81,7 +81,7 @@ def with_alternatives(
         if len(rest) == len(additions):  # another has taken its place
             continue
         bare = search.fits.fit(rest, fit) if rest else base
-        trials = _trials(search, bare, rest, a, fit)
+        trials = _trials(search=search, bare=bare, rest=rest, a=a, fit=fit)
         better = [t for t in trials if t.bic < _bic(fit, fit.solution.misfit) - BETTER]
         if better:
             best = min(better, key=lambda t: t.bic)

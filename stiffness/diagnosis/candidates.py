@@ -127,33 +127,31 @@ def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[
         for site in effect.sites(joints):
             for choice in sorted({t.choice for _, t in runs}):
                 mine = [(r, t) for r, t in runs if t.choice == choice]
-                core = _added(columns, effect, site, joints, mine, extras=False)
-                extra = _added(columns, effect, site, joints, mine[:1], extras=True)
-                if core:
-                    terms.append(_term(columns, effect, site, choice, core, extras=False))
-                if core and extra:
-                    terms.append(_term(columns, effect, site, choice, core + extra, extras=True))
+                core = _columns_at(effect, site, mine, joints)
+                extra = _columns_at(effect, site, mine[:1], joints, extras=True)
+                first = len(columns)
+                columns += core + extra
+                for count in dict.fromkeys((len(core), len(core) + len(extra))) if core else ():
+                    at = range(first, first + count)
+                    terms.append(
+                        Term(
+                            effect=effect,
+                            site=site,
+                            choice=choice,
+                            extras=count > len(core),
+                            columns=tuple(at),
+                            positive=tuple(_one_sided(columns[k].number.parameter) for k in at),
+                        )
+                    )
     return columns, terms
 
 
-def _added(
-    columns: list[Column], effect: Effect, site: Site, joints: int, runs: Sequence[tuple[int, Trial]], *, extras: bool
-) -> list[int]:
-    """Indices of the columns of a site, new ones appended."""
+def _columns_at(
+    effect: Effect, site: Site, runs: Sequence[tuple[int, Trial]], joints: int, *, extras: bool = False
+) -> list[Column]:
+    """Columns of the numbers at a site, trial by trial."""
     numbers = [u for u in numbers_of(effect, site, joints, True) if u.parameter.extra == extras]
-    numbers = [u for u in numbers if u.parameter.neutral is not None]
-    out = []
-    for run, trial in runs:
-        for u in numbers:
-            out.append(len(columns))
-            columns.append(Column(run, u, trial))
-    return out
-
-
-def _term(
-    columns: Sequence[Column], effect: Effect, site: Site, choice: int, mine: Sequence[int], *, extras: bool
-) -> Term:
-    return Term(effect, site, choice, extras, tuple(mine), tuple(_one_sided(columns[k].number.parameter) for k in mine))
+    return [Column(run, u, trial) for run, trial in runs for u in numbers if u.parameter.neutral is not None]
 
 
 def _one_sided(p: Parameter) -> bool:
@@ -169,7 +167,7 @@ def started(term: Term, columns: Sequence[Column], weight: Floats, joints: int) 
     for p in term.effect.parameters:
         mine = [(c, w) for c, w in zip(picked, weight, strict=True) if c.number.parameter is p]
         if p.neutral is None:
-            values[p.name] = _shape(p, term, picked, weight, picked[heaviest].trial)
+            values[p.name] = _shape(p=p, term=term, picked=picked, weight=weight, heaviest=picked[heaviest].trial)
         else:
             for c, w in mine:
                 k = c.number.index

@@ -76,8 +76,8 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
     # beside structure that nobody understands, the model's own numbers bend: no shift of theirs is believed
     known = enough and not structure.left
-    changed = changed_numbers(fits, model, base, fit, additions) if known else []
-    verdict, more = _verdict(sessions, enough, found.judged, changed, base)
+    changed = changed_numbers(fits=fits, model=model, base=base, fit=fit, additions=additions) if known else []
+    verdict, more = _verdict(sessions=sessions, enough=enough, outcome=found.judged, changed=changed, base=base)
     say("scoring on readings that took no part")
     whole = replace(
         fits,

@@ -102,7 +102,13 @@ class NormalEquations:
         m = self.nuisance
         reduced, out = self._reduced(training)
         test = left[m:, m:] - out.T @ left[:m, m:] - left[m:, :m] @ out + out.T @ left[:m, :m] @ out
-        return HeldOutFold(reduced, test[:-1, -1], test[:-1, :-1], float(test[-1, -1]), count)
+        return HeldOutFold(
+            training=reduced,
+            slope=test[:-1, -1],
+            curvature=test[:-1, :-1],
+            chi2=float(test[-1, -1]),
+            count=count,
+        )
 
     def fit(
         self, columns: Sequence[int], positive: Sequence[bool], reduced: ReducedEquations | None = None

@@ -77,11 +77,11 @@ def _changed(key: tuple[str, str, int], fit: Fit, model: ComplianceModel, joints
         (),
     )
     return Changed(
-        effect,
-        where,
-        name,
-        float(model.values[effect][name][index]),
-        float(fit.values()[effect][name][index]),
-        float(fit.deviations()[effect][name][index]),
-        parameter.unit,
+        effect=effect,
+        where=where,
+        parameter=name,
+        before=float(model.values[effect][name][index]),
+        after=float(fit.values()[effect][name][index]),
+        sd=float(fit.deviations()[effect][name][index]),
+        unit=parameter.unit,
     )

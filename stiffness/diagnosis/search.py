@@ -116,7 +116,13 @@ class Search:
     ) -> list[Addition]:
         more = list(additions)
         for term in terms:
-            more = merged(more, term, linear.columns, weights[term.key], self.fits.joints)
+            more = merged(
+                old=more,
+                term=term,
+                columns=linear.columns,
+                weight=weights[term.key],
+                joints=self.fits.joints,
+            )
         return more
 
     def pruned(self, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
@@ -158,7 +164,7 @@ class Search:
             torque = np.maximum(torque, np.abs(s.predicted.torque).max(axis=0))
         columns, terms = columns_of(self.effects, self.fits.joints, torque)
         more = (
-            self._slopes(sensitivities, s, fit, columns, additions)
+            self._slopes(sensitivities=sensitivities, s=s, fit=fit, columns=columns, additions=additions)
             for sensitivities, s in zip(self.sensitivities, fit.sessions, strict=True)
         )
         width = len(fit.solution.vector)

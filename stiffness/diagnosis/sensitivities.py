@@ -144,8 +144,17 @@ class Sensitivities:
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
         own = state * ca.vertcat(*full) if full else state
         posture = s.posture(q, x)
-        load = model.acting(kind, posture, w, point, values)
-        new, _ = s.law(posture, q, model.weights(values, payload), load, own, values, warm, error if tables else None)
+        load = model.acting(kind=kind, posture=posture, w=w, point=point, values=values)
+        new, _ = s.law(
+            posture=posture,
+            q=q,
+            weights=model.weights(values, payload),
+            loads=load,
+            state=own,
+            values=values,
+            temperature=warm,
+            angle_error=error if tables else None,
+        )
         wanted = np.searchsorted(tables.core, self._columns[self._core])
         jacobian = ca.jacobian(new, p)[:, wanted.tolist()]
         row, column = (np.array(v, dtype=np.intp) for v in jacobian.sparsity().get_triplet())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -59,23 +59,19 @@ def without_crumbs(
 def judged(search: Search, base: Fit, fit: Fit, additions: list[Addition]) -> Judged:
     """Additions that stand beside what is left, and the structure that is left or, where none is, that was there."""
     search.say("looking where the rest sits")
-    structure = _structure(search, base, fit)
-    notes = structure.notes
-    while structure.left and additions:
-        doubtful = next((a for a in additions if _doubtful(search, a, additions, base, fit, structure.shares)), None)
-        if doubtful is None:
-            break
+    now = Judged(fit, additions, _structure(search, base, fit))
+    notes = now.structure.notes
+    while now.structure.left and (doubtful := _doubtful(search, base, now)) is not None:
         note = (
             f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
             "structure in the same place: not added"
         )
-        additions = [a for a in additions if a is not doubtful]
-        fit = search.fits.fit(additions, fit)
-        additions = at_values_of(fit, additions)
-        structure = _structure(search, base, fit)
-        notes = (*notes, note, *structure.notes)
-    shares = structure.shares if structure.left else _shares(search, base)
-    return Judged(fit, additions, Structure(structure.left, shares, notes))
+        kept = [a for a in now.additions if a is not doubtful]
+        fit = search.fits.fit(kept, now.fit)
+        now = Judged(fit, at_values_of(fit, kept), _structure(search, base, fit))
+        notes = (*notes, note, *now.structure.notes)
+    shares = now.structure.shares if now.structure.left else _shares(search, base)
+    return replace(now, structure=Structure(now.structure.left, shares, notes))
 
 
 def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
@@ -106,17 +102,18 @@ def _like_noise(fit: Fit) -> bool:
     return bool(stats.chi2.sf(fit.solution.chi2, max(fit.solution.freedom, 1.0)) > NOTICED)
 
 
-def _doubtful(
-    search: Search, a: Addition, additions: Sequence[Addition], base: Fit, fit: Fit, shares: Sequence[Share]
-) -> bool:
-    """Whether an addition only took the nearest name beside structure that is left."""
-    without = search.fits.fit([b for b in additions if b is not a], fit)
-    share = (_above(without) - _above(fit)) / max(_above(base), 1e-9)
-    if share < PARTLY:
-        return True
-    places = [s.what for s in shares if not s.what.startswith("column:")]
-    beside = {part_of(w, search.fits.joints) for w in a.where}
-    return share < 1 - PARTLY and (not places or part_of(places[0], search.fits.joints) in beside)
+def _doubtful(search: Search, base: Fit, now: Judged) -> Addition | None:
+    """The first addition that only took the nearest name beside structure that is left."""
+    joints = search.fits.joints
+    places = [s.what for s in now.structure.shares if not s.what.startswith("column:")]
+    for a in now.additions:
+        without = search.fits.fit([b for b in now.additions if b is not a], now.fit)
+        share = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)
+        beside = {part_of(w, joints) for w in a.where}
+        there = not places or part_of(places[0], joints) in beside
+        if share < PARTLY or (share < 1 - PARTLY and there):
+            return a
+    return None
 
 
 def _above(fit: Fit) -> float:

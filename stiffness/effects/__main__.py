@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from stiffness.effects.table import markdown
+from stiffness.effects.docs_table import markdown
 
 print(markdown(), end="")

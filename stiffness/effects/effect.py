@@ -68,7 +68,7 @@ class Parameter:
         fit: how identification treats it: ``direct``; ``inverse``, because readings are about linear in its
             inverse; ``given``, because no derivative leads to it.
         neutral: the value with which the effect vanishes; None where it only shapes what other parameters scale.
-        trials: values that a search begins with, where a derivative at one value does not tell of the others.
+        trials: start values of a search, where the derivative at one value is not enough.
         trials_of: ``"torque"``: the trials are shares of the largest torque of the joint.
         extra: freed only where the data ask for it.
         site: the kind of site it belongs to, where the effect has several kinds.
@@ -201,14 +201,14 @@ class Effect:
         joint, angle, torque, mass, place, wrench_reading, position_reading: the slots, None where not filled.
         places: joints -> the places that ``place`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
-        unloaded: there is an effect without load, so that absolute positions tell of it.
-        thermal: it follows the temperature: one temperature tells nothing of it.
+        unloaded: it acts without load too, so that absolute positions show it.
+        thermal: it follows the temperature: readings at one temperature do not show it.
         needs_torque_sign: the law is not linear in torque, so gravity matters to it even where the
             controller takes the sag off.
-        unsure: angles (N, n), values, standard deviations -> (N, n) rad, where it was learned over part of a range and
-            says nothing outside.
-        nearest: allowed values near those that ``check`` has something against.
-        check: what is wrong with values that lie within their bounds one by one; "" when nothing is.
+        angle_sd: angles (N, n), values, standard deviations -> standard deviation (N, n) rad of the law, where it was
+            identified over part of the range of a joint only.
+        nearest: the allowed values nearest to values that ``check`` refuses.
+        check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
         fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
             arm), ``position`` (absolute positions), ``approach`` (known approaches and two levels of load, and only
@@ -232,7 +232,7 @@ class Effect:
     unloaded: bool = False
     thermal: bool = False
     needs_torque_sign: bool = False
-    unsure: Callable[[Floats, Numbers, Numbers], Floats] | None = None
+    angle_sd: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None
     check: Callable[[Numbers], str] = _nothing_wrong
     is_base: bool = False

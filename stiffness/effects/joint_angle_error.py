@@ -2,10 +2,9 @@
 
     dq_j = sum_k a_jk hat((q_j - q_k) / h)        hat(x) = max(0, 1 - |x|),  q_k every 3 deg of the whole turn
 
-a table with straight lines between its knots. What it is made of (transmission error of the gear, eccentricity or
-scale of an encoder) the table does not say. Found in laser-tracker data of a real UR10 (docs/real-ur10.md): 0.4 mrad
-RMS per joint, with waves of 15 to 25 deg, alike in July and November. Where nothing was measured a knot is zero:
-there the effect says nothing.
+a table with straight lines between its knots, whatever its cause (transmission error of the gear, eccentricity or
+scale of an encoder). Found in laser-tracker data of a real UR10 (docs/real-ur10.md): 0.4 mrad RMS per joint, with
+waves of 15 to 25 deg, alike in July and November. A knot without readings is zero.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from stiffness.effects.effect import Effect, Floats, Numbers, Parameter, Values
 
 KNOTS = 120
 STEP = 2 * math.pi / KNOTS
-SPREAD = 5e-4  # rad: what an angle that was not measured leaves open
+SPREAD = 5e-4  # rad: standard deviation of the error at an angle that was not measured
 
 
 def _law(angle: ca.SX, p: Values) -> ca.SX:
@@ -34,8 +33,8 @@ def _law(angle: ca.SX, p: Values) -> ca.SX:
     return ca.vertcat(*out)
 
 
-def _unsure(angle: Floats, p: Numbers, sd: Numbers) -> Floats:
-    """(N, n) rad: standard deviation of the table at angles (N, n); that of a knot nobody saw is SPREAD."""
+def _angle_sd(angle: Floats, p: Numbers, sd: Numbers) -> Floats:
+    """(N, n) rad: standard deviation of the table at angles (N, n); SPREAD at knots without readings."""
     spread = sd.get("error_rad")
     n = angle.shape[1]
     table = np.zeros(n * KNOTS) if spread is None else np.asarray(spread)
@@ -68,6 +67,6 @@ EFFECT = Effect(
         ),
     ),
     angle=_law,
-    unsure=_unsure,
+    angle_sd=_angle_sd,
     unloaded=True,
 )

@@ -3,7 +3,7 @@
     dq_i = sum_j  rho_ij sqrt(c_i c_j) tau_j        c = 1/K,  rho symmetric, rho_ii = 0
 
 on top of joint-stiffness. rho is the entry of the compliance matrix of the joints over the root of its two diagonal
-entries; I + rho positive semi-definite says that no torque gains energy.
+entries; with I + rho positive semi-definite no torque gains energy.
 """
 
 from __future__ import annotations

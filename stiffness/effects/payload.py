@@ -1,4 +1,4 @@
-"""Payload: a mass on the flange that nobody declared.
+"""Payload: a mass on the flange that is not declared to the controller.
 
     a weight m g at c, in the frame of the flange
 

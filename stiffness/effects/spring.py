@@ -1,4 +1,4 @@
-"""A six-dimensional spring: what a place that yields in all directions has in common.
+"""A six-dimensional spring: the law that base and tool compliance share.
 
     [d; phi] = C [f; m]
 

@@ -128,11 +128,11 @@ def _robust(
                 fixed[name].update({k: np.array(v) for k, v in numbers.items()})
     offset = 0.0 if any(e.unloaded for e in effects) else OFFSET
     problem = Problem.of_sessions(
-        [SessionData.of(s) for s in sessions],
-        [Weighting(s, offset) for s in sessions],
-        unknowns(effects, joints, extras=True),
-        fixed,
-        prior,
+        data=[SessionData.of(s) for s in sessions],
+        weightings=[Weighting(s, offset) for s in sessions],
+        unknowns=unknowns(effects, joints, extras=True),
+        fixed=fixed,
+        prior=prior,
     )
     states = problem.first_states()
     if used is not None:

@@ -61,7 +61,7 @@ class LoadHistory:
         torques = np.concatenate([resting[self._begin][None], tau])
         wide = (self._shape[1], len(begin.low))
         start = PreloadState(np.broadcast_to(begin.low, wide), np.broadcast_to(begin.high, wide))
-        walked = walk(effects, values, moves, torques, start).middle[1:]
+        walked = walk(effects=effects, values=values, move=moves, torque=torques, start=start).middle[1:]
         share = walked / begin.high
         return np.asarray(share[self._row, self._column][self._of])
 

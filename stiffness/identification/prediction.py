@@ -110,7 +110,7 @@ class SessionPredictor:
         if model.statics.n_state:
             p, s = unknowns.start(fixed), data.samples
             resting = model.unloaded_torque(p, s.q, s.payload[:, None], data.warm)
-        return cls(data, unknowns, fixed, model, resting)
+        return cls(data=data, unknowns=unknowns, fixed=fixed, model=model, resting=resting)
 
     def __repr__(self) -> str:
         return f"SessionPredictor({self.data.session.source!r}, {self.unknowns!r})"
@@ -145,8 +145,11 @@ class SessionPredictor:
                 break
             memory = new
         base, by_p, by_w, by_state, link = self._positions(p, arms, of, places)
-        moved = data.history.slopes(effects, values, torque, self.resting, memory) if memory.shape[1] else {}
-        by_p = self._with_memory(by_p, by_state, moved)
+        if memory.shape[1]:
+            moved = data.history.slopes(
+                effects=effects, values=values, torque=torque, resting=self.resting, state=memory
+            )
+            by_p = self._with_memory(by_p, by_state, moved)
         poses = data.station.placed(base) if state.poses is None else state.poses
         read, back, by_station = data.station.seen(own, base, poses)
         by_reflector = data.station.reflector_derivative(own)[data.samples.reflector]
@@ -196,7 +199,7 @@ class SessionPredictor:
 
     def _with_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> Floats:
         """Derivatives by parameters, with what these do to a reading by way of the joint states that they shift."""
-        n, out = self.data.session.robot.n, by_p.copy() if moved else by_p
+        n, out = self.data.session.robot.n, by_p.copy()
         remembering = [e.name for e in self.unknowns.effects if e.memory]
         for k, u in enumerate(self.unknowns.free):
             shares = moved.get((u.effect, u.parameter.name))

@@ -188,7 +188,16 @@ class ReadingModel:
         values = self.unknowns.values(self.tables.whole(given[3]), self.fixed)
         at = s.posture(given[0], ca.SX.zeros(s.n_x))
         none, weights = ca.SX.zeros(s.robot.n), self.weights(values, given[1])
-        _, torque = s.law(at, given[0], weights, (), None, values, given[2], none)
+        _, torque = s.law(
+            posture=at,
+            q=given[0],
+            weights=weights,
+            loads=(),
+            state=None,
+            values=values,
+            temperature=given[2],
+            angle_error=none,
+        )
         (out,) = Kernel(ca.Function("unloaded_torque", given, [ca.densify(torque)])).run(q, payload, warm, p[core])
         return out
 
@@ -233,13 +242,31 @@ class ReadingModel:
         coordinates, torque = x[: s.n_x], ca.SX.zeros(n)
         for _ in range(SWEEPS):
             posture = s.posture(q, coordinates)
-            load = self.acting(kind, posture, w, point, values)
-            coordinates, torque = s.law(posture, q, weights, load, own, values, warm, by_angle)
+            load = self.acting(kind=kind, posture=posture, w=w, point=point, values=values)
+            coordinates, torque = s.law(
+                posture=posture,
+                q=q,
+                weights=weights,
+                loads=load,
+                state=own,
+                values=values,
+                temperature=warm,
+                angle_error=by_angle,
+            )
         new_x = coordinates
         if self.calibrated_out:
             sag, declared = x[s.n_x : 2 * s.n_x], self.weights(values, None)
             for _ in range(SWEEPS):
-                sag, _ = s.law(s.posture(q, sag), q, declared, (), None, values, warm, by_angle)
+                sag, _ = s.law(
+                    posture=s.posture(q, sag),
+                    q=q,
+                    weights=declared,
+                    loads=(),
+                    state=None,
+                    values=values,
+                    temperature=warm,
+                    angle_error=by_angle,
+                )
             straight = s.unloaded(q, values, warm, by_angle)
             new_x = ca.vertcat(coordinates, sag, straight)
         outputs = [new_x, torque, *(ca.jacobian(new_x, v) for v in (core, w, state, error))]

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from stiffness.rotation import skew
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -106,7 +107,7 @@ class Station:
             members = self._members(g)
             for k in members:
                 arm = places[k] - places[members[0]]
-                out[k, :, entry.span] = np.hstack([np.eye(3), -_skew(arm[None])[0]])
+                out[k, :, entry.span] = np.hstack([np.eye(3), -skew(arm[None])[0]])
         return out
 
     def seen(self, vector: Floats, base: Floats, poses: TrackerPoses) -> tuple[Floats, Floats, Floats]:
@@ -122,7 +123,7 @@ class Station:
         back = np.swapaxes(turn, 1, 2)[which]
         arm = base - origin[which]
         read = np.einsum("nij,nj->ni", back, arm)
-        by_pose = np.concatenate([-back, back @ _skew(arm)], axis=2)
+        by_pose = np.concatenate([-back, back @ skew(arm)], axis=2)
         for k in range(len(self.blocks)):
             rows = which == k
             derivative[rows, :, 6 * k : 6 * k + 6] = by_pose[rows]
@@ -135,10 +136,3 @@ def rigid_fit(measured: Floats, base: Floats) -> tuple[Floats, Floats]:
     rotation, _ = Rotation.align_vectors(base - b, measured - a) if len(base) > 1 else (Rotation.identity(), 0.0)
     matrix = rotation.as_matrix()
     return matrix, b - matrix @ a
-
-
-def _skew(v: Floats) -> Floats:
-    """(N, 3, 3) cross-product matrices."""
-    out = np.zeros((len(v), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    return out - np.swapaxes(out, 1, 2)

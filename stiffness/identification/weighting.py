@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from stiffness.identification.prediction import PredictedReadings
 from stiffness.numerics.least_squares import Whitened, deletion_statistics, whitened
+from stiffness.rotation import skew
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -138,9 +139,7 @@ class Weighting:
             members = inside[of.ravel() == k]
             members = members[np.argsort(s.reflector[rows[members]], kind="stable")]
             arm = s.position[rows[members]] - s.position[rows[members[0]]]
-            skew = np.zeros((len(arm), 3, 3))
-            skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -arm[:, 2], arm[:, 1], -arm[:, 0]
-            lever = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), np.swapaxes(skew, 1, 2) - skew], axis=2)
+            lever = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), skew(-arm)], axis=2)
             out.append((members, lever.reshape(-1, 6)))
         return out
 

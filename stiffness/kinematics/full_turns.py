@@ -1,4 +1,4 @@
-"""Full turns: which multiple of 2 pi a joint angle takes, within limits and along a path."""
+"""Full turns: the multiple of 2 pi that is added to a joint angle, within limits and along a path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every inverse kinematics offers: the contract, its result, and the checks at its door."""
+"""Inverse: the contract of every inverse kinematics, its result, and the checks of its arguments."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class InverseSolution:
     """Joint angles of N poses.
 
     Attributes:
-        q: (N, n) rad; finite, but meaningless where not ``ok``.
-        ok: (N,) the posture takes up the pose, and it is not exactly singular. Limits are not in it.
+        q: (N, n) rad; finite, but without meaning where not ``ok``.
+        ok: (N,) the flange reaches the pose, and the posture is not exactly singular; joint limits do not count.
         limit_margin: (N, n) rad to the nearer limit; negative beyond it.
         reach: (N,) m, negative: out of reach. Closed form: from the edge of the reach. Iterative: 0 where
             solved, else minus the position error that was left.

@@ -38,9 +38,8 @@ _SLIP = 0.3  # rad: a solution farther than this from its prediction may be on a
 class IterativeInverse(Inverse):
     """Newton steps; a branch is a posture's place among all of its pose, sorted by angle, joint 1 first.
 
-    The label says nothing from one pose to another: ``along`` starts at the posture nearest to the seed,
-    and looks at the label only when there is no seed. Postures that are singular (a whole family takes up
-    the pose) are not listed.
+    A label means the same configuration at one pose only: ``along`` starts at the posture nearest to the seed and
+    uses the label only without one. Singular postures (a whole family reaches the pose) are not listed.
     """
 
     branches = 16  # a general arm of six rotary joints has at most 16 (Primrose 1986)

@@ -1,8 +1,8 @@
-"""Every posture that takes up one pose, for arms without a closed form.
+"""PostureSearch: all postures that reach one flange pose, for arms without a closed form.
 
-Newton steps start from stored postures that nearly take up the pose. A turn of the first joint and one of the
-last leave the placement of the last axis against the first as it is, so a posture is looked up by that
-placement alone (four numbers, told in five), and the two joints are set to suit.
+Newton steps start from stored postures that nearly reach the pose. Turning the first or the last joint does not
+change where the last axis stands relative to the first: a posture is looked up by that placement alone (four degrees
+of freedom, five numbers), and the two joints are then set to match the pose.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class PostureSearch:
                 found.append(np.where(posture <= -np.pi + SAME, posture + TURN, posture))
 
     def _nearest_stored(self, pose: Floats) -> Floats:
-        """Stored postures (M, n), those first that nearly take up the pose; joints 1 and n set to suit it."""
+        """Stored postures (M, n), the nearest first; joints 1 and n are set to match the pose."""
         q, keys = self._stored
         key, heading = self._placement(PoseArray(pose[None, :3, :3], pose[None, :3, 3]))
         order = np.argsort(np.square(keys - key).sum(axis=1), kind="stable")[: _ROUND * _ROUNDS]

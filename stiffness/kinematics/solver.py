@@ -1,4 +1,4 @@
-"""The inverse kinematics that suits a robot: in closed form where its wrist is spherical, else iterative."""
+"""Choice of the inverse kinematics of a robot: in closed form if its wrist is spherical, else iterative."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paths of poses: what lies between two of them, and where to stop on the way."""
+"""Waypoints: poses inserted into a path where it moves far, and the knots at which Newton steps begin anew."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ class LocalArm:
         give way to gravity; NaN: not known."""
         if stiffness is None or not self.weighed:
             return q
-        free = Force(np.zeros(6), self.robot.n, False, np.zeros(3), self.robot.n)
+        free = Force(wrench=np.zeros(6), link=self.robot.n, in_tool=False, point=np.zeros(3), point_link=self.robot.n)
         return np.asarray(q + np.nan_to_num(self.balance(q, free) / stiffness))
 
     def turns(self, at: Stance, force: Force) -> Floats:

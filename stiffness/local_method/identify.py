@@ -102,14 +102,22 @@ def _joint(
         notes += [f"set-up {setup.number} is not used: {why}"] if why else []
     if not found:
         problem = "; ".join(notes) or f"no set-up has purpose = 'joint-{k + 1}'"
-        return _record(k, problem, UNKNOWN, (), None, None, ()), None
+        return _record(k=k, problem=problem, side=UNKNOWN, states=(), non_loaded=None, ratio=None, notes=()), None
     states = tuple(_loaded_state(a, stiffness) for a in found)
     side = next(s for s in (PRE_LOADED, UNKNOWN, NON_LOADED) if any(a.side == s for a in found))
     best = estimate([a for a in found if a.side == side], stiffness)
     known = np.nan_to_num(covariance)
     problem = _noisy(best, known)
     if problem:
-        return _record(k, problem, side, states, None, None, tuple(notes)), None
+        return _record(
+            k=k,
+            problem=problem,
+            side=side,
+            states=states,
+            non_loaded=None,
+            ratio=None,
+            notes=tuple(notes),
+        ), None
     against = [a for a in found if a.side == NON_LOADED] if side == PRE_LOADED else []
     other = estimate(against, stiffness) if against else None
     if other is not None and _noisy(other, known):
@@ -118,7 +126,15 @@ def _joint(
     notes += _said(found, side, other is not None)
     non_loaded = None if other is None else MeasuredValue(other.stiffness, float(np.sqrt(other.variance(known))))
     ratio = None if other is None else _ratio(other, best, known)
-    return _record(k, "", side, states, non_loaded, ratio, tuple(notes)), best
+    return _record(
+        k=k,
+        problem="",
+        side=side,
+        states=states,
+        non_loaded=non_loaded,
+        ratio=ratio,
+        notes=tuple(notes),
+    ), best
 
 
 def _record(
@@ -130,7 +146,16 @@ def _record(
     ratio: MeasuredValue | None,
     notes: tuple[str, ...],
 ) -> JointRecord:
-    return JointRecord(k + 1, EQUATIONS[k], problem, side, states, non_loaded, ratio, notes)
+    return JointRecord(
+        joint=k + 1,
+        equation=EQUATIONS[k],
+        problem=problem,
+        side=side,
+        states=states,
+        non_loaded=non_loaded,
+        ratio=ratio,
+        notes=notes,
+    )
 
 
 def _noisy(e: Estimate, covariance: Floats) -> str:

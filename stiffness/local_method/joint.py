@@ -167,10 +167,20 @@ def angles(setup: LocalSetup, stiffness: Floats) -> tuple[list[Angle], str]:
                 f"{setup.place} purpose = 'joint-{k + 1}': the {force:.0f} N of state {state.number} turn joint "
                 f"{k + 1} with {torque[k]:.1f} N*m only; is it the set-up for this joint?"
             )
-        why = _unknown_joint(setup, shares, torque, noise, stiffness)
+        why = _unknown_joint(setup=setup, shares=shares, torque=torque, noise=noise, stiffness=stiffness)
         if why:
             return [], why
-        found.append(_angle(setup, state, weight, shares, torque, force, stiffness))
+        found.append(
+            _angle(
+                setup=setup,
+                state=state,
+                weight=weight,
+                shares=shares,
+                torque=torque,
+                force=force,
+                stiffness=stiffness,
+            )
+        )
     return found, ""
 
 

@@ -151,14 +151,28 @@ def _setup(
     at = arm.stance(arm.at_rest(s.q[first], stiffness))
     points = {p: _point(session, at, mine, purpose.points[p]) for p in needed}
     _check_sides(place, joint, points)
-    states = [_state(session, arm, at, mine, int(k), purpose.points) for k in np.unique(s.state[mine])]
+    states = [
+        _state(session=session, arm=arm, at=at, mine=mine, number=int(k), points=purpose.points)
+        for k in np.unique(s.state[mine])
+    ]
     loaded = [x for x in states if x.number and all(p in x.readings for p in needed)]
     usable = tuple(x for x in loaded if not x.trouble)
     if not usable:
         why = loaded[0].trouble if loaded else f"no loaded state in which {' and '.join(needed)} were read"
         return Incomplete(number, joint, why)
     noise = np.repeat([session.instruments.force**2, session.instruments.torque**2], 3)
-    return LocalSetup(session, number, joint, arm, at, s.approach[first], points, states[0], usable, noise)
+    return LocalSetup(
+        session=session,
+        number=number,
+        joint=joint,
+        arm=arm,
+        at=at,
+        approach=s.approach[first],
+        points=points,
+        reference=states[0],
+        loaded=usable,
+        noise=noise,
+    )
 
 
 def _missing(session: Session, mine: Bools, points: Mapping[str, int], needed: str) -> str:
@@ -201,7 +215,13 @@ def _state(
     reflector = int(load.at[first])
     point = load.point[first] if reflector < 0 else _position(session, at, mine, reflector)
     wrench = load.wrench[here[once]].mean(axis=0)
-    force = Force(wrench, int(load.link[first]), bool(load.in_tool[first]), point, int(load.point_link[first]))
+    force = Force(
+        wrench=wrench,
+        link=int(load.link[first]),
+        in_tool=bool(load.in_tool[first]),
+        point=point,
+        point_link=int(load.point_link[first]),
+    )
     readings = {}
     for letter, index in points.items():
         rows = here[s.reflector[here] == index]
@@ -214,7 +234,14 @@ def _state(
         trouble = f"state {number} changes the payload, which no force sensor shows"
     elif np.ptp(load.at[here]):
         trouble = f"state {number} names several load_at"
-    return StateReadings(number, force, len(once), arm.turns(at, force), readings, trouble)
+    return StateReadings(
+        number=number,
+        force=force,
+        sensed=len(once),
+        turns=arm.turns(at, force),
+        readings=readings,
+        trouble=trouble,
+    )
 
 
 def _check_sides(place: str, joint: int, points: Mapping[str, Point]) -> None:

@@ -21,10 +21,10 @@ _FAR = 1e100  # beyond every state, and a million of it are still a number
 
 
 def scan(clamp: Clamp, starts: Floats) -> Floats:
-    """The states (S, rows, n) that a run of clamps makes of S states before it.
+    """States (S, rows, n) after every clamp of a run, from S states before the first.
 
     Args:
-        clamp: arrays (rows, ...) of n numbers a row.
+        clamp: arrays (rows, ...) of n numbers a row, at least one row.
         starts: (S, n).
     """
     rows = len(clamp.shift)

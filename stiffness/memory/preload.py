@@ -28,8 +28,8 @@ AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
 class PreloadState:
     """State of every joint: n columns per remembering effect. ``low`` and ``high`` bracket the truth.
 
-    Shape (m,) at one pose, (N, m) along a path. ``likely`` is what came of the middle of an unknown start: like
-    the other two a history that a joint can have, which their mean is not.
+    Shape (m,) at one pose, (N, m) along a path. ``likely`` begins in the middle of an unknown start: like ``low`` and
+    ``high``, and unlike their mean, it is a history that a joint can have.
     """
 
     low: Floats
@@ -56,7 +56,7 @@ class PreloadState:
 
 
 def unknown(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> PreloadState:
-    """Before anything is known of how the robot came to where it is."""
+    """The state of a robot whose earlier moves are not known: between the bounds of every joint."""
     half = [e.memory.bounds(values[e.name]) for e in effects if e.memory]
     both = np.concatenate(half) if half else np.empty(0)
     return PreloadState(-both, both)
@@ -96,7 +96,7 @@ def walk(
         if corrected and np.any(gain):  # what the command really moves, for the states that only look on
             state = np.concatenate([start.middle[None, ..., span], likely[..., span]])
             change = np.diff(state, axis=0)
-            if start.likely is None:  # no command has answered a state that nobody knew
+            if start.likely is None:  # no command corrected for a state that was not known
                 change[0] *= start.known[..., span]
             move = move - change
     return PreloadState(low, high, likely)
@@ -113,7 +113,7 @@ def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
     """The clamp in terms of the target's move: the correction of the state is itself a move.
 
     move = target move - (state' - state), hence shift / (1 + gain). A link that lags (gain -1) crosses its
-    gap at once; "at once" is a travel of AT_ONCE, so that rounding in a target is no reversal.
+    gap at once; "at once" is a travel of AT_ONCE, so that rounding in a target does not count as a reversal.
     """
     at_once = 2 * half / AT_ONCE
     factor = 1 / np.maximum(1 + gain, 1 / np.maximum(at_once, 1.0))

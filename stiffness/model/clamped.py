@@ -60,7 +60,7 @@ class Branches:
 
 @dataclass(frozen=True)
 class JointFit:
-    """What the readings of one joint say.
+    """Stiffness and gap of one joint, fitted to its readings.
 
     Attributes:
         joint: counted from 0.
@@ -202,7 +202,7 @@ def _slope(b: Branches, line: int) -> float:
 
 
 def _between(numbers: list[float]) -> float:
-    """Standard deviation of the mean of what the load cycles say one by one, from three on; 0 for fewer."""
+    """Standard deviation of the mean over load cycles, from three cycles on; 0 for fewer."""
     return float(np.std(numbers, ddof=1) / np.sqrt(len(numbers))) if len(numbers) >= 3 else 0.0
 
 
@@ -228,7 +228,7 @@ def _gap(b: Branches, zero: Floats, covariance: Floats) -> tuple[float | None, f
 
 
 def _hysteresis(b: Branches, zero: Floats) -> float | None:
-    """Width of the loop at zero torque: what the unloading branches of both sides leave between them."""
+    """Width of the loop at zero torque: between the unloading branches of the two sides."""
     back = [zero[(b.sign == s) & ~b.loading] for s in (1, -1)]
     if not all(len(angles) for angles in back):
         return None

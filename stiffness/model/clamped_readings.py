@@ -156,7 +156,7 @@ def _ratios(table: CsvTable, robot: Robot, joint: Ints, columns: Sequence[str]) 
 
 
 def _postures(table: CsvTable, robot: Robot) -> None:
-    """Where the file says how the arm stood: refuse postures in which the clamp does not hold the links."""
+    """Refuse postures in which the clamp does not hold the links, where the file has joint angles."""
     names = _posture_columns(robot)
     if names[0] not in table.cells:
         return

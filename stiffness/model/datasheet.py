@@ -1,4 +1,4 @@
-"""From data sheets: a first model of an arm that nobody has measured, with honest, wide standard deviations.
+"""A first model of an arm from the data sheets of its reducers, with the wide standard deviations that it has.
 
 A reducer alone is stiffer than its joint, which has bearings, links and a servo loop in series. How much is
 known only roughly: K_joint / K_reducer is taken as anything from SOFTEST to 1, every octave as likely as
@@ -21,7 +21,7 @@ Floats = npt.NDArray[np.float64]
 # A reducer of 67 N*m/arcmin (4020 N*m/deg) and the six joints of the same arm as its measurement found them, 505 to
 # 1220 N*m/deg, make 0.13 to 0.30 (docs/datasheet.md)
 SOFTEST = 0.1
-_UNKNOWN_GAP = 1.0 * ARCMIN  # what makers promise at most (docs/datasheet.md), for a sheet that says nothing
+_UNKNOWN_GAP = 1.0 * ARCMIN  # the largest that makers give (docs/datasheet.md), for a sheet without a figure
 
 
 def share() -> tuple[float, float]:
@@ -46,10 +46,10 @@ def hardening(reducer: Reducer) -> tuple[float, float]:
 
 
 def gap(reducer: Reducer) -> tuple[float, float] | None:
-    """Gap and its standard deviation, rad; None where the sheet says nothing.
+    """Gap and its standard deviation, rad; None where the sheet has neither figure.
 
     Backlash (loop width at zero torque, friction in it) and lost motion less its elastic part are both upper
-    bounds: the gap is taken in the middle between zero and the smaller, give or take half of what the sheet says.
+    bounds: the gap is half the smaller of the two, with half the smaller figure as standard deviation.
     """
     bounds, stated = [], []
     if reducer.backlash is not None:
@@ -111,7 +111,7 @@ def _complete(robot: Robot) -> list[Reducer]:
 
 
 def _hardening(reducers: list[Reducer]) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """A joint with one piece has no wind-up that the sheet knows of; how sure that is, is the effect's typical size."""
+    """A sheet with one piece gives no wind-up: it is zero, with the effect's typical size as standard deviation."""
     windup, knee = (np.array(v) for v in zip(*(hardening(r) for r in reducers), strict=True))
     typical = {p.name: p.start for p in joint_hardening.EFFECT.parameters}
     single = knee == 0

@@ -18,23 +18,25 @@ from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.correlations import Correlations
 from stiffness.model.file import SCHEMA, read_tables, sd_key
+from stiffness.robot.load import load_robot
+from stiffness.robot.robot import Robot
 
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class ComplianceModel:
     """Values of the effects that a robot shows.
 
     Attributes:
         source: the file, as the user named it.
-        robot: name or path, as the file says.
+        robot: name or path, as in the file.
         gravity: ``uncompensated`` or ``calibrated-out`` (measurement-session.md).
         reference_temperature: deg C where the robot model is true.
-        base, tip: frames that the model was made with; None where the file does not say.
+        base, tip: frames that the model was made with; None where the file does not give them.
         values: effect -> parameter -> array, in SI.
         sd: the same for standard deviations, where given.
-        identified: effect -> per-joint booleans, where the file says.
+        identified: effect -> per-joint booleans, where the file gives them.
         tools: effect -> name of the tool it holds for (scope ``tool``).
         provenance: free text by key: kind, source, load_range, preload_side, ...
         correlations: between the numbers of the model, where identification gave them.
@@ -83,6 +85,15 @@ def load_model(path: str | Path, joints: int = 6) -> ComplianceModel:
     except tomllib.TOMLDecodeError as e:
         raise ModelError(f"{name}: not a TOML file: {e}") from e
     return _model(name, table, joints)
+
+
+def robot_of(model: ComplianceModel) -> Robot:
+    """The robot that a model file names: a path is relative to the file.
+
+    Raises:
+        RobotError: there is no such robot, or its file is refused.
+    """
+    return load_robot(model.robot, folder=Path(model.source).resolve().parent, base=model.base, tip=model.tip)
 
 
 def builtin_model(robot: str) -> Path | None:

@@ -161,7 +161,7 @@ class Kernel:
         spans = [(a, min(a + step, rows)) for a in range(0, rows, step)]
         self._prepare(block)
         if len(spans) <= 1:
-            self._span(block, inputs, outputs, 0, rows)
+            self._span(block=block, inputs=inputs, outputs=outputs, a=0, b=rows)
         else:
             with ThreadPoolExecutor(len(spans) - 1) as pool:
                 others = [pool.submit(self._span, block, inputs, outputs, *span) for span in spans[1:]]

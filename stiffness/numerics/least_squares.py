@@ -151,7 +151,7 @@ class _Quadratic:
             jacobian = np.concatenate([b.jacobian for b in some])
             information += jacobian.T @ jacobian
             gradient += jacobian.T @ np.concatenate([b.residual for b in some])
-        return cls(parts, cost, gradient, information, weight)
+        return cls(parts=parts, cost=cost, gradient=gradient, information=information, weight=weight)
 
     def step(self, damping: float, low: Floats, high: Floats) -> Floats:
         """Where the quadratic is smallest between bounds: what would leave them stands still on them, and the

@@ -145,19 +145,22 @@ class Design:
         place = np.broadcast_to(PULLED_AT[None, :, None], force.shape).reshape(-1, 3)
         posture = np.repeat(np.arange(many), points * lines)
         q, approach = postures.q[posture], postures.approach[posture]
-        parts = [self._information(q, approach, wrench, r, loading) for r in self.reflectors]
+        parts = [
+            self._information(q=q, approach=approach, wrench=wrench, target=r, loading=loading)
+            for r in self.reflectors
+        ]
         count = len(self.reflectors)
         return SetupPool(
-            np.tile(posture, count),
-            np.repeat(np.arange(count), len(posture)),
-            np.tile(wrench, (count, 1)),
-            np.tile(place, (count, 1)),
-            np.concatenate(parts),
+            posture=np.tile(posture, count),
+            reflector=np.repeat(np.arange(count), len(posture)),
+            wrench=np.tile(wrench, (count, 1)),
+            pulled_at=np.tile(place, (count, 1)),
+            information=np.concatenate(parts),
         )
 
     def _information(self, q: Floats, approach: Floats, wrench: Floats, target: Reflector, loading: Loading) -> Floats:
         """(C, P, P) of set-ups that read one reflector."""
-        by_p, by_w = self._derivatives(q, approach, wrench, target, loading)
+        by_p, by_w = self._derivatives(q=q, approach=approach, wrench=wrench, target=target, loading=loading)
         c, t = by_p.shape[:2]
         sensor = loading.instruments
         d = by_w * np.array([sensor.force] * 3 + [sensor.torque] * 3)
@@ -208,7 +211,7 @@ class Design:
         torques = np.concatenate([np.zeros_like(approach)[None], np.swapaxes(torque, 0, 1)])
         wide = (c, len(begin.low))
         start = PreloadState(np.broadcast_to(begin.low, wide), np.broadcast_to(begin.high, wide))
-        walked = walk(effects, values, moves, torques, start).middle[1:]
+        walked = walk(effects=effects, values=values, move=moves, torque=torques, start=start).middle[1:]
         return np.asarray(np.swapaxes(walked / begin.high, 0, 1))
 
     def of_path(self, q: Floats, wrench: Floats, state: Floats) -> Floats:

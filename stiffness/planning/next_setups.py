@@ -53,7 +53,8 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
         load = int(np.argmax(apart[k].max(axis=1)))
         order = np.argsort(-apart[k, load])
         names = tuple(session.reflectors[int(r)].name for r in order[: max(1, min(2, len(order)))])
-        out.append(NextSetup(pool.q[k], wrench[k * len(loads) + load], names, why, float(score[k])))
+        pulled = wrench[k * len(loads) + load]
+        out.append(NextSetup(q=pool.q[k], wrench=pulled, reflectors=names, why=why, apart=float(score[k])))
         near = np.linalg.norm(pool.q - pool.q[k], axis=1) < 1.0  # the next one elsewhere
         score = np.where(near, -1.0, score)
         if score.max() <= 0:
@@ -75,7 +76,8 @@ def spread(session: Session, joint: int | None, why: str) -> list[NextSetup]:
             wanted = low[joint] + (high[joint] - low[joint]) * (k + 0.5) / WANTED
             q = pool.q[int(np.argmin(np.abs(pool.q[:, joint] - wanted)))]
         wrench = np.concatenate([_WAYS[k] * force, np.zeros(3)])
-        out.append(NextSetup(q, wrench, tuple(r.name for r in session.reflectors), why, 0.0))
+        names = tuple(r.name for r in session.reflectors)
+        out.append(NextSetup(q=q, wrench=wrench, reflectors=names, why=why, apart=0.0))
     return out
 
 

@@ -1,7 +1,7 @@
 """Plan: which set-ups to measure next, so that the parameters that matter are known best.
 
-Chosen is greedily, then by exchange (Fedorov, Theory of Optimal Experiments, 1972): D-optimal, the determinant of the
-information; or V-optimal, the mean variance of predictions J Cov J' that the caller cares about.
+They are chosen greedily, then by exchange (Fedorov, Theory of Optimal Experiments, 1972): D-optimal, by the determinant
+of the information; or V-optimal, by the mean variance of the predictions J Cov J' that the caller cares about.
 """
 
 from __future__ import annotations
@@ -94,54 +94,67 @@ def choose(
         raise StiffnessError(f"--count {count}: expected 1 ... {len(postures)}, one of the postures per set-up")
     pool = design.candidates(postures, loading)
     weight = None if matters is None else matters + BESIDES * np.trace(matters) / len(matters) * np.eye(len(matters))
+    criterion = _Criterion(pool, before, weight)
     chosen: list[int] = []
-    every = np.arange(len(pool.posture))
     for _ in range(count):
-        chosen.append(_best(pool, every, chosen, before, weight)[0])
-    _exchange(pool, _shortlist(pool, chosen, before, weight), chosen, before, weight)
-    return Plan(design, postures, pool, loading, np.array(chosen), before, matters)
+        chosen.append(criterion.best(np.arange(len(pool.posture)), chosen)[0])
+    chosen = criterion.exchanged(criterion.shortlist(chosen), chosen)
+    return Plan(
+        design=design,
+        postures=postures,
+        candidates=pool,
+        loading=loading,
+        chosen=np.array(chosen),
+        before=before,
+        matters=matters,
+    )
 
 
-def _shortlist(pool: SetupPool, chosen: Sequence[int], before: Floats, weight: Floats | None) -> Index:
-    """The candidates that would add most to what is chosen, and what is chosen."""
-    score = _score(_sum(pool, chosen, before) + pool.information, weight)
-    good = np.argsort(-score, kind="stable")[:SHORTLIST]
-    return np.unique(np.concatenate([good, np.array(chosen, dtype=np.intp)]))
+@dataclass(frozen=True, repr=False, eq=False)
+class _Criterion:
+    """What a choice of set-ups is worth beside the information ``before`` (P, P): its log determinant, or with
+    ``weight`` (P, P) less the logarithm of the weighted variance."""
 
+    pool: SetupPool
+    before: Floats
+    weight: Floats | None
 
-def _exchange(pool: SetupPool, rows: Index, chosen: list[int], before: Floats, weight: Floats | None) -> None:
-    """Replace set-ups one by one, as long as that helps."""
-    for _ in range(EXCHANGES):
-        gained = False
-        for k in range(len(chosen)):
-            now = float(_score(_sum(pool, chosen, before)[None], weight)[0])
-            best, score = _best(pool, rows, chosen[:k] + chosen[k + 1 :], before, weight)
-            if score > now + ENOUGH:
-                chosen[k], gained = best, True
-        if not gained:
-            break
+    def best(self, rows: Index, others: Sequence[int]) -> tuple[int, float]:
+        """The candidate among ``rows``, in a new posture, that goes best with others, and the score with it."""
+        score = self._score(self._sum(others) + self.pool.information[rows])
+        score[np.isin(self.pool.posture[rows], self.pool.posture[list(others)])] = -np.inf
+        best = int(np.argmax(score))
+        return int(rows[best]), float(score[best])
 
+    def shortlist(self, chosen: Sequence[int]) -> Index:
+        """The candidates that would add most to what is chosen, and what is chosen."""
+        score = self._score(self._sum(chosen) + self.pool.information)
+        good = np.argsort(-score, kind="stable")[:SHORTLIST]
+        return np.unique(np.concatenate([good, np.array(chosen, dtype=np.intp)]))
 
-def _sum(pool: SetupPool, chosen: Sequence[int], before: Floats) -> Floats:
-    return np.asarray(before + pool.information[list(chosen)].sum(axis=0))
+    def exchanged(self, rows: Index, chosen: Sequence[int]) -> list[int]:
+        """The choice with set-ups replaced one by one, as long as that helps."""
+        out = list(chosen)
+        for _ in range(EXCHANGES):
+            gained = False
+            for k in range(len(out)):
+                now = float(self._score(self._sum(out)[None])[0])
+                best, score = self.best(rows, out[:k] + out[k + 1 :])
+                if score > now + ENOUGH:
+                    out[k], gained = best, True
+            if not gained:
+                break
+        return out
 
+    def _sum(self, chosen: Sequence[int]) -> Floats:
+        return np.asarray(self.before + self.pool.information[list(chosen)].sum(axis=0))
 
-def _best(
-    pool: SetupPool, rows: Index, others: Sequence[int], before: Floats, weight: Floats | None
-) -> tuple[int, float]:
-    """The candidate among ``rows``, in a new posture, that goes best with others, and the score with it."""
-    score = _score(_sum(pool, others, before) + pool.information[rows], weight)
-    score[np.isin(pool.posture[rows], pool.posture[list(others)])] = -np.inf
-    best = int(np.argmax(score))
-    return int(rows[best]), float(score[best])
-
-
-def _score(information: Floats, weight: Floats | None) -> Floats:
-    """(C,) the larger the better."""
-    full = information + np.eye(information.shape[-1]) / GUESS**2
-    if weight is None:
-        return np.asarray(np.linalg.slogdet(full)[1])
-    return np.asarray(-np.log(np.einsum("cpq,qp->c", np.linalg.inv(full), weight)))
+    def _score(self, information: Floats) -> Floats:
+        """(C,) the larger the better."""
+        full = information + np.eye(information.shape[-1]) / GUESS**2
+        if self.weight is None:
+            return np.asarray(np.linalg.slogdet(full)[1])
+        return np.asarray(-np.log(np.einsum("cpq,qp->c", np.linalg.inv(full), self.weight)))
 
 
 def _covariance(information: Floats) -> Floats:

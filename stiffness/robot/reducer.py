@@ -1,4 +1,4 @@
-"""Reducer: what a data sheet says of the gear in a joint, all at its output side."""
+"""Reducer: the data sheet of the gear in a joint; every figure holds at the output side."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ARCMIN = np.pi / 180 / 60  # rad
 
 @dataclass(frozen=True)
 class Reducer:
-    """Figures of a reducer; None where the sheet says nothing.
+    """Figures of a reducer; None where the sheet has no such figure.
 
     Attributes:
         rigidity: torsional, N*m/rad: one number, or the pieces K1, K2, ... from zero torque upwards.

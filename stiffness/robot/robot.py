@@ -1,4 +1,4 @@
-"""Robot: a serial arm of six rotary joints behind a few verbs.
+"""Robot: a rigid serial arm of rotary joints, its kinematics, joint limits and masses.
 
 Frames: ``L_0`` is the base, ``L_k = L_{k-1} @ before[k-1] @ Rot(axis[k-1], q_k) @ after[k-1]``, ``L_n`` the
 flange. Numbers come from Pinocchio, symbols from CasADi; both are built from these same placements.
@@ -25,7 +25,7 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)  # m/s2, base axes (CGPM 1901)
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Robot:
-    """A rigid arm: placements, limits and masses. All arrays are read-only.
+    """A rigid serial arm. All arrays are read-only.
 
     Attributes:
         name: name of the built-in robot, or stem of the file.
@@ -37,8 +37,8 @@ class Robot:
         velocity: (n,) rad/s; NaN where not known.
         mass: (n,) kg, or None where not known.
         com: (n, 3) m, centre of mass in the link frame L_k, or None.
-        mass_problem: why masses cannot be used; empty when they can.
-        assumptions: figures that no source gives, in words; every summary lists them.
+        mass_problem: why the masses are not known; empty when they are.
+        assumptions: figures without a source, in words; every summary lists them.
         sources: where the figures come from.
         base, tip: names of the frames that poses lead from and to.
         reducers: n data sheets, None for a joint without one; None where the file has none at all.

@@ -85,7 +85,7 @@ def read(source: Path | Traversable, *, label: str) -> Robot:
         label: what messages call the file.
 
     Raises:
-        RobotError: the file is missing, no TOML, or says something that is not understood.
+        RobotError: the file cannot be read, or a key or value in it is wrong.
     """
     try:
         raw = tomllib.loads(source.read_text(encoding="utf-8"))

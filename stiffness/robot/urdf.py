@@ -13,7 +13,7 @@ from stiffness.robot.urdf_tree import TURNING, Joint, Tree, parse
 
 Floats = npt.NDArray[np.float64]
 
-_FAR = 1.0  # m: a centre of mass farther than this beyond its link's own extent is no measured figure
+_FAR = 1.0  # m: a centre of mass farther than this beyond its link's own extent was not measured
 
 
 def read(path: Path, *, base: str | None, tip: str | None) -> Robot:

@@ -32,17 +32,31 @@ def check_agreement(table: CsvTable, samples: Samples) -> None:
     joint = np.arange(1, n + 1)
     first = _first([samples.setup])
     same = "one set-up is one commanded configuration: correct it or give it another set-up"
-    _agree(table, first, [f"q{k}" for k in joint], samples.q, SAME, same)
+    _agree(table=table, first=first, names=[f"q{k}" for k in joint], values=samples.q, slack=SAME, why=same)
     if "approach1" in table.cells:
-        _agree(table, first, [f"approach{k}" for k in joint], samples.approach, 0, same)
+        _agree(
+            table=table,
+            first=first,
+            names=[f"approach{k}" for k in joint],
+            values=samples.approach,
+            slack=0,
+            why=same,
+        )
     if "step1" in table.cells:
-        _agree(table, first, [f"step{k}" for k in joint], np.nan_to_num(samples.step), SAME, same)
+        _agree(
+            table=table,
+            first=first,
+            names=[f"step{k}" for k in joint],
+            values=np.nan_to_num(samples.step),
+            slack=SAME,
+            why=same,
+        )
     first = _first([samples.setup, samples.state])
     one = "one state is one load: correct it or give it another state"
     if "payload" in table.cells:
-        _agree(table, first, ["payload"], samples.payload[:, None], 1e-9, one)
+        _agree(table=table, first=first, names=["payload"], values=samples.payload[:, None], slack=1e-9, why=one)
     if "load_link" in table.cells:
-        _agree(table, first, ["load_link"], samples.load.link[:, None], 0, one)
+        _agree(table=table, first=first, names=["load_link"], values=samples.load.link[:, None], slack=0, why=one)
     _check_duplicates(table, samples)
     _check_references(table, samples)
 
@@ -99,8 +113,12 @@ def check_fit(
     allowed = _FAR[0] if all(r.exact for r in reflectors) else _FAR[1]
     rows = np.unique(np.linspace(0, len(samples) - 1, min(len(samples), _MANY)).astype(int))
     part = samples.take(rows)
-    points = _rigid(robot, reflectors, part, part.q, 1.0)
-    off = _misfit(points, part.position, part.block, registered)
+
+    def off_with(q: Floats, scale: float, known: bool) -> float:
+        points = _rigid(robot=robot, reflectors=reflectors, samples=part, q=q, scale=scale)
+        return _misfit(points, part.position * scale, part.block, known)
+
+    off = off_with(part.q, 1.0, registered)
     if off <= allowed:
         return
     turn = np.pi / 180 if units.angle == "rad" else 180 / np.pi
@@ -110,11 +128,7 @@ def check_fit(
         f"units.length = {'mm' if units.length == 'm' else 'm'!r}": (part.q, grow, registered),
         "registered = false": (part.q, 1.0, False),
     }
-    fits = [
-        words
-        for words, (q, scale, known) in other.items()
-        if _misfit(_rigid(robot, reflectors, part, q, scale), part.position * scale, part.block, known) <= allowed
-    ]
+    fits = [words for words, (q, scale, known) in other.items() if off_with(q, scale, known) <= allowed]
     hint = f"they would fit with {' or '.join(fits)}" if fits else "are robot, base and tip those that were measured?"
     raise SessionError(
         f"{label}: columns x y z: the readings do not fit robot {robot.name}: they lie {off * 1e3:.0f} mm "

@@ -52,7 +52,7 @@ class SessionTool:
 
     def tool(self) -> Tool:
         """As the statics take it: a mass that is not known weighs nothing."""
-        return Tool(self.rotation, self.position, self.mass or 0.0, self.com, self.name)
+        return Tool(rotation=self.rotation, position=self.position, mass=self.mass or 0.0, com=self.com, name=self.name)
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ def reflectors(label: str, file: SessionFile, joints: int) -> tuple[Reflector, .
                 f"{joints} (flange)"
             )
         position = _metres(label, file, f"reflectors.{name}.position", given.position)
-        found.append(Reflector(name, given.link, position, given.exact, given.group))
+        found.append(Reflector(name=name, link=given.link, position=position, exact=given.exact, group=given.group))
     first: dict[str, Reflector] = {}
     for r in found:
         if r.group is None:
@@ -231,7 +231,13 @@ def tool(label: str, file: SessionFile) -> SessionTool | None:
     rotation = rpy_rotation(*(angle * file.units.radian for angle in given.rpy))
     rotation.setflags(write=False)
     com = None if given.com is None else _metres(label, file, "tool.com", given.com)
-    return SessionTool(given.name, rotation, _metres(label, file, "tool.xyz", given.xyz), given.mass, com)
+    return SessionTool(
+        name=given.name,
+        rotation=rotation,
+        position=_metres(label, file, "tool.xyz", given.xyz),
+        mass=given.mass,
+        com=com,
+    )
 
 
 def purposes(label: str, file: SessionFile, known: tuple[Reflector, ...], joints: int) -> dict[int, Purpose]:

@@ -192,7 +192,14 @@ def load_session(path: str | Path) -> Session:
     )
     check_agreement(table, samples)
     sensed = "fx" in table.cells
-    check_fit(csv_label, robot, known, samples, file.units, file.registered)
+    check_fit(
+        label=csv_label,
+        robot=robot,
+        reflectors=known,
+        samples=samples,
+        units=file.units,
+        registered=file.registered,
+    )
     return Session(
         source=label,
         samples_file=csv_label,
@@ -207,7 +214,13 @@ def load_session(path: str | Path) -> Session:
         gravity=file.gravity,
         registered=file.registered,
         reference_temperature=file.reference_temperature,
-        tool=held or SessionTool("tool", _still(np.eye(3)), _still(np.zeros(3)), None, None),
+        tool=held or SessionTool(
+            name="tool",
+            rotation=_still(np.eye(3)),
+            position=_still(np.zeros(3)),
+            mass=None,
+            com=None,
+        ),
         wrench_frame=file.wrench.frame if file.wrench and sensed else None,
         wrench_about=file.wrench.about if file.wrench and sensed else None,
         reflectors=known,

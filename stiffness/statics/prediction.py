@@ -1,4 +1,4 @@
-"""What a prediction is started with and what it gives: where a commanded path goes, commands for a wanted one."""
+"""Results of a Predictor: the poses of a commanded path, the commands of a wanted one, and start values for them."""
 
 from __future__ import annotations
 

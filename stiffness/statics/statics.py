@@ -1,4 +1,4 @@
-"""THE equation: posture, loads and effects -> where every link is. Written once, in CasADi.
+"""Statics: the equation of the deflected arm, from loads and effects to the frames of all links, once, in CasADi.
 
     x = law(load(q + dq, [d; phi]))        x = (dq, [d; phi] of every place that yields)
 

@@ -1,4 +1,4 @@
-"""Stiffness map: how stiff an arm is posture by posture, and what the complementary stiffness K_c is worth there.
+"""Stiffness map: how stiff an arm is posture by posture, and how much the complementary stiffness K_c changes it.
 
 The equilibrium under a wrench is a fixed point x = F(x, W) of the statics (statics.py). Its derivative
 
@@ -37,12 +37,12 @@ Bools = npt.NDArray[np.bool_]
 OK, LIMIT, SINGULAR, NO_EQUILIBRIUM = "ok", "limit", "singular", "no-equilibrium"
 _STILL = 1e-12  # rad and m: the equilibrium has settled
 _SWEEPS = 60
-_FARTHEST = 0.2  # rad and m: an arm that gives way so far has no equilibrium worth a name
+_FARTHEST = 0.2  # rad and m: a larger deflection counts as no equilibrium
 
 
 @dataclass(frozen=True, repr=False)
 class StiffnessMap:
-    """What N postures are like; NaN wherever ``status`` is not ``ok``.
+    """Stiffness and deflection at N postures; NaN wherever ``status`` is not ``ok``.
 
     Attributes:
         q: (N, n) rad.
@@ -65,8 +65,8 @@ class StiffnessMap:
 
     @property
     def softest(self) -> tuple[Floats, Floats, Floats]:
-        """Smallest and largest stiffness (N,) N/m that a force at the TCP feels, and the direction (N, 3) in base
-        axes in which it gives way most. The TCP is free to turn; the direction points up."""
+        """Smallest and largest stiffness (N,) N/m against a force at the TCP, and the direction (N, 3) of the smallest
+        in base axes. The TCP is free to turn; the direction points up."""
         return _ellipsoid(self.compliance)
 
     @property

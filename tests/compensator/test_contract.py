@@ -251,7 +251,7 @@ def test_a_feed_that_the_file_does_not_give(tmp_path: Path) -> None:
     done = compensate_file(job.toolpath, job.cell, job.out / "a.csv")
     text = (job.out / "a.csv").read_text().splitlines()[1:]
     assert {row.split(",")[15] for row in text if ",cut," in row} == {"777"}
-    assert any("no feed" in f and "777" in f for f in done.findings)
+    assert any("no feed" in str(f) and "777" in str(f) for f in done.findings)
 
 
 def test_a_zero_wrench_changes_nothing(tmp_path: Path) -> None:

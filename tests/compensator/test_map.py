@@ -22,7 +22,7 @@ from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 from tests.compensator.small_jobs import ABB, MODEL, STIFFNESS
 from tests.oracles.elastic_arm import ElasticArm, Push
-from tests.stiffness.test_datasheet import robot_text
+from tests.stiffness.model.test_datasheet import robot_text
 
 Floats = npt.NDArray[np.float64]
 HALF = [True, True, True, False, False, True]

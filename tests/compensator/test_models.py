@@ -17,8 +17,8 @@ from stiffness.errors import StiffnessError
 from stiffness.model.model import load_model
 from stiffness.robot.load import load_robot
 from tests.stiffness import arms
-from tests.stiffness.test_clamped import GAP, HEADER, K, cycle, lines, written
-from tests.stiffness.test_datasheet import BARE, RV, STRAIN_WAVE, robot_text
+from tests.stiffness.model.test_clamped import GAP, HEADER, K, cycle, lines, written
+from tests.stiffness.model.test_datasheet import BARE, RV, STRAIN_WAVE, robot_text
 
 ABB = arms.NAMES[0]
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from compensator.solve.unlearned_angles import Unsure, levers
+from compensator.solve.unlearned_angles import AngleUncertainty, levers
 from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
@@ -32,9 +32,9 @@ def tables(gaps: dict[int, tuple[float, float]]) -> dict[str, dict[str, Floats]]
     return {"values": {"error_rad": values.ravel()}, "sd": {"error_rad": sd.ravel()}}
 
 
-def unsure(gaps: dict[int, tuple[float, float]]) -> Unsure:
+def unsure(gaps: dict[int, tuple[float, float]]) -> AngleUncertainty:
     given = tables(gaps)
-    return Unsure(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
+    return AngleUncertainty(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
 
 
 def model(gaps: dict[int, tuple[float, float]]) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def test_two_gaps_of_one_joint_are_two() -> None:
     table, sd = (given[k]["error_rad"].reshape(6, KNOTS) for k in ("values", "sd"))
     again = (DEGREES >= 40) & (DEGREES <= 60)
     table[1, again], sd[1, again] = 0.0, 7e-4
-    here = Unsure(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
+    here = AngleUncertainty(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
     q = np.concatenate([postures(q2=(-55, -45)), postures(q2=(45, 50))])
     found = here.not_learned(q, np.zeros((122, 3)))
     assert [(f.joint, f.poses) for f in found] == [(2, 61), (2, 61)]
@@ -122,16 +122,16 @@ def test_what_was_learned_badly_is_not_called_unlearned() -> None:
     given = tables({})
     given["sd"]["error_rad"][:] = SPREAD
     given["values"]["error_rad"][2 * KNOTS : 3 * KNOTS] = 1e-4
-    loose = Unsure(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
+    loose = AngleUncertainty(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
     assert loose.not_learned(postures(q3=(-30, 30)), np.zeros((61, 3))) == []
     given["values"]["error_rad"][2 * KNOTS : 3 * KNOTS] = 1e-22  # what rounding makes of a knot nobody saw
-    rounded = Unsure(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
+    rounded = AngleUncertainty(load_robot(ABB), [BY_NAME[NAME]], {NAME: given["values"]}, {NAME: given["sd"]})
     (only,) = rounded.not_learned(postures(q3=(-30, 30)), np.zeros((61, 3)))
     assert (only.joint, only.poses) == (3, 61)
 
 
 def test_nothing_to_say_of_other_effects() -> None:
-    none = Unsure(load_robot(ABB), [BY_NAME["joint-stiffness"]], {"joint-stiffness": {}}, {})
+    none = AngleUncertainty(load_robot(ABB), [BY_NAME["joint-stiffness"]], {"joint-stiffness": {}}, {})
     tcp = np.zeros((61, 3))
     assert none.not_learned(postures(), tcp) == [] and not none.at_tcp(postures(), tcp).any()
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from compensator.errors import SolveError
-from compensator.program import filter as filtering
+from compensator.program import filter_in_place as filtering
 from compensator.tasks.compensate import Done, compensate_file
 from toolpaths.languages.gcode import filter as gcode_filter
 
@@ -30,9 +30,9 @@ def test_positions_take_back_what_the_tilt_left(tmp_path: Path, monkeypatch: pyt
     done = filtered(tmp_path)
     after, before = (done.report["predicted_error_mm"][k] for k in ("after", "before"))
     assert after["max"] < 0.02 and after["mean"] < 1e-3 < 0.5 < before["mean"]
-    assert sum("tilts the tool by up to 0.06" in text for text in done.findings) == 1
+    assert sum("tilts the tool by up to 0.06" in str(f) for f in done.findings) == 1
     with monkeypatch.context() as m:  # what the test is worth: commands with a tilt, written without it
-        m.setattr(filtering, "untilted", lambda c: c)
+        m.setattr(filtering, "without_tilt", lambda c: c)
         spoilt = filtered(tmp_path).report["predicted_error_mm"]["after"]
     assert spoilt["max"] > 0.06 and spoilt["mean"] > 2 * after["mean"]
 
@@ -43,14 +43,14 @@ def test_what_is_written_is_reported_and_kept_within_bounds(tmp_path: Path) -> N
     tight = c.job.placement.solve.model_copy(update={"max_correction": 0.1})
     job = replace(c.job, placement=replace(c.job.placement, solve=tight))
     with pytest.raises(SolveError, match=r"is above solve\.max_correction = 0\.1 mm"):
-        filtering.untilted(replace(c, job=job))
+        filtering.without_tilt(replace(c, job=job))
 
 
 def test_a_file_with_tool_vectors_takes_the_tilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(filtering, "untilted", None)  # it must not be called
+    monkeypatch.setattr(filtering, "without_tilt", None)  # it must not be called
     done = filtered(tmp_path, "G43.4 H1")
     assert done.report["predicted_error_mm"]["after"]["max"] < 0.02
-    assert not any("tilts" in text for text in done.findings)
+    assert not any("tilts" in str(f) for f in done.findings)
     axis = [line for line in (tmp_path / "wave_c.nc").read_text().split("\n") if "K0.99" in line or "K1" in line]
     assert len(axis) > 100
     assert not np.any(["K0.99" in line for line in (tmp_path / "wave.nc").read_text().split("\n")])

@@ -128,10 +128,10 @@ def test_what_was_never_learned_is_left_open() -> None:
     table, sd = np.zeros((N, KNOTS)), np.full((N, KNOTS), 2e-5)
     table[:, 50:70], sd[:, 55] = 3e-4, 7e-5
     degrees = np.array([[-15.0, -30.0, 0.0, 30.0, 27.0, -180.0]])  # knots 55, 50, 60, 70, 69, 0
-    assert EFFECT.unsure is not None
-    got = EFFECT.unsure(np.radians(degrees), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
+    assert EFFECT.angle_sd is not None
+    got = EFFECT.angle_sd(np.radians(degrees), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
     np.testing.assert_allclose(got, [[7e-5, 2e-5, 2e-5, SPREAD, 2e-5, SPREAD]], rtol=1e-6)
-    turned = EFFECT.unsure(np.radians(degrees + 360), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
+    turned = EFFECT.angle_sd(np.radians(degrees + 360), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
     np.testing.assert_allclose(turned, got, rtol=1e-6)
     outside = np.radians(np.random.default_rng(1).uniform(33, 320, (6, N)))
     assert not np.any([law(q, table.ravel()) for q in outside])
@@ -140,8 +140,8 @@ def test_what_was_never_learned_is_left_open() -> None:
 def test_without_standard_deviations_only_what_was_never_learned_is_open() -> None:
     table = np.zeros((N, KNOTS))
     table[2, :] = 1e-4
-    assert EFFECT.unsure is not None
-    got = EFFECT.unsure(np.radians(np.full((1, N), 12.0)), {"error_rad": table.ravel()}, {})
+    assert EFFECT.angle_sd is not None
+    got = EFFECT.angle_sd(np.radians(np.full((1, N), 12.0)), {"error_rad": table.ravel()}, {})
     np.testing.assert_allclose(got, SPREAD * (np.arange(N) != 2)[None], rtol=1e-6)
 
 
@@ -306,10 +306,10 @@ def test_knots_that_nobody_saw_stay_zero_and_open(learned: tuple[Fit, Floats]) -
     assert outside.sum() > 70 and np.abs(truth[2 * KNOTS : 3 * KNOTS][outside]).max() > 3e-4
     assert np.abs(value[outside]).max() < 1e-15
     np.testing.assert_allclose(sd[outside], SPREAD * fit.solution.misfit, rtol=1e-6)
-    assert EFFECT.unsure is not None
+    assert EFFECT.angle_sd is not None
     q = np.zeros((1, 6))
     q[0, 2] = np.radians(120.0)
-    left = EFFECT.unsure(q, fit.values()[NAME], fit.deviations()[NAME])
+    left = EFFECT.angle_sd(q, fit.values()[NAME], fit.deviations()[NAME])
     assert left[0, 2] == pytest.approx(SPREAD, rel=0.05)
 
 

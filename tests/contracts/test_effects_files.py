@@ -13,8 +13,8 @@ import pytest
 import tomli_w
 
 from stiffness.effects import BUILT_IN, BY_NAME, CATALOGUE
+from stiffness.effects.docs_table import markdown
 from stiffness.effects.effect import Effect
-from stiffness.effects.table import markdown
 from stiffness.errors import ModelError
 from stiffness.model import model as model_module
 from stiffness.model.model import ComplianceModel, load_model, model_text
@@ -29,16 +29,16 @@ def model_of(effect: Effect, values: Numbers) -> ComplianceModel:
     base = {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}}
     tools = {effect.name: "spindle"} if effect.scope == "tool" else {}
     return ComplianceModel(
-        "memory",
-        "ur10",
-        "uncompensated",
-        20.0,
-        None,
-        None,
-        {**base, effect.name: values},
-        {effect.name: {k: np.abs(v) / 7 for k, v in values.items()}},
-        {},
-        tools,
+        source="memory",
+        robot="ur10",
+        gravity="uncompensated",
+        reference_temperature=20.0,
+        base=None,
+        tip=None,
+        values={**base, effect.name: values},
+        sd={effect.name: {k: np.abs(v) / 7 for k, v in values.items()}},
+        identified={},
+        tools=tools,
     )
 
 

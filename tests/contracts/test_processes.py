@@ -14,14 +14,14 @@ from scipy.spatial.transform import Rotation
 from compensator.cell.cell_file import load_cell
 from compensator.cell.placement import placement_of
 from compensator.errors import CellError
-from compensator.path.sampling import between, corners
+from compensator.path.added_poses import with_poses_before_corners, with_poses_between
 from compensator.process.catalogue import PROCESSES
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion, WrenchAxes
 from tests.compensator.paths import DOWN, toolpath
 from tests.compensator.small_jobs import files
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import ERROR, WARNING, Finding
 
 AXES: tuple[WrenchAxes, ...] = get_args(WrenchAxes)
 GIVEN = [-120.0, 80.0, -60.0, 4.0, -3.0, 2.0]
@@ -171,10 +171,10 @@ def test_the_wrench_at_deflected_poses(tmp_path: Path, kind: str, axes: WrenchAx
 @each
 def test_poses_put_in_later(tmp_path: Path, kind: str, axes: WrenchAxes) -> None:
     """What stood there keeps its wrench; between gentle neighbours it lies between, beyond a corner it jumps."""
-    path, process = corners(path_of()), build(kind, tmp_path, axes)
+    path, process = with_poses_before_corners(path_of()), build(kind, tmp_path, axes)
     known = process.load(motion_of(path))
     segments = np.arange(len(path) - 1)
-    finer = between(path, np.repeat(segments, 2), np.tile([0.25, 0.5], len(segments)))
+    finer = with_poses_between(path, np.repeat(segments, 2), np.tile([0.25, 0.5], len(segments)))
     load = process.load_between(motion_of(finer), path, known)
     kept = np.isin(finer.row, path.row)
     assert load.wrench.shape == (len(finer), 6) and (load.wrench[finer.kind != CUT] == 0).all()

@@ -21,10 +21,10 @@ from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_p
 from tests.oracles.vendor_moves import READERS
 from toolpaths.errors import WriteError
 from toolpaths.files import read_back, write_program
+from toolpaths.finding import ERROR, WARNING, Finding, merged
 from toolpaths.frame import Frame
 from toolpaths.languages import table
 from toolpaths.tool_frame import ToolFrame
-from toolpaths.writing.program import ERROR, WARNING, Finding, merged
 
 SUFFIX = {language.name: language.writes for language in table.WRITTEN}
 WRITTEN = sorted(SUFFIX)

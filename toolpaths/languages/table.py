@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 if TYPE_CHECKING:  # the command line reads the table to show its help: nothing heavy here
+    from toolpaths.finding import Finding
     from toolpaths.machine import Machine
     from toolpaths.rewriting.filter import Filter, Rewritten
     from toolpaths.toolpath import Floats, Toolpath
-    from toolpaths.writing.program import Finding, Program, ReadBack
+    from toolpaths.writing.program import Program, ReadBack
 
 
 class Writer(Protocol):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from toolpaths.writing.program import WARNING, Finding
+from toolpaths.finding import WARNING, Finding
 
 #: A correction below these, m and rad, is none: the numbers stay as they are printed.
 SAME_PLACE = 5e-8

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.finding import WARNING, Finding
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import ProgramArcs
 from toolpaths.rewriting.corrections import Correction
 from toolpaths.rewriting.edits import Edit
-from toolpaths.writing.program import WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 _EVEN = 1e-6
 

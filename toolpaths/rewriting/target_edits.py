@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import WriteError
+from toolpaths.finding import WARNING, Finding
 from toolpaths.interpreting.program_text import Declaration
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import ProgramArcs
@@ -22,7 +23,7 @@ from toolpaths.rewriting.edits import Edit
 from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT
-from toolpaths.writing.program import WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 _ROW = 1e-9
 _WORDS = re.compile(r"[A-Za-z_$][\w$]*")

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.toolpath import CUT, RAPID
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 #: Rotations further from orthonormal than this are not rotations.
 ORTHONORMAL = 1e-6

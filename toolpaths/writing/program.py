@@ -2,45 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.errors import WriteError
+from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.tool_frame import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
-
-ERROR, WARNING = "error", "warning"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """Something wrong or noteworthy about a program as a whole; one of level ``error`` refuses it.
-
-    Attributes:
-        level: ``error`` or ``warning``.
-        place: where, in words of the user: ``pose 12 (line 40)``, ``tool 2``, ``name``.
-        what: what is wrong there, with the value and the bound.
-        remedy: what to do about it.
-        count: how many places had the same; ``place`` is the first.
-        places: all of them, where they were merged, in their order; empty where ``place`` is the only one.
-    """
-
-    level: str
-    place: str
-    what: str
-    remedy: str = ""
-    count: int = 1
-    places: tuple[str, ...] = field(default=(), compare=False)
-
-    def __str__(self) -> str:
-        more = f" (and {self.count - 1} more places)" if self.count > 1 else ""
-        return f"{self.level}: {self.place}{more}: {self.what}" + (f". {self.remedy}" if self.remedy else "")
 
 
 @dataclass(frozen=True, repr=False)
@@ -150,25 +123,3 @@ class ReadBack:
 
     def __repr__(self) -> str:
         return f"ReadBack({len(self.position)} poses)"
-
-
-def merged(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Findings with the same level, words and remedy as one, at the first place, errors first."""
-    same: dict[tuple[str, str, str], list[Finding]] = {}
-    for f in findings:
-        same.setdefault((f.level, f.what, f.remedy), []).append(f)
-    out = []
-    for key, all_ in same.items():
-        places = tuple(dict.fromkeys(p for f in all_ for p in (f.places or (f.place,))))
-        count = sum(f.count for f in all_)
-        out.append(Finding(key[0], places[0], *key[1:], count, places if len(places) > 1 else ()))
-    return tuple(sorted(out, key=lambda f: f.level != ERROR))
-
-
-def refuse_errors(path: str, findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """The findings, merged; WriteError listing them all when one is an error."""
-    found = merged(findings)
-    if any(f.level == ERROR for f in found):
-        listed = "\n".join(f"  {f}" for f in found)
-        raise WriteError(f"{path}: the program is refused:\n{listed}")
-    return found

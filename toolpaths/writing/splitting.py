@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from toolpaths.finding import WARNING, Finding
 from toolpaths.toolpath import CUT, RAPID
-from toolpaths.writing.program import WARNING, Finding, Program
+from toolpaths.writing.program import Program
 
 
 def parts(program: Program, most: int) -> tuple[slice, ...]:

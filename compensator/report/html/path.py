@@ -20,7 +20,7 @@ from compensator.report.figures.thinning import LIMIT, Figure
 from compensator.report.html import tables
 from compensator.report.html.tables import compensated, millimetres
 from compensator.solve.compensation import Compensation
-from compensator.solve.joint_state import follow
+from compensator.solve.joint_state import equilibrium_along
 
 Floats = npt.NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def page(result: Compensation, numbers: dict[str, Any], after: Floats | None = N
 def _left(c: Compensation, after: Floats | None) -> Floats:
     """(N,) mm: what is left with the commands."""
     if after is None:
-        prediction, _ = follow(
+        prediction, _ = equilibrium_along(
             c.job.arm, c.job.placement.start, c.path.toolpath, q=c.command.q, wrench=c.wrench
         )
         after = np.linalg.norm(prediction.position - c.target.origin, axis=1)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import spread_of_unknown
-from compensator.solve.unlearned_angles import unsure_of
+from compensator.solve.unlearned_angles import OpenAngles
 from stiffness.effects import preload_softening
 from stiffness.memory.preload import unknown, walk
 
@@ -78,16 +78,19 @@ def _turnarounds(c: Compensation, joint: int, sign: Floats) -> list[Turnaround]:
     return [Turnaround(joint + 1, int(k), int(c.path.toolpath.line[k])) for k in turned]
 
 
-def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, corrected: bool = True) -> dict[str, Any]:
+def summary(
+    c: Compensation, after: Floats, found: OpenAngles, *, seconds: float, corrected: bool = True
+) -> dict[str, Any]:
     """The JSON report of ``compensate`` and ``preview``.
 
     Args:
         after: (N,) m, error with the commands as written.
-        q: (N, n) rad, the joint angles that are commanded.
+        found: angles that the model did not learn.
+        corrected: False where the nominal path is commanded.
     """
     cut = c.cutting
-    spread = spread_of_unknown(c.job.arm, c.path.toolpath, c.command.q, c.wrench, c.state)[cut]
-    not_learned, left_open = unsure_of(c, q)
+    spread = spread_of_unknown(c.job.arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
+    q = c.command.q if corrected else c.path.q
     return {
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
@@ -101,10 +104,10 @@ def summary(c: Compensation, after: Floats, q: Floats, seconds: float, *, correc
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,
         "unknown_state": {"n_cut": int(np.sum(spread > 0)), "max_spread_mm": float(spread.max(initial=0.0) * 1e3)},
-        "not_learned": [part.as_dict() for part in not_learned],
-        "left_open_mm": statistics(left_open),
+        "not_learned": [part.as_dict() for part in found.not_learned],
+        "left_open_mm": statistics(found.sd),
         "not_applied": list(c.job.arm.not_applied),
-        "notes": [*c.job.notes, *map(str, not_learned)],
+        "notes": [str(note) for note in (*c.job.notes, *found.findings)],
         "seconds": round(seconds, 3),
     }
 

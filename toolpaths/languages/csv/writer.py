@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.finding import Finding
 from toolpaths.rotation import quaternion_from_matrix
-from toolpaths.writing.program import Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 _POSE = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz")
 _WRENCH = ("fx_n", "fy_n", "fz_n", "mx_nm", "my_nm", "mz_nm")

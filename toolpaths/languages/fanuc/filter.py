@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.finding import WARNING, Finding, merged
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.languages.fanuc.called_program import called
 from toolpaths.languages.fanuc.config import continued_turns, letters, turn_numbers
@@ -26,7 +27,7 @@ from toolpaths.rewriting.move_edits import MoveEdits
 from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.marker import refuse_compensated_remarks
-from toolpaths.writing.program import WARNING, Finding, Floats, Ints, Program, merged
+from toolpaths.writing.program import Floats, Ints, Program
 
 _FIELD = re.compile(r"\b([XYZWPR])(\s*=)(\s*)(-?(?:\d+\.?\d*|\.\d+))")
 _NUMBER = re.compile(r"(?<=P\[)\d+")

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.config import config_texts, controller_joints
 from toolpaths.languages.fanuc.speeds import FASTEST, SPEED_ERROR, speed_texts, terminations
@@ -25,7 +26,7 @@ from toolpaths.writing.checks import six_joints
 from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain
 from toolpaths.writing.numbers import printed
-from toolpaths.writing.program import ERROR, WARNING, Finding, Program
+from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: with their comments they stay within the 9999 lines that RoboDK's post takes.

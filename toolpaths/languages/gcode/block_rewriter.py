@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.finding import WARNING, Finding
 from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
 from toolpaths.languages.gcode.filter_checks import refuse_moved
 from toolpaths.languages.gcode.motion import MovedBlock
@@ -19,7 +20,7 @@ from toolpaths.languages.gcode.spelling import GcodeSpelling, GcodeWord, spellin
 from toolpaths.languages.gcode.tool_place import TILT, UP, ToolPlace
 from toolpaths.rewriting.filter import SAME_PLACE
 from toolpaths.toolpath import CUT
-from toolpaths.writing.program import WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 SHIFT = re.compile(r"G0*92(?!\.?[123])", re.I)
 ARC_TOLERANCE = 1e-6  # m: poses nearer than this to an arc are on it

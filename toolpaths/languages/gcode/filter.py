@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.finding import merged
 from toolpaths.languages.gcode.block_rewriter import BlockRewriter
 from toolpaths.languages.gcode.filter_checks import LINE, check, says_turns
 from toolpaths.languages.gcode.reader import parse
 from toolpaths.machine import Machine
 from toolpaths.rewriting.filter import Filter, Rewritten
 from toolpaths.writing.marker import MARKER, refuse_compensated
-from toolpaths.writing.program import Floats, Program, merged
+from toolpaths.writing.program import Floats, Program
 
 
 def rewrite(source: bytes, program: Program, row: Floats, path: Path, machine: Machine | None = None) -> Rewritten:

@@ -13,12 +13,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import WARNING, Finding
 from toolpaths.rotation import rpy_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import plain
 from toolpaths.writing.numbers import number
-from toolpaths.writing.program import WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 #: Comments that are words of G-code: spindle and coolant come back as what they were.
 _WORDS = re.compile(r"(?:S\d+(?:\.\d+)? ?)?(?:M0?[345789])?")

@@ -16,13 +16,14 @@ from textwrap import wrap
 
 import numpy as np
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.inform.moves import InformMoves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
 from toolpaths.writing.checks import six_joints
 from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import plain
-from toolpaths.writing.program import ERROR, WARNING, Finding, Program
+from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
 from toolpaths.writing.tool_load import load_words
 

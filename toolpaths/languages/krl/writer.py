@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.rotation import kuka_from_matrix
 from toolpaths.tool_frame import ToolFrame
@@ -24,7 +25,7 @@ from toolpaths.writing.checks import load_findings, six_joints, too_fast
 from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain, words_of
 from toolpaths.writing.numbers import number, printed
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 #: Moves a file. KUKA publishes no limit; files of 5,000 lines run, longer ones stall the smartPAD's editor.
 MOVES_PER_FILE = 5000

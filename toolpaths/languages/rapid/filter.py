@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import WriteError
+from toolpaths.finding import merged
 from toolpaths.interpreting.program_text import Declaration
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.languages.rapid.interpreter import RapidInterpreter
@@ -21,7 +22,7 @@ from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.writing.marker import MARKER
-from toolpaths.writing.program import Floats, Program, merged
+from toolpaths.writing.program import Floats, Program
 
 _NAME_LIMIT = 32
 _TAIL = re.compile(r"(\s*,[^,\[]*,\s*)([^,\\\s]+)")

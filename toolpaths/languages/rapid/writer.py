@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.tool_frame import ToolFrame
@@ -25,7 +26,7 @@ from toolpaths.writing.checks import load_findings, six_joints
 from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import legal_name, plain, words_of
 from toolpaths.writing.numbers import number, printed
-from toolpaths.writing.program import ERROR, WARNING, Finding, Floats, Program
+from toolpaths.writing.program import Floats, Program
 
 #: Moves a module: what RoboDK's ABB IRC5 post takes for the same purpose. ABB publishes no figure.
 MOVES_PER_MODULE = 5000

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.finding import merged
 from toolpaths.frame import Frame
 from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.languages.urscript.moves import PARAMETERS
@@ -28,7 +29,7 @@ from toolpaths.rotation import ur_from_matrix
 from toolpaths.writing.blending import CUT_TOLERANCE
 from toolpaths.writing.marker import MARKER, refuse_compensated
 from toolpaths.writing.numbers import number
-from toolpaths.writing.program import Floats, Program, merged
+from toolpaths.writing.program import Floats, Program
 
 _NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _HEAD = re.compile(r"^([ \t]*)def\b[^\r\n]*(\r\n|\r|\n)([ \t]*)", re.M)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.rotation import ur_from_matrix
 from toolpaths.tool_frame import ToolFrame
@@ -25,7 +26,7 @@ from toolpaths.writing.lines import lines_before
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import legal_name, plain, words_of
 from toolpaths.writing.numbers import number, printed
-from toolpaths.writing.program import WARNING, Finding, Program
+from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: users met a UR5 that takes no more than about 2,500 targets (visose/Robots, issue 55).

@@ -14,11 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.languages.val3.data import Val3Data, data, data_text
 from toolpaths.writing.checks import six_joints
 from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain, words_of
-from toolpaths.writing.program import ERROR, WARNING, Finding, Program
+from toolpaths.writing.program import Program
 from toolpaths.writing.tool_load import load_words
 
 #: Moves a program, and elements an array. Staubli publishes no limit of either below 9,999.

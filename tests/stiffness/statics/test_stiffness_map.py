@@ -30,7 +30,7 @@ def spaced(q: Floats, wrench: Floats, *names: str, arm: Robot | None = None, **k
     """A stiffness map with effects of arms.VALUES."""
     options: dict[str, object] = {"gravity": NO_GRAVITY, "values": arms.VALUES, "tool": arms.tool(0.0), **kwargs}
     values, tool = options.pop("values"), options.pop("tool")
-    return stiffness_map(arm or arms.robot(), arms.effects(*names), values, tool, q, wrench, **options)  # type: ignore[arg-type]
+    return stiffness_map(arm or arms.robot(), arms.effects(*names), values, tool, q=q, wrench=wrench, **options)  # type: ignore[arg-type]
 
 
 def tcp_jacobian(arm: Robot, q: Floats, tool: Tool) -> Floats:
@@ -174,7 +174,15 @@ def test_nu_by_hand() -> None:
     """Eq. 27 and 28 of two given displacements: shift 0.5 over the larger of 5 and 5.385; components of the turn."""
     nothing = np.full((1, 6, 6), np.nan)
     exact, without = np.array([[3.0, 4, 0, 1e-3, 2e-3, 3e-3]]), np.array([[3.0, 4.5, 0, 1e-3, -5e-3, 2e-3]])
-    w = StiffnessMap(np.zeros((1, 6)), np.array([OK]), np.zeros((1, 3)), nothing, nothing, exact, without)
+    w = StiffnessMap(
+        q=np.zeros((1, 6)),
+        status=np.array([OK]),
+        position=np.zeros((1, 3)),
+        compliance=nothing,
+        compliance_rigid=nothing,
+        displacement=exact,
+        displacement_rigid=without,
+    )
     np.testing.assert_allclose(w.nu_p, 0.5 / np.hypot(3, 4.5))
     np.testing.assert_allclose(w.nu_r, 7e-3)
     np.testing.assert_allclose(w.shift, 0.5)

@@ -75,17 +75,17 @@ def random_model(seed: int) -> ComplianceModel:
         }
         sd[e.name] = {p.name: np.abs(rng.normal(size=p.count(6))) * 10.0 ** rng.integers(-12, 5) for p in e.parameters}
     return ComplianceModel(
-        "memory",
-        'some robot "quoted".urdf',
-        "calibrated-out",
-        17.3 + rng.random(),
-        "base_link",
-        "tööl0",
-        values,
-        sd,
-        {"joint-stiffness": np.array([True, False, True, True, False, True])},
-        {e.name: "spindle-ü" for e in CATALOGUE if e.scope == "tool"},
-        {"kind": "static", "load_range": [0.0, 1e3], "note": "a\nb"},
+        source="memory",
+        robot='some robot "quoted".urdf',
+        gravity="calibrated-out",
+        reference_temperature=17.3 + rng.random(),
+        base="base_link",
+        tip="tööl0",
+        values=values,
+        sd=sd,
+        identified={"joint-stiffness": np.array([True, False, True, True, False, True])},
+        tools={e.name: "spindle-ü" for e in CATALOGUE if e.scope == "tool"},
+        provenance={"kind": "static", "load_range": [0.0, 1e3], "note": "a\nb"},
     )
 
 

@@ -13,7 +13,7 @@ from stiffness.model.datasheet import SOFTEST, datasheet_model, gap, hardening, 
 from stiffness.model.model import load_model, save_model
 from stiffness.robot.load import load_robot
 from stiffness.robot.reducer import Reducer
-from tests.stiffness.test_robot_toml import KR500_MODIFIED, text
+from tests.stiffness.robot.test_robot_toml import KR500_MODIFIED, text
 
 ARCMIN = np.pi / 10800
 RV = (

@@ -51,7 +51,9 @@ def at_rest(
     loads = [Load(push.link, sx(push.point), sx(push.wrench)) for push in pushes]
     start, state = ca.SX.zeros(statics.n_x), ca.SX.zeros(statics.n_state)
     weights = statics.loads_of_weight(sx(gravity), (), p)
-    return statics.equilibrium(sx(q), start, weights, loads, state, p, sweeps=12, temperature=temperature)
+    return statics.equilibrium(
+        sx(q), start, weights=weights, loads=loads, state=state, values=p, sweeps=12, temperature=temperature
+    )
 
 
 def number(v: ca.SX) -> Floats:

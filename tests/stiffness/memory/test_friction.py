@@ -29,7 +29,7 @@ def held(
     """Friction torque along a history of torques on one joint."""
     state = PreloadState(np.array([start]), np.array([start]))
     moves = np.zeros((len(torque), 1)) if move is None else move[:, None]
-    return walk(FRICTION, values(lag=lag, share=share), moves, torque[:, None], state).middle[:, 0]
+    return walk(FRICTION, values(lag=lag, share=share), move=moves, torque=torque[:, None], start=state).middle[:, 0]
 
 
 def dragged(torque: Floats, start: float, share: float, parts: int = 200) -> Floats:
@@ -115,7 +115,7 @@ def test_a_move_shorter_than_a_reversal_takes_it_only_so_far() -> None:
 
 def test_the_bracket_closes_with_a_load_beyond_twice_the_friction() -> None:
     torque = np.array([0.0, 30, 70, 79, 81, 0])[:, None]
-    state = walk(FRICTION, values(), np.zeros_like(torque), torque, unknown(FRICTION, values()))
+    state = walk(FRICTION, values(), move=np.zeros_like(torque), torque=torque, start=unknown(FRICTION, values()))
     np.testing.assert_allclose(state.low[:, 0], [-40, -40, -40, -40, -40, 40], atol=1e-12)
     np.testing.assert_allclose(state.high[:, 0], [40, 10, -30, -39, -40, 40], atol=1e-12)
     np.testing.assert_array_equal(state.known[:, 0], [False, False, False, False, True, True])
@@ -128,7 +128,7 @@ def test_the_walk_is_the_oracle_step_by_step(rows: int) -> None:
     move = rng.choice([0.0, 1e-7, 3e-7, 1e-4], (rows, n), p=[0.6, 0.2, 0.1, 0.1]) * rng.choice([-1, 1], (rows, n))
     torque = np.cumsum(rng.normal(size=(rows, n)) * 20, axis=0)
     start = np.array([-20.0, 0.0, 35.0])
-    got = walk(FRICTION, values(n, 0.7, 0.6), move, torque, PreloadState(start, start)).middle
+    got = walk(FRICTION, values(n, 0.7, 0.6), move=move, torque=torque, start=PreloadState(start, start)).middle
     if step is None:
         raise TypeError("no step")
     p, states = {"friction_nm": T, "held": 0.6, "lag": 0.7}, []

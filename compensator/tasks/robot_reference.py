@@ -6,16 +6,16 @@ import os
 from pathlib import Path
 
 from stiffness.errors import RobotError, StiffnessError
-from stiffness.model.model import ComplianceModel
-from stiffness.robot.load import load_robot
+from stiffness.model.model import ComplianceModel, robot_of
+from stiffness.robot.load import builtin_robots
 from stiffness.session.session import Session
 
 
-def robot_beside(source: str, robot: str, output: Path) -> str:
-    """A robot as ``output`` has to name it, so that it means what ``robot`` means in the file ``source``: a path is
+def robot_beside(folder: Path, robot: str, output: Path) -> str:
+    """A robot as the file ``output`` has to name it, so that it is what ``robot`` is in files of ``folder``: a path is
     relative to the file that it stands in."""
-    beside = Path(source).parent / robot
-    if not beside.exists():
+    beside = folder / robot
+    if robot in builtin_robots() or not beside.exists():
         return robot
     return Path(os.path.relpath(beside.resolve(), output.resolve().parent)).as_posix()
 
@@ -26,9 +26,8 @@ def refuse_other_robot(session: Session, model: ComplianceModel) -> None:
     Raises:
         StiffnessError: names both files and what differs.
     """
-    folder = Path(model.source).resolve().parent
     try:
-        other = load_robot(model.robot, folder=folder, base=model.base, tip=model.tip)
+        other = robot_of(model)
     except RobotError as e:
         raise StiffnessError(
             f"{session.source}: the model {model.source} is for robot {model.robot!r}, which cannot be loaded to "

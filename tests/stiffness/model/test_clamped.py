@@ -16,7 +16,7 @@ from stiffness.model.clamped_readings import ClampedError, read_clamped
 from stiffness.model.model import load_model, save_model
 from stiffness.robot.load import load_robot
 from tests.stiffness import arms
-from tests.stiffness.test_datasheet import RV, robot_text
+from tests.stiffness.model.test_datasheet import RV, robot_text
 
 Floats = npt.NDArray[np.float64]
 HEADER = "joint,motor_angle_deg,motor_torque_nm,gear_ratio,branch,repeat"

@@ -266,7 +266,7 @@ def test_the_error_names_the_pose_without_equilibrium() -> None:
 
 def test_a_mass_without_its_centre_is_refused() -> None:
     with pytest.raises(ValueError, match=r"'spindle': 35 kg without a centre of mass"):
-        Tool(np.eye(3), np.zeros(3), 35.0, None, "spindle")
+        Tool(rotation=np.eye(3), position=np.zeros(3), mass=35.0, com=None, name="spindle")
 
 
 # --------------------------------------------------------------------------------------------- backwards

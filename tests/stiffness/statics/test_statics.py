@@ -73,10 +73,10 @@ def solved(
     return statics.equilibrium(
         dm(q),
         ca.SX.zeros(statics.n_x),
-        weights,
-        pushed,
-        ca.SX.zeros(statics.n_state),
-        symbols,
+        weights=weights,
+        loads=pushed,
+        state=ca.SX.zeros(statics.n_state),
+        values=symbols,
         sweeps=sweeps,
         complementary=complementary,
     )
@@ -133,7 +133,14 @@ def test_gravity_torque_is_pinocchios(name: str, mount: str) -> None:
     q = ca.SX.sym("q", 6)
     values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}}
     x = ca.SX.zeros(6)
-    _, tau = statics.law(statics.posture(q, x), q, statics.loads_of_weight(dm(gravity)), (), ca.SX(0, 1), values)
+    _, tau = statics.law(
+        statics.posture(q, x),
+        q,
+        weights=statics.loads_of_weight(dm(gravity)),
+        loads=(),
+        state=ca.SX(0, 1),
+        values=values,
+    )
     torque = ca.Function("tau", [q], [ca.densify(tau)])
     for posture in np.random.default_rng(4).uniform(-3, 3, (40, 6)):
         expected = arm.gravity_torque(posture, gravity)
@@ -261,7 +268,13 @@ def test_cartesian_stiffness_is_that_of_chen_and_kao() -> None:
     values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}}
     angles, wrench = ca.SX.sym("q", 6), ca.SX.sym("w", 6)
     eq = statics.equilibrium(
-        angles, ca.SX.zeros(6), [], [Load(6, ca.SX.zeros(3), wrench)], ca.SX(0, 1), values, sweeps=20
+        angles,
+        ca.SX.zeros(6),
+        weights=[],
+        loads=[Load(6, ca.SX.zeros(3), wrench)],
+        state=ca.SX(0, 1),
+        values=values,
+        sweeps=20,
     )
     flange = ca.Function("flange", [angles, wrench], [eq.posture.links[6].origin, eq.posture.links[6].rotation, eq.x])
     for k, q in enumerate(arms.postures(arm, 4, 10)):
@@ -400,7 +413,9 @@ def test_temperature_reaches_every_law() -> None:
     )
     values = {"joint-stiffness": {"k_nm_per_rad": dm(arms.STIFFNESS)}, "growth": {"a": dm([1e-5])}}
     statics = Statics(arm, [SPRING, growth])
-    eq = statics.equilibrium(dm(np.full(6, 0.3)), ca.SX.zeros(18), [], [], ca.SX(0, 1), values, temperature=12.0)
+    eq = statics.equilibrium(
+        dm(np.full(6, 0.3)), ca.SX.zeros(18), weights=[], loads=[], state=ca.SX(0, 1), values=values, temperature=12.0
+    )
     expected = np.r_[np.full(6, 2.4e-4), 1.2e-4, np.zeros(5), 7.2e-4, np.zeros(5)]
     np.testing.assert_allclose(numbers(eq.x).ravel(), expected, atol=1e-18)
 

@@ -17,7 +17,7 @@ BEFORE_CORNER = 5e-5  # m
 FACET = 1e-3  # m; shorter segments are facets of a curve: the change may be smeared over them
 
 
-def between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> Toolpath:
+def with_poses_between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> Toolpath:
     """Put poses into segments (``segment`` k runs from pose k to k + 1).
 
     Args:
@@ -41,12 +41,12 @@ def between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> Toolpath:
     return replace(grown, events=events)
 
 
-def put_in(segment: Rows) -> Rows:
+def rows_between(segment: Rows) -> Rows:
     """(M,) where the poses that ``between`` puts into segments stand in its path."""
     return segment + 1 + np.arange(len(segment))
 
 
-def corners(toolpath: Toolpath) -> Toolpath:
+def with_poses_before_corners(toolpath: Toolpath) -> Toolpath:
     """A pose just before every sharp corner of a cut.
 
     A wrench in path axes turns with the feed that LEAVES a pose; without a pose before the corner its change
@@ -63,4 +63,4 @@ def corners(toolpath: Toolpath) -> Toolpath:
     segment = np.flatnonzero(sharp)
     if not len(segment):
         return toolpath
-    return between(toolpath, segment, 1 - BEFORE_CORNER / length[segment])
+    return with_poses_between(toolpath, segment, 1 - BEFORE_CORNER / length[segment])

@@ -1,0 +1,141 @@
+"""Filter in place: a program comes back with other poses, and which of them it needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.program.export import program_of
+from compensator.program.filtered_program import TURNED, FilteredProgram, verify_filtered
+from compensator.program.maker import MadeProgram, ProgramMaker
+from compensator.solve.compensation import Compensation
+from compensator.solve.upright import largest_tilt, without_tilt
+from compensator.solve.verify import Verified
+from toolpaths.finding import WARNING, Finding
+from toolpaths.languages.table import Language
+from toolpaths.rotation import quaternion_from_matrix, slerp_quaternion
+from toolpaths.toolpath import CUT, Toolpath
+from toolpaths.writing.program import Program
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+SHARE = 0.5  # of sampling.chord that the path between two written poses may miss the solve
+
+
+@dataclass(frozen=True)
+class FilterInPlace(ProgramMaker):
+    """The source itself, with other poses.
+
+    Attributes:
+        file: the source.
+        rows: ``row`` of the poses that its reader gave.
+    """
+
+    file: Path
+    rows: Floats
+    language: Language
+    in_place = True
+
+    def write(self, c: Compensation, staged: Path) -> FilteredProgram:
+        source = self.file.read_bytes()
+        left: tuple[Finding, ...] = ()
+        if not self.language.filter.says_turns(source):
+            c, left = without_tilt(c), _left_tilted(c, self.file)
+        index = needed_poses(c, self.rows)
+        program, row = _taken(_as_written(c), index), c.path.toolpath.row[index]
+        rewritten = self.language.rewrite(source, program, row=row, path=self.file, machine=c.job.placement.machine)
+        staged.write_bytes(rewritten.text)
+        files = [staged]
+        for suffix, data in rewritten.beside:
+            files.append(staged.with_suffix(suffix))
+            files[-1].write_bytes(data)
+        return FilteredProgram(tuple(files), (*rewritten.changes, *left), result=c, program=program, row=row)
+
+    def verify(self, made: MadeProgram, shown: Path) -> Verified:
+        if not isinstance(made, FilteredProgram):
+            raise TypeError(f"{made} was not written by a filter")
+        return verify_filtered(made, shown)
+
+
+def filter_of(file: Path, source: Toolpath, language: Language) -> FilterInPlace | None:
+    """The filter for ``file``, read as ``source``; None where another language is to be written.
+
+    Raises:
+        WriteError: the program holds what no filter can keep; names the line.
+    """
+    if source.language != language.name or not language.filtered:
+        return None
+    language.filter.check(file.read_bytes(), file)
+    return FilterInPlace(file, source.row, language)
+
+
+def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:
+    """What a program without words for the tool's axis leaves."""
+    off, k = largest_tilt(c)
+    if off <= TURNED:
+        return ()
+    what = f"the deflection tilts the tool by up to {np.degrees(off):.2g} deg, which a file without tool vectors "
+    remedy = "Positions are corrected; write a program in the robot's language to have the tilt corrected, too"
+    return (Finding(WARNING, f"{toolpath}:{int(c.path.toolpath.line[k])}", what + "cannot take back", remedy),)
+
+
+def needed_poses(c: Compensation, rows: Floats) -> Index:
+    """Poses that have to stand in the program: those of the source, and of the others those without which the straight
+    way between them misses the solve."""
+    toolpath = c.path.toolpath
+    cut = toolpath.kind == CUT
+    source = np.isin(toolpath.row, rows)
+    keep = source & (cut | np.concatenate([cut[1:], [False]]))
+    written = _as_written(c)
+    p, q = written.position, quaternion_from_matrix(written.rotation)
+    bound = SHARE * c.job.placement.sampling.chord * 1e-3
+    while True:
+        kept = np.flatnonzero(keep)
+        rest = np.flatnonzero(cut & ~keep)
+        if not len(rest):
+            break
+        segment = np.searchsorted(kept, rest) - 1
+        off = _missed(toolpath.row, p, q, a=kept[segment], k=rest, b=kept[segment + 1], bound=bound)
+        order = np.lexsort((-off, segment))
+        worst = order[np.concatenate([[True], np.diff(segment[order]) != 0])]
+        worst = worst[off[worst] > 1.0]
+        if not len(worst):
+            break
+        keep[rest[worst]] = True
+    return np.flatnonzero(keep)
+
+
+def _missed(row: Floats, p: Floats, q: Floats, *, a: Index, k: Index, b: Index, bound: float) -> Floats:
+    """(M,) how far pose k lies off the straight way from pose a to pose b, in units of what is allowed."""
+    t = (row[k] - row[a]) / (row[b] - row[a])
+    off = np.linalg.norm(p[k] - p[a] - t[:, None] * (p[b] - p[a]), axis=1)
+    way = slerp_quaternion(q[a], q[b], t)
+    turned = 2.0 * np.sqrt(np.maximum(0.0, 1.0 - np.minimum(np.sum(way * q[k], axis=1) ** 2, 1.0)))
+    return np.asarray(np.maximum(off / bound, turned / TURNED))
+
+
+def _as_written(c: Compensation) -> Program:
+    """Commands at cuts; rapids stay where the source has them."""
+    program = program_of(c)
+    nominal = program_of(c, corrected=False)
+    cut = c.cutting
+    return replace(
+        program,
+        position=np.where(cut[:, None], program.position, nominal.position),
+        rotation=np.where(cut[:, None, None], program.rotation, nominal.rotation),
+    )
+
+
+def _taken(program: Program, index: Index) -> Program:
+    """Some poses of a program, without its comments."""
+    n = len(program)
+    arrays = {f.name: getattr(program, f.name) for f in fields(program) if f.name not in ("workobject", "start_joints")}
+    per_pose: dict[str, Any] = {
+        name: value[index] for name, value in arrays.items() if isinstance(value, np.ndarray) and len(value) == n
+    }
+    return replace(program, **per_pose, comments=())

@@ -1,0 +1,138 @@
+"""A program filtered in place: what was written, read back from the disk and run through the model again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.external_axes import in_frame, moved_workobject
+from compensator.errors import SolveError
+from compensator.path.pose_text import place
+from compensator.program.maker import MadeProgram
+from compensator.program.robot_program import with_joint_poses
+from compensator.solve.joint_state import equilibrium_along
+from compensator.solve.verify import PRINTED, Verified
+from toolpaths.files import read_toolpath
+from toolpaths.frame import Frame
+from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, slerp_quaternion
+from toolpaths.toolpath import CUT, Toolpath
+from toolpaths.writing.program import Program
+
+Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+TURNED = 2e-4  # rad that the way between two written poses may be turned off the solve
+FINER = 0.05  # share of the chord with which arcs of the written program are read
+
+
+@dataclass(frozen=True, repr=False)
+class FilteredProgram(MadeProgram):
+    """A rewritten program on the disk.
+
+    Attributes:
+        program: the poses that were written. row: (M,) theirs, in the rows of the source.
+    """
+
+    program: Program
+    row: Floats
+
+
+def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
+    """Read the rewritten program and let the model deflect it, at every pose that was solved.
+
+    Args:
+        names: path of the program as the user will see it.
+
+    Raises:
+        SolveError: the file does not hold what was solved.
+    """
+    c = done.result
+    chord = FINER * c.job.placement.sampling.chord * 1e-3
+    read = read_toolpath(done.files[0], chord=chord, machine=c.job.placement.machine, shown=str(names))
+    read = with_joint_poses(c.job.placement, c.job.arm.robot, in_frame(read, c.path.toolpath.setting))
+    row, pose = _aligned(done, read)
+    toolpath, cut = c.path.toolpath, c.cutting
+    printed = _between(done, read, row, pose)
+    if on_axes := moved_workobject(c.job.placement, toolpath):
+        printed = on_axes.then(printed)
+    rows = np.flatnonzero(cut)
+    tcp, some = c.job.placement.workobject.then(printed).take(rows), toolpath.take(rows)
+    batch = c.job.planner.inverse.along(some, tcp, c.path.branch, c.command.q[rows])
+    if not batch.ok.all():
+        k = int(np.argmin(batch.ok))
+        raise SolveError(f"{place(some, k)}: the written pose has no joint angles: {batch.why(k)}")
+    q = c.path.q.copy()
+    q[rows] = batch.q
+    prediction, _ = equilibrium_along(c.job.arm, c.job.placement.start, toolpath, q=q, wrench=c.wrench, guess=c.state)
+    target = np.where(cut[:, None], c.target.origin, c.path.tcp.origin)
+    error = np.linalg.norm(prediction.position - target, axis=1)
+    return Verified(error, float(np.linalg.norm(tcp.origin - c.command.position[rows], axis=1).max()))
+
+
+def _aligned(done: FilteredProgram, read: Toolpath) -> tuple[Floats, Index]:
+    """(K,) rows of the source, and the pose of ``read`` that stands there, for every written pose that cuts and the
+    pose that each cut starts from."""
+    rows: list[float] = []
+    poses: list[int] = []
+    written = done.program
+    end = np.abs(done.row - np.rint(done.row)) < 1e-9  # others need not stand there: an arc may still say them
+    ends = np.flatnonzero(np.abs(read.row - np.rint(read.row)) < 1e-9)
+    cutting = read.kind[ends] == CUT
+    starts = np.concatenate([cutting[1:], [False]])
+    at = 0
+    for k in ends[cutting | starts].tolist():
+        while at < len(written):
+            near = read.kind[k] != CUT or np.linalg.norm(read.position[k] - written.position[at]) <= PRINTED
+            if near and read.kind[k] == written.kind[at]:
+                break
+            if end[at]:
+                raise SolveError(f"{place(read, k)}: the program prints another pose than the one that was solved")
+            at += 1
+        if at == len(written):
+            raise SolveError(f"{place(read, k)}: this pose was not solved")
+        rows.append(float(done.row[at]))
+        poses.append(k)
+        at += 1
+    if at != len(written):
+        raise SolveError(f"{read.source}: {len(written) - at} poses are missing in the program")
+    return np.array(rows), np.array(poses, dtype=np.intp)
+
+
+def _between(done: FilteredProgram, read: Toolpath, row: Floats, pose: Index) -> Frame:
+    """(N) commanded TCP (work object) of the written program at every solved pose."""
+    position, rotation = read.position.copy(), _rotations(read, row, pose, done)
+    rapid = pose[read.kind[pose] != CUT]
+    if len(rapid):  # as in the source; those of joint moves are not poses
+        at = np.searchsorted(done.row, row[read.kind[pose] != CUT])
+        position[rapid], rotation[rapid] = done.program.position[at], done.program.rotation[at]
+    rows = np.interp(np.arange(len(read)), pose, row)
+    first = np.concatenate([[0], pose[:-1]])
+    for start, end in zip(first.tolist(), pose.tolist(), strict=True):
+        if end - start > 1 and read.kind[end] == CUT:  # points of an arc
+            a, b = rows[start], rows[end]
+            rows[start + 1 : end] = a + (b - a) * (read.row[start + 1 : end] - read.row[start])
+    used = np.zeros(len(read), dtype=bool)
+    used[pose] = True
+    used[read.kind == CUT] = True
+    rows, position, q = rows[used], position[used], quaternion_from_matrix(rotation[used])
+    wanted = done.result.path.toolpath.row
+    b = np.clip(np.searchsorted(rows, wanted - 1e-12), 1, len(rows) - 1)
+    t = np.clip((wanted - rows[b - 1]) / np.maximum(rows[b] - rows[b - 1], 1e-12), 0.0, 1.0)
+    mixed = position[b - 1] + t[:, None] * (position[b] - position[b - 1])
+    return Frame(matrix_from_unit_quaternion(slerp_quaternion(q[b - 1], q[b], t)), mixed)
+
+
+def _rotations(read: Toolpath, row: Floats, pose: Index, done: FilteredProgram) -> Floats:
+    """(K, 3, 3) as read; where the language gives the tool axis alone, its turn is that of the solve."""
+    if read.quaternion is not None:
+        known = np.isfinite(read.quaternion[:, :1])
+        return matrix_from_unit_quaternion(np.where(known, read.quaternion, np.array([1.0, 0.0, 0.0, 0.0])))
+    at = np.searchsorted(done.row, np.interp(np.arange(len(read)), pose, row), side="left")
+    solved = done.program.rotation[np.minimum(at, len(done.row) - 1)]
+    z = -read.axis
+    x = solved[:, :, 0] - z * np.sum(solved[:, :, 0] * z, axis=1, keepdims=True)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=2)

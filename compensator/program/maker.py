@@ -1,0 +1,60 @@
+"""How a compensation becomes a program on the disk, and is read back from there: the contract of its two ways."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+
+from compensator.solve.compensation import Compensation
+from compensator.solve.verify import Verified
+from toolpaths.finding import Finding
+
+
+@dataclass(frozen=True, repr=False)
+class MadeProgram:
+    """A program on the disk.
+
+    Attributes:
+        files: staged, the program first.
+        findings: about it.
+        result: the commands that were written.
+    """
+
+    files: tuple[Path, ...]
+    findings: tuple[Finding, ...]
+    result: Compensation
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.files[0].name}, {len(self.findings)} findings)"
+
+
+class ProgramMaker(ABC):
+    """A way to write a compensation.
+
+    Attributes:
+        in_place: the program is a source file with other poses; its rapids stay as they are, and ``findings`` are what
+            else changed.
+    """
+
+    in_place: bool
+
+    @abstractmethod
+    def write(self, c: Compensation, staged: Path) -> MadeProgram:
+        """Write the commands of ``c`` to ``staged``, and what belongs beside it.
+
+        Raises:
+            WriteError: the language cannot take the program; names the pose or line.
+            PathError, SolveError: as ``compensate``, where the commands had to change for the language.
+        """
+
+    @abstractmethod
+    def verify(self, made: MadeProgram, shown: Path) -> Verified:
+        """Read the program back from the disk, and let the model deflect it.
+
+        Args:
+            shown: the program as messages name it.
+
+        Raises:
+            SolveError: the file does not hold what was solved.
+        """

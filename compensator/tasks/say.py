@@ -1,0 +1,11 @@
+"""How a task tells what it is doing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+Say = Callable[[str], None]
+
+
+def quiet(_: str) -> None:
+    """Tells nobody."""
