@@ -39,7 +39,7 @@ class Export(ProgramMaker):
     in_place = False
 
     def write(self, c: Compensation, staged: Path) -> MadeProgram:
-        program = with_external_findings(program_of(c), c.job.placement, self.source, self.language.name)
+        program = with_external_findings(program_of(c), c.job.placement, self.source, self.language)
         written = write_program(program, staged, self.language.name)
         return MadeProgram(written.files, written.findings, c)
 
