@@ -10,8 +10,8 @@ from compensator.cell.placement_tables import ToolTable, WorkObjectTable
 from compensator.errors import CellError
 from toolpaths.frame import Frame
 from toolpaths.rotation import rpy_from_matrix, turn_between
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Setting, Toolpath
-from toolpaths.writing.program import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 
@@ -32,16 +32,16 @@ def with_program_frames(cell: Cell, toolpath: Toolpath, setting: Setting) -> Cel
 
 def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectTable:
     given = "workobject" in cell.model_fields_set
-    pose = setting.workobject
-    if pose is None:
+    frame = setting.workobject
+    if frame is None:
         if not given:
             raise CellError(f"{cell.source}: workobject is missing, and {toolpath.source} only names it: give it here")
         return cell.workobject
     if given:
         what = f"{cell.source}: [workobject] is not the work object of {toolpath.source}"
-        _refuse_other(what, cell.workobject.frame(), Frame.of(pose))
-    rpy = np.degrees(rpy_from_matrix(pose[:3, :3]))
-    return WorkObjectTable.model_construct(xyz=_three(pose[:3, 3] * 1e3), rpy=_three(rpy))
+        _refuse_other(what, cell.workobject.frame(), frame)
+    rpy = np.degrees(rpy_from_matrix(frame.rotation))
+    return WorkObjectTable.model_construct(xyz=_three(frame.origin * 1e3), rpy=_three(rpy))
 
 
 def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[int, ToolTable]:
@@ -69,13 +69,13 @@ def _tool(cell: Cell, toolpath: Toolpath, number: int, program: ToolFrame | None
     if own is not None:
         tool = own.tool()
         what = f"{cell.source}: tool {own.name!r} is not {program.name} of {toolpath.source}"
-        _refuse_other(what, Frame(tool.rotation, tool.position), Frame(program.rotation, program.xyz))
+        _refuse_other(what, Frame(tool.rotation, tool.position), program.frame)
     mass, com = (own.mass, own.com) if own is not None and own.mass is not None else (program.mass, None)
     if com is None and program.com is not None and mass == program.mass:
         com = _three(program.com * 1e3)
-    rpy = np.degrees(rpy_from_matrix(program.rotation))
+    xyz, rpy = program.frame.origin * 1e3, np.degrees(rpy_from_matrix(program.frame.rotation))
     return ToolTable.model_construct(
-        xyz=_three(program.xyz * 1e3), rpy=_three(rpy), mass=mass, com=com, name="tool" if own is None else own.name
+        xyz=_three(xyz), rpy=_three(rpy), mass=mass, com=com, name="tool" if own is None else own.name
     )
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from compensator.errors import CompensatorError
-from compensator.tasks import outputs
 from compensator.tasks.compensate import compensate_file, preview_file
 from compensator.tasks.outputs import Outputs
 from tests.compensator.small_job import Files, files
@@ -131,7 +130,7 @@ def test_failures_leave_old_outputs_alone(job: Files, monkeypatch: pytest.Monkey
     real, calls = os.replace, 0
     reached = set()
     for fail_at in range(1, 8):
-        before = old(job, "out.mod", "out.json") if fail_at % 2 else old(job, "out.json")
+        before = old(job, "out.mod", "out.json") if fail_at % 2 else old(job, "out.json", "out.html")
         calls = 0
 
         def replace(a: Path, b: Path, fail_at: int = fail_at) -> None:
@@ -142,17 +141,18 @@ def test_failures_leave_old_outputs_alone(job: Files, monkeypatch: pytest.Monkey
                 raise OSError(28, "No space left on device")
             real(a, b)
 
-        monkeypatch.setattr(outputs.os, "replace", replace)
+        monkeypatch.setattr(os, "replace", replace)
         try:
-            text = refused(job, job.out / "out.mod", json=job.out / "out.json")
+            text = refused(job, job.out / "out.mod", json=job.out / "out.json", report=job.out / "out.html")
         except pytest.fail.Exception:
             break
         finally:
             monkeypatch.undo()
-        assert re.search(r"out\.(mod|json): cannot be put in place: No space left", text)
+        assert re.search(r"out\.(mod|json|html): cannot be put in place: No space left", text)
         assert now(job) == before, fail_at
         reached.add(fail_at)
-        (job.out / "out.mod").unlink(missing_ok=True)
+        for left in job.out.iterdir():
+            left.unlink()
     assert len(reached) >= 3
 
 
@@ -172,7 +172,7 @@ def test_an_interrupted_commit_puts_back(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(KeyboardInterrupt), Outputs() as outs:
         outs.text(first, "new a")
         outs.text(second, "new b")
-        monkeypatch.setattr(outputs.os, "replace", replace)
+        monkeypatch.setattr(os, "replace", replace)
         try:
             outs.commit()
         finally:

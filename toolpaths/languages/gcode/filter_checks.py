@@ -1,4 +1,4 @@
-"""What a G-code file says, and must not say, to be filtered in place."""
+"""Whether a G-code file can be filtered in place: rotary words, tool vectors, poses planned elsewhere."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.languages.gcode.codes import TIP_CONTROLS
 from toolpaths.languages.gcode.reader import ROTARY
-from toolpaths.languages.gcode.style import words_of
-from toolpaths.languages.gcode.words import TIP_CONTROL
+from toolpaths.languages.gcode.spelling import words_of
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import Floats, Program
 
@@ -34,11 +34,11 @@ def check(source: bytes, path: Path) -> None:
 def says_turns(source: bytes) -> bool:
     """Whether the file has words for the tool's axis."""
     lines = (text for text, _ in LINE.findall(source.decode("latin-1")) if VECTORS.search(text))
-    return any(w.letter == "G" and w.key in TIP_CONTROL for text in lines for w in words_of(text))
+    return any(w.letter == "G" and w.key in TIP_CONTROLS for text in lines for w in words_of(text))
 
 
 def refuse_moved(program: Program, row: Floats, ends: Floats, path: Path) -> None:
-    """Refuse poses that were planned elsewhere than the file says."""
+    """Refuse poses that were planned elsewhere than the file has them."""
     whole = np.flatnonzero((np.abs(row - np.round(row)) < 1e-9) & (program.kind == CUT))
     if program.nominal_position is None or not len(whole):
         return

@@ -1,4 +1,4 @@
-"""Modal state of a G-code machine, and the moves that its words make in the work object."""
+"""ToolMotion: what the blocks of a G-code file do to the tool: moves, arcs, cycles, shifts of the origin, retracts."""
 
 from __future__ import annotations
 
@@ -7,30 +7,23 @@ from typing import NamedTuple
 
 from toolpaths.frame import Vector
 from toolpaths.languages.gcode.arc import arc_geometry
-from toolpaths.languages.gcode.cycle import Cycle
-from toolpaths.languages.gcode.feed import INVERSE_TIME, Feed
-from toolpaths.languages.gcode.origin import Origin
-from toolpaths.languages.gcode.rotary_words import Rotary
-from toolpaths.languages.gcode.words import TIP_CONTROL, Words
+from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
+from toolpaths.languages.gcode.modal_state import UP, ModalState
+from toolpaths.languages.gcode.words import Words
 from toolpaths.machine import Machine
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track
-from toolpaths.toolpath import Toolpath
+from toolpaths.reading.track import CUT_MARK, RAPID_MARK
 
-UP: Vector = (0.0, 0.0, 1.0)
-LOST: Vector = (math.nan, math.nan, math.nan)
 NORMALS: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-ARCS = (20, 30)
 MOST_TURNS = 100  # of one arc: more is a mistake, and would fill the memory
-FIRST_CYCLE = 100  # keys from here on are canned cycles
 
 
-class Step(NamedTuple):
+class MovedBlock(NamedTuple):
     """The modal state under which a block moved, for whoever writes the block again."""
 
     line: int
     first: int  # moves before the block
     last: int  # moves after it
-    motion: int
+    motion: G
     unit: float
     relative: bool
     shift: Vector
@@ -39,99 +32,53 @@ class Step(NamedTuple):
     end: Vector
 
 
-class State:
-    """Modal words in force and where the tool is; positions in m in the work object, nan where not known."""
+class ToolMotion(ModalState):
+    """The tool of one file; positions in m in the work object, nan where not known.
+
+    Attributes:
+        trace: the blocks that moved, for whoever writes them again; None where nobody does.
+    """
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
-        self.track = Track(source, "gcode")
-        self.at = LOST
-        self.axis = UP
-        self.motion: int | None = None
-        self.normal = 2
-        self.unit: float | None = None
-        self.relative = self.absolute_centre = self.tip = False
-        self.back = False  # G98
-        self.tool = 0
-        self.feed, self.cycle = Feed(), Cycle()
-        self.origin = Origin(machine.systems if machine else None)
-        self.rotary = Rotary(machine)
-        self.trace: list[Step] | None = [] if trace else None
+        super().__init__(source, machine)
+        self.trace: list[MovedBlock] | None = [] if trace else None
 
-    # --- modal words ------------------------------------------------------------------------------------------
-
-    def choose_motion(self, motion: int | None) -> None:
-        """G0 to G3, a canned cycle, or None for G80."""
-        self.motion = motion
-        if motion is None or motion < FIRST_CYCLE:
-            self.cycle.end()
-
-    def choose_units(self, unit: float, feed_given: bool) -> None:
-        """G20, G21."""
-        if self.unit not in (None, unit):
-            self.cycle.forget()
-            if not feed_given:
-                self.feed.word = None  # controllers differ in what an F from before a change of units means
-        self.unit = unit
-
-    def choose_distance(self, *, relative: bool) -> None:
-        """G90, G91."""
-        if relative != self.relative:
-            self.cycle.forget()
-        self.relative = relative
-
-    def choose_system(self, name: str) -> None:
-        """G54 and its like."""
-        used = len(self.track) > 0 or any(v == v for v in self.at)
-        try:
-            self.origin.choose(name, used)
-        except ValueError as problem:
-            raise ValueError(
-                str(problem), "Post with one of them, or declare their offsets in [machine] of the cell."
-            ) from None
-        self.cycle.forget()
-
-    def choose_length(self, key: int) -> None:
-        """G43, G43.4, G43.5, G49."""
-        self.tip = key in TIP_CONTROL
-
-    def shift(self, key: int, values: Words) -> None:
+    def shift(self, g: G, values: Words) -> None:
         """G52, G92, G92.1, G92.2, G92.3."""
-        name = f"G{key / 10:g}"
+        name = g.word
         others = values.keys() & set("IJKRABC")
         if others:
             raise ValueError(f"{name} with {', '.join(sorted(others))}: it shifts X, Y and Z only")
-        named = {k: values[a] * self._scale() for k, a in enumerate("XYZ") if a in values}
-        if key in (520, 920) and not named:
+        named = {k: values[a] * self.scale() for k, a in enumerate("XYZ") if a in values}
+        if g in (G.LOCAL_ORIGIN, G.SHIFT) and not named:
             raise ValueError(f"{name} without X, Y or Z")
-        if key == 520:
+        if g is G.LOCAL_ORIGIN:
             self.origin.local(named)
-        elif key == 920:
+        elif g is G.SHIFT:
             lost = [a for k, a in enumerate("XYZ") if k in named and self.at[k] != self.at[k]]
             if lost and len(self.track):
                 raise ValueError(f"G92 {lost[0]}{values[lost[0]]:g}, but where {lost[0]} is, is not known",
                                  "Move there in G90 first.")  # fmt: skip
             self.at = self.origin.declare(self.at, named)
-        elif key == 923:
+        elif g is G.SHIFT_RESTORED:
             self.origin.restore()
         else:
-            self.origin.drop(keep=key == 922)
+            self.origin.drop(keep=g is G.SHIFT_SET_ASIDE)
         self.cycle.forget()
 
-    def retract(self, key: int, values: Words) -> str:
+    def retract(self, g: G, values: Words) -> str:
         """G28, G30, G53: a place of the machine, not of the work object; the words of the event."""
-        name = f"G{key / 10:g}"
+        name = g.word
         axes = [a for a in "XYZABC" if a in values]
         self.rotary.check(values)
-        if not values.keys().isdisjoint("IJKR") or (key == 530 and (self.motion != 0 or not axes)):
+        if not values.keys().isdisjoint("IJKR") or (g is G.MACHINE_PLACE and (self.motion is not G.RAPID or not axes)):
             raise ValueError(f"{name}: read only as a rapid retract", f"Write G53 G0 Z.. or {name} G91 Z0.")
-        if key != 530 and axes and not (self.relative and all(values[a] == 0 for a in axes)):
+        if g is not G.MACHINE_PLACE and axes and not (self.relative and all(values[a] == 0 for a in axes)):
             raise ValueError(f"{name} by way of a point", f"Read is only the pure retract: {name} G91 Z0.")
         x, y, z = (math.nan if a in (axes or "XYZ") else v for a, v in zip("XYZ", self.at, strict=True))
         self.at = x, y, z
         self.rotary.lose(axes)
         return " ".join([name, *(f"{a}{values[a]:g}" for a in axes)])
-
-    # --- moves ------------------------------------------------------------------------------------------------
 
     def move(self, values: Words, line: int) -> None:
         """One block with G0, G1, G2, G3 or a canned cycle in force."""
@@ -139,28 +86,28 @@ class State:
         if motion is None:
             raise ValueError("coordinates, but no G0, G1, G2 or G3 is in force", "Is the head of the file missing?")
         first = len(self.track)
-        if motion >= FIRST_CYCLE:
+        if motion in CYCLES:
             self._drill(motion, values, line)
         else:
             self._go(motion, values, line)
         if self.trace is not None:
-            self.trace.append(Step(
-                line, first, len(self.track), motion, self._scale(), self.relative, self.origin.shift,
-                self.feed.mode == INVERSE_TIME, self.tip and not self.rotary.used, self.at,
+            self.trace.append(MovedBlock(
+                line, first, len(self.track), motion, self.scale(), self.relative, self.origin.shift,
+                self.feed.mode is G.INVERSE_TIME, self.tip and not self.rotary.used, self.at,
             ))  # fmt: skip
 
-    def _go(self, motion: int, values: Words, line: int) -> None:
+    def _go(self, motion: G, values: Words, line: int) -> None:
         start, end = self.at, self._target(values)
         feed = time = math.nan
-        if motion:
-            feed = self.feed.rate(self._scale(), "F" in values, motion)
+        if motion is not G.RAPID:
+            feed = self.feed.rate(self.scale(), "F" in values, motion)
         length = -1.0
         before = self.rotary.angles
-        if motion >= 20:
+        if motion in ARCS:
             length = self._arc(motion, values, start, end)
         elif not values.keys().isdisjoint("IJKRABC"):
             self._point_tool(motion, values)
-        if motion and (self.rotary.used or self.feed.mode == INVERSE_TIME):
+        if motion is not G.RAPID and (self.rotary.used or self.feed.mode is G.INVERSE_TIME):
             length = math.dist(start, end) if length < 0 else length
             feed, time = self._timed(feed, length, before)
         if self.axis is not UP and not self.tip and self.axis != UP:
@@ -168,7 +115,7 @@ class State:
                              "machine", "Move only in G43.4, or retract with G53 or G28.")  # fmt: skip
         self.at = end
         if end[0] == end[0] and end[1] == end[1] and end[2] == end[2] and not self.rotary.lost():
-            self._append(CUT_MARK if motion else RAPID_MARK, end, feed, line, time)
+            self._append(RAPID_MARK if motion is G.RAPID else CUT_MARK, end, feed, line, time)
         else:
             self._unknown(motion, values, line)
 
@@ -179,21 +126,16 @@ class State:
         if self.rotary.used:
             self.rotary.note(self.tip, time)
 
-    def _unknown(self, motion: int, values: Words, line: int) -> None:
+    def _unknown(self, motion: G, values: Words, line: int) -> None:
         words = " ".join(f"{a}{values[a]:g}" for a in "XYZABC" if a in values)
-        if motion and len(self.track):
+        if motion is not G.RAPID and len(self.track):
             names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v] or ["a rotary axis"]
             problem = f"{words}: a cutting move, but where {', '.join(names)} is, is not known after the retract"
             raise ValueError(problem, "Approach with a rapid that names all axes.")
         self.track.event(f"{words}, before the position is known", line)
 
-    def _scale(self) -> float:
-        if self.unit is None:
-            raise ValueError("no units: neither G21 nor G20 before it", "Add G21 (mm) or G20 (inch) on top.")
-        return self.unit
-
     def _target(self, values: Words) -> Vector:
-        unit = self.unit or self._scale()
+        unit = self.unit or self.scale()
         x, y, z = self.at
         if self.relative:
             for letter, value in zip("XYZ", self.at, strict=True):
@@ -209,7 +151,7 @@ class State:
             values["Z"] * unit + dz if "Z" in values else z,
         )
 
-    def _arc(self, motion: int, values: Words, start: Vector, end: Vector) -> float:
+    def _arc(self, motion: G, values: Words, start: Vector, end: Vector) -> float:
         """Declares the arc; its length, m."""
         if any(v != v for v in start) or not len(self.track):
             unknown = "".join(letter for letter, v in zip("XYZ", start, strict=True) if v != v)
@@ -217,12 +159,12 @@ class State:
             raise ValueError(problem, "Name X, Y and Z in G0 or G1 first.")
         if not values.keys().isdisjoint("ABC"):
             raise ValueError("rotary words in an arc", "Post lines instead.")
-        unit = self._scale()
+        unit = self.scale()
         words = {k: v * unit for k, v in values.items() if k in "IJKR"}
         try:
             words = self._centre(words, start)
             turns = _turns(values)
-            center, sweep = arc_geometry(words, start, end, self.normal, clockwise=motion == 20)
+            center, sweep = arc_geometry(words, start, end, self.normal, clockwise=motion is G.ARC_CLOCKWISE)
         except ValueError as problem:
             raise ValueError(str(problem), "Check the arc, or post lines instead.") from None
         sweep += math.copysign((turns - 1) * math.tau, sweep)
@@ -242,7 +184,7 @@ class State:
         shift = self.origin.shift
         return {letter: words[letter] + shift[k] - start[k] for k, letter in enumerate("IJK") if letter in words}
 
-    def _point_tool(self, motion: int, values: Words) -> None:
+    def _point_tool(self, motion: G, values: Words) -> None:
         """I, J, K as tool vector under G43.4, and A, B, C."""
         letters = values.keys()
         if not letters.isdisjoint("IJKR"):
@@ -250,7 +192,7 @@ class State:
                 remedy = "They belong to G2 and G3" + (
                     ", and I J K to G43.4 in files without A B C." if self.tip else "."
                 )
-                raise ValueError(f"I, J, K or R with G{motion // 10}", remedy)
+                raise ValueError(f"I, J, K or R with {motion.word}", remedy)
             i, j, k = (values.get(c, 0.0) for c in "IJK")  # Fanuc: what is left out beside another is 0
             length = math.sqrt(i * i + j * j + k * k)
             if length < 1e-6:
@@ -262,7 +204,7 @@ class State:
     def _timed(self, rate: float, length: float, before: tuple[float, ...]) -> tuple[float, float]:
         """Feed m/s, and time s where the feed of the tip follows from it."""
         turn = sum(abs(a - b) for a, b in zip(self.rotary.angles, before, strict=True))
-        inverse = self.feed.mode == INVERSE_TIME
+        inverse = self.feed.mode is G.INVERSE_TIME
         if not turn > 0:
             return (self.feed.over(length, rate) if inverse else rate), math.nan
         if inverse:
@@ -272,7 +214,7 @@ class State:
         # F counts degrees a minute when only rotary axes move
         return rate, math.degrees(turn) * 60.0 / (self.feed.word or 1.0)
 
-    def _drill(self, key: int, values: Words, line: int) -> None:
+    def _drill(self, key: G, values: Words, line: int) -> None:
         """A block of a canned cycle."""
         if values.keys().isdisjoint("XYZ"):
             raise ValueError("words of a canned cycle, but no X, Y or Z")
@@ -280,23 +222,18 @@ class State:
             raise ValueError("a canned cycle with rotary axes, tool vectors, I or J", "Post it expanded.")
         if any(v != v for v in self.at):
             raise ValueError("a canned cycle, but where it starts is not known", "Name X, Y and Z in G0 first.")
-        if self.feed.mode == INVERSE_TIME:
+        if self.feed.mode is G.INVERSE_TIME:
             raise ValueError("a canned cycle in G93", "Post it with G94.")
-        unit, shift = self._scale(), self.origin.shift
+        unit, shift = self.scale(), self.origin.shift
         offset = dict(zip("XYZ", (0.0, 0.0, 0.0) if self.relative else shift, strict=True))
         offset["R"] = offset["XYZ"[self.normal]]
         words = {c: v * (1.0 if c in "KLP" else unit) + offset.get(c, 0.0) for c, v in values.items()}
         steps = self.cycle.steps(key, words, self.at, self.normal, self.relative, self.back)
-        feed = self.feed.rate(unit, True, 10)
+        feed = self.feed.rate(unit, True, G.LINE)
         for kind, place in steps:
             if place != self.at:
                 self._append(kind, place, feed if kind == CUT_MARK else math.nan, line)
                 self.at = place
-
-    def toolpath(self, chord: float) -> Toolpath:
-        """The poses in the work object."""
-        path = self.track.toolpath(chord)
-        return self.rotary.in_work(path, chord)
 
 
 def _turns(values: Words) -> int:

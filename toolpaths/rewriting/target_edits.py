@@ -1,6 +1,6 @@
-"""Puts poses into the text of a robot program: the part of the filter that is the same in every language.
+"""TargetEdits: edits of a program whose moves give or name targets one by one, as KRL and RAPID do.
 
-A language gives a ``Style``: how a pose is spelled, and what a line that is put in looks like.
+A language gives its ``Spelling``: how a pose is spelled, and what a line that is put in looks like.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.finding import WARNING, Finding
-from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.interpreting.program_text import Declaration
-from toolpaths.rewriting.arc_fit import Arcs
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
+from toolpaths.rewriting.arc_fit import ProgramArcs
 from toolpaths.rewriting.edits import Edit
 from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
 from toolpaths.rotation import matrix_from_quaternion
@@ -29,7 +29,7 @@ _ROW = 1e-9
 _WORDS = re.compile(r"[A-Za-z_$][\w$]*")
 
 
-class Style(Protocol):
+class Spelling(Protocol):
     """How a language spells poses and moves."""
 
     text: str
@@ -39,7 +39,7 @@ class Style(Protocol):
     newline: str
 
     def aggregate(self, move: int) -> str:
-        """The target of a move that is no literal, as one."""
+        """The target of a move that is computed, as a literal."""
 
     def turns(self, rotation: Floats) -> Floats:
         """Rotations (K, 3, 3) as the numbers (K, m) that ``spelled`` takes."""
@@ -51,10 +51,10 @@ class Style(Protocol):
         """A literal with other values of external axes."""
 
     def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
-        """(K,) whether the language tells joint angles (K, 6) rad apart."""
+        """(K,) whether a target of the language tells joint angles (K, 6) rad apart."""
 
     def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
-        """A literal for joint angles ``commanded`` (6,), where it says what holds for ``nominal``."""
+        """A literal for joint angles ``commanded`` (6,), from one that holds for ``nominal``."""
 
     def inserted(self, move: int, target: str) -> str:
         """A straight move to ``target`` as it is put in before the move's statement."""
@@ -79,7 +79,7 @@ class _Use:
 
 
 @dataclass
-class Placing:
+class TargetEdits:
     """Edits and findings of one program.
 
     Args:
@@ -87,7 +87,7 @@ class Placing:
         row: of each pose.
     """
 
-    style: Style
+    spelling: Spelling
     moves: RobotMoves
     program: Program
     row: Floats
@@ -104,7 +104,7 @@ class Placing:
         for k in np.flatnonzero(~whole).tolist():
             self._between.setdefault(int(np.ceil(self.row[k])), []).append(k)
         self._work_out_poses()
-        self._arcs = Arcs(self.moves, self.program, self.row)
+        self._arcs = ProgramArcs(self.moves, self.program, self.row)
         self._uses: dict[tuple[int, int], dict[int, _Use]] = {}  # place of the numbers -> place of naming -> use
         self._lines: dict[int, str] = {}  # statement -> lines put in before it
         self._straight: set[int] = set()
@@ -113,22 +113,23 @@ class Placing:
         """What ``spelled`` takes, for all poses at once: each in the frame of the move that it belongs to."""
         move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
         position, rotation = self.program.position.copy(), self.program.rotation.copy()
-        for number, (turn, origin) in enumerate(self.moves.from_main()):
+        for number, main in enumerate(self.moves.from_main()):
             mine = self.moves.mark["frame"][move] == number
             if mine.any():
-                position[mine] = position[mine] @ turn.T + origin
-                rotation[mine] = turn @ rotation[mine]
+                position[mine] = main.at(position[mine])
+                rotation[mine] = main.rotation @ rotation[mine]
         off = np.linalg.norm(position - self.moves.position[move], axis=1)
         with np.errstate(invalid="ignore"):  # moves to joint angles have no pose
             turned = np.abs(rotation - matrix_from_quaternion(self.moves.quaternion[move])).max(axis=(1, 2)) > SAME_TURN
         self._other = turned | (off > SAME_PLACE)
         self._position, self._turned = (position * 1e3).tolist(), turned.tolist()
-        self._turns = self.style.turns(rotation).tolist()
+        self._turns = self.spelling.turns(rotation).tolist()
         nominal = self.program.nominal_joints
         self._other_branch = np.zeros(len(self.row), dtype=bool)
         if nominal is not None and nominal.shape[1] == 6:
             self._nominal = nominal[np.maximum(self._at[move], 0)]  # of the end of the move
-            self._other_branch = self.style.branches_differ(self._nominal, self.program.joints) & (self._at[move] >= 0)
+            differ = self.spelling.branches_differ(self._nominal, self.program.joints)
+            self._other_branch = differ & (self._at[move] >= 0)
 
     def place(self) -> None:
         """Make all edits.
@@ -156,16 +157,16 @@ class Placing:
         self.changes.append(Finding(WARNING, f"line {int(self.moves.mark['line'][r])}", what, "", count))
 
     def _spelled(self, literal: re.Match[str], k: int) -> str:
-        out = self.style.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)
+        out = self.spelling.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)
         if self._other_branch[k]:
-            return self.style.configured(out, self._nominal[k], self.program.joints[k])
+            return self.spelling.configured(out, self._nominal[k], self.program.joints[k])
         return out
 
     def _literal(self, r: int, name: str = "target") -> re.Match[str]:
         mark = self.moves.mark
-        literal = self.style.literal
-        match = literal.fullmatch(self.style.text, int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r]))
-        if match is None and (match := literal.fullmatch(self.style.aggregate(r))) is None:
+        literal = self.spelling.literal
+        match = literal.fullmatch(self.spelling.text, int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r]))
+        if match is None and (match := literal.fullmatch(self.spelling.aggregate(r))) is None:
             raise WriteError(f"{self._line(r)}: this target cannot be written as numbers")
         return match
 
@@ -184,10 +185,10 @@ class Placing:
             return
         start = int(self.moves.mark["start"][r])
         poses = [self._standing(r, k, self._spelled(literal, k)) for k in between]
-        lines = [self.style.inserted(r, pose) for pose in poses]
-        begin = max(self.style.text.rfind("\n", 0, start), self.style.text.rfind("\r", 0, start)) + 1
-        indent = re.match(r"[ \t]*", self.style.text[begin:start])
-        text = "".join(line + self.style.newline + (indent[0] if indent else "") for line in lines)
+        lines = [self.spelling.inserted(r, pose) for pose in poses]
+        begin = max(self.spelling.text.rfind("\n", 0, start), self.spelling.text.rfind("\r", 0, start)) + 1
+        indent = re.match(r"[ \t]*", self.spelling.text[begin:start])
+        text = "".join(line + self.spelling.newline + (indent[0] if indent else "") for line in lines)
         if start in self._lines:
             if self._lines[start] != text:
                 raise WriteError(f"{self._line(r)}: this line runs several times, with different poses: write it out")
@@ -209,7 +210,7 @@ class Placing:
                 problem = f"poses have to be put in, but where {name} stands before the move is not known"
                 raise WriteError(f"{self._line(r)}: {problem}. Give it in the move before")
             stands[name] = a + share * (b - a)
-        return self.style.standing(pose, stands) if stands else pose
+        return self.spelling.standing(pose, stands) if stands else pose
 
     def _use(self, r: int, wanted: str | None, name: str) -> None:
         """Note that a move needs ``wanted`` where its target (or via point) stands; None: what stands there."""
@@ -217,7 +218,7 @@ class Placing:
         place = int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r])
         prefix = "ref" if name == "target" else "via_ref"
         reference = int(mark[f"{prefix}_start"][r]), int(mark[f"{prefix}_end"][r])
-        text = self.style.text[slice(*place)]
+        text = self.spelling.text[slice(*place)]
         wanted = text if wanted is None else wanted
         seen = self._uses.setdefault(place, {}).setdefault(reference[0], _Use(wanted, r, reference))
         if seen.wanted != wanted:
@@ -235,23 +236,23 @@ class Placing:
         else:
             via, moved = corrected
             numbers: list[float] = (via * 1e3).tolist()
-            self._use(r, self.style.spelled(self._literal(r, "via"), numbers, None) if moved else None, "via")
+            self._use(r, self.spelling.spelled(self._literal(r, "via"), numbers, None) if moved else None, "via")
         self._use(r, self._spelled(self._literal(r), int(self._at[r])) if other else None, "target")
 
     def _make_straight(self, r: int) -> None:
         start = int(self.moves.mark["start"][r])
         if start not in self._straight:
             self._straight.add(start)
-            self.edits += self.style.straight(r)
+            self.edits += self.spelling.straight(r)
 
     def _settle(self, place: tuple[int, int], uses: dict[int, _Use]) -> None:
         """One pose in the text and all moves that take it."""
-        text = self.style.text[slice(*place)]
+        text = self.spelling.text[slice(*place)]
         first = next(iter(uses.values()))
         if place[0] == first.reference[0]:  # it stands in the move itself
             if first.wanted != text:
                 self.edits.append(Edit(*place, first.wanted))
-                if not self.style.literal.fullmatch(text):
+                if not self.spelling.literal.fullmatch(text):
                     if self.moves.mark["word"][first.move] != ARC:  # a relative move becomes an absolute one
                         self._make_straight(first.move)
                     self._note(first.move, f"{' '.join(text.split())[:40]} became numbers")
@@ -271,25 +272,25 @@ class Placing:
             if use.wanted == stays:
                 continue
             if use.wanted not in names:
-                name = names[use.wanted] = self.style.free_name(target.name, self._taken)
+                name = names[use.wanted] = self.spelling.free_name(target.name, self._taken)
                 self._taken.add(name.upper())
                 self._declare(target, place, name, use.wanted)
                 self._note(use.move, f"{target.name} is used by several moves: {name} was declared beside it")
             self.edits.append(Edit(*use.reference, names[use.wanted]))
 
     def _declare(self, target: Declaration, place: tuple[int, int], name: str, wanted: str) -> None:
-        text = self.style.text
+        text = self.spelling.text
         begin = max(text.rfind("\n", 0, target.start), text.rfind("\r", 0, target.start)) + 1
         head = re.sub(rf"(?<![\w$]){re.escape(target.name)}(?![\w$])", name, text[begin : place[0]], count=1)
         line_end = re.compile(r"[\r\n\f]|$").search(text, target.end)
         at = line_end.start() if line_end else len(text)
-        self.edits.append(Edit(at, at, self.style.newline + head + wanted + text[place[1] : target.end]))
+        self.edits.append(Edit(at, at, self.spelling.newline + head + wanted + text[place[1] : target.end]))
 
     def _declaration(self, at: int) -> Declaration:
         if not hasattr(self, "_targets"):
-            self._targets = list(self.style.declared())
+            self._targets = list(self.spelling.declared())
             self._starts = np.array([d.start for d in self._targets])
-            self._counts = Counter(w.upper() for w in _WORDS.findall(self.style.text))
+            self._counts = Counter(w.upper() for w in _WORDS.findall(self.spelling.text))
             self._taken = set(self._counts)
         return self._targets[int(np.searchsorted(self._starts, at, side="right")) - 1]
 

@@ -12,9 +12,9 @@ import re
 from typing import NamedTuple
 
 from toolpaths.frame import Frame, Vector
-from toolpaths.languages.apt.circle import ENDS, Circle, sweep
+from toolpaths.languages.apt.circle import ENDS, AptCircle, sweep
 from toolpaths.languages.apt.frames import point, vector
-from toolpaths.languages.apt.words import Statement, numbers, refusal
+from toolpaths.languages.apt.words import AptStatement, numbers, refusal
 
 TANGENT = 0.1  # sine, by how much INDIRV may miss the tangent: at small radii the rounding of files is seen
 MOST_SLACK = 0.1  # rad
@@ -25,7 +25,7 @@ _FORM = re.compile(
 )
 
 
-class Arc(NamedTuple):
+class TangentArc(NamedTuple):
     """End, centre, unit normal in the first frame, and sweep (rad, right-handed about the normal)."""
 
     end: Vector
@@ -34,7 +34,7 @@ class Arc(NamedTuple):
     sweep: float
 
 
-def direction(s: Statement, source: str) -> Vector:
+def direction(s: AptStatement, source: str) -> Vector:
     """INDIRV/dx,dy,dz as a unit vector.
 
     Raises:
@@ -47,7 +47,7 @@ def direction(s: Statement, source: str) -> Vector:
     return x / norm, y / norm, z / norm
 
 
-def tlon(s: Statement, way: Vector, axis: Vector, start: Vector, frame: Frame | None, source: str) -> Arc:
+def tlon(s: AptStatement, way: Vector, axis: Vector, start: Vector, frame: Frame | None, source: str) -> TangentArc:
     """The arc from ``start`` (in the first frame) that leaves along ``way`` about ``axis`` (both in the file's frame).
 
     Raises:
@@ -57,20 +57,20 @@ def tlon(s: Statement, way: Vector, axis: Vector, start: Vector, frame: Frame | 
     if form is None:
         problem = "(CIRCLE/x,y,z,r),ON,(LINE/x,y,z,x,y,z), or ON,2,INTOF,(LINE..), is expected"
         raise refusal(source, s, problem, _REMEDY)
-    cx, cy, cz, radius = numbers(Statement(s.word, form[1], s.line), (4,), source)
-    *begin, ex, ey, ez = numbers(Statement(s.word, form[3], s.line), (6,), source)
+    cx, cy, cz, radius = numbers(AptStatement(s.word, form[1], s.line), (4,), source)
+    *begin, ex, ey, ez = numbers(AptStatement(s.word, form[3], s.line), (6,), source)
     center, end = (cx, cy, cz), (ex, ey, ez)
     if math.dist(begin, center) > ENDS[0]:
         raise refusal(source, s, "the line does not begin at the centre of the circle", _REMEDY)
     center, end, way, axis = point(frame, center), point(frame, end), vector(frame, way), vector(frame, axis)
     _check_plane(s, center, axis, (start, end), source)
     clockwise = _clockwise(s, way, axis, start, center, source)
-    found = sweep(s, Circle(center, axis, radius, clockwise, None), start, end, None, source)
+    found = sweep(s, AptCircle(center, axis, radius, clockwise, None), start, end, None, source)
     angle = _turn(s, abs(found[2]), ENDS[0] / radius, second=form[2] is not None, source=source)
-    return Arc(end, center, found[1], math.copysign(angle, found[2]))
+    return TangentArc(end, center, found[1], math.copysign(angle, found[2]))
 
 
-def _check_plane(s: Statement, center: Vector, axis: Vector, ends: tuple[Vector, Vector], source: str) -> None:
+def _check_plane(s: AptStatement, center: Vector, axis: Vector, ends: tuple[Vector, Vector], source: str) -> None:
     for p in ends:
         height = sum((a - c) * n for a, c, n in zip(p, center, axis, strict=True))
         if abs(height) > max(ENDS[0], TILT * math.dist(p, center)):
@@ -78,7 +78,7 @@ def _check_plane(s: Statement, center: Vector, axis: Vector, ends: tuple[Vector,
             raise refusal(source, s, problem, _REMEDY)
 
 
-def _clockwise(s: Statement, way: Vector, axis: Vector, start: Vector, center: Vector, source: str) -> bool:
+def _clockwise(s: AptStatement, way: Vector, axis: Vector, start: Vector, center: Vector, source: str) -> bool:
     """Whether ``way`` is the tangent at the start that turns clockwise about the axis."""
     x, y, z = (a - c for a, c in zip(start, center, strict=True))
     i, j, k = axis
@@ -92,7 +92,7 @@ def _clockwise(s: Statement, way: Vector, axis: Vector, start: Vector, center: V
     return along < 0
 
 
-def _turn(s: Statement, angle: float, slack: float, *, second: bool, source: str) -> float:
+def _turn(s: AptStatement, angle: float, slack: float, *, second: bool, source: str) -> float:
     """``angle`` (above 0, up to a turn), a turn more where 2,INTOF ends at the start."""
     slack = min(slack, MOST_SLACK)
     if second and angle <= slack:

@@ -43,7 +43,7 @@ class Track:
         return len(self.marks) // 3
 
     def event(self, word: str, line: int) -> None:
-        """Note what the file says before its next move."""
+        """Keep a remark of the file for its next move."""
         self.events.append(Event(len(self), word, line))
 
     def arc(self, center: Vector, normal: Vector, sweep: float) -> None:

@@ -1,23 +1,22 @@
-"""Moves of a robot program: collected in flat arrays, with the places where their poses stand in the text."""
+"""RobotMoves: the moves of a robot program, with the places where their poses stand in the text."""
 
 from __future__ import annotations
 
-from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
+from toolpaths.frame import Frame
 from toolpaths.interpreting.arcs import with_arc_points
-from toolpaths.reading.move_buffer import LIMIT
+from toolpaths.reading.track import LIMIT
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
-from toolpaths.writing.program import ToolFrame
 
 LINE, PTP, JOINTS, ARC = 0, 1, 2, 3  # straight line; joint move to a pose; joint move to angles; arc
-NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
 MARKS = (
     "word", "kind", "tool", "line", "frame", "configuration", "start", "end",
     "target_start", "target_end", "ref_start", "ref_end", "via_start", "via_end", "via_ref_start", "via_ref_end",
@@ -41,7 +40,7 @@ class RobotMoves:
             ``target_*`` and ``via_*`` those of the numbers of its target and via point, ``*ref_*`` those where the
             statement gives or names them; -1 where there is none.
         joints: move -> (n,) rad.
-        frames: (4, 4) base -> frame, by number; None: only the controller knows it.
+        frames: in the base, by number; None: only the controller knows it.
         tools, events, external: as in Setting and Toolpath; events and external axes count moves.
     """
 
@@ -54,7 +53,7 @@ class RobotMoves:
     zone: Floats
     mark: dict[str, npt.NDArray[np.int64]]
     joints: dict[int, Floats]
-    frames: tuple[Floats | None, ...]
+    frames: tuple[Frame | None, ...]
     tools: dict[int, ToolFrame]
     events: tuple[Event, ...]
     external: Mapping[str, Floats] = field(default_factory=dict)
@@ -71,14 +70,14 @@ class RobotMoves:
         cut = self.mark["kind"] == CUT
         return int(np.argmax(np.bincount(self.mark["frame"][cut if cut.any() else slice(None)])))
 
-    def from_main(self) -> list[tuple[Floats, Floats]]:
-        """Per frame: rotation (3, 3) and origin (3,) of the main frame in it."""
+    def from_main(self) -> list[Frame]:
+        """Per frame: the main frame in it."""
         main = self.frames[self.main_frame]
-        out: list[tuple[Floats, Floats]] = []
+        out: list[Frame] = []
         for number, frame in enumerate(self.frames):
             posed = (self.mark["frame"] == number) & (self.mark["word"] != JOINTS)
             if number == self.main_frame or not posed.any():
-                out.append((np.eye(3), np.zeros(3)))
+                out.append(Frame.identity())
             elif frame is None or main is None:
                 at = int(np.argmax(posed))
                 raise ReadError(
@@ -86,26 +85,25 @@ class RobotMoves:
                     "Give both frames in the program, or one frame for all moves.",
                 )  # fmt: skip
             else:
-                relative = np.linalg.inv(frame) @ main
-                out.append((relative[:3, :3], relative[:3, 3]))
+                out.append(Frame.of(np.linalg.inv(frame.matrix) @ main.matrix))
         return out
 
     def in_main(self, points: Floats) -> Floats:
         """Points (N, 3), one a move in its own frame, in the main frame."""
         out = points.copy()
-        for number, (turn, origin) in enumerate(self.from_main()):
+        for number, main in enumerate(self.from_main()):
             rows = self.mark["frame"] == number
             if number != self.main_frame and rows.any():
-                out[rows] = (points[rows] - origin) @ turn
+                out[rows] = main.inward(points[rows])
         return out
 
     def turned_to_main(self) -> Floats:
         """Quaternions (N, 4) in the main frame."""
         out = self.quaternion.copy()
-        for number, (turn, _) in enumerate(self.from_main()):
+        for number, main in enumerate(self.from_main()):
             rows = (self.mark["frame"] == number) & np.isfinite(self.quaternion[:, 0])
             if number != self.main_frame and rows.any():
-                out[rows] = quaternion_from_matrix(turn.T @ matrix_from_quaternion(self.quaternion[rows]))
+                out[rows] = quaternion_from_matrix(main.rotation.T @ matrix_from_quaternion(self.quaternion[rows]))
         return out
 
     def toolpath(self, chord: float) -> Toolpath:
@@ -152,74 +150,3 @@ class RobotMoves:
             x, y, z = position[at]
             problem = f"position {x:g}, {y:g}, {z:g} m is beyond {LIMIT:g} m"
             raise ReadError(self.source, int(self.mark["line"][at]), problem, "Check the number and the units.")
-
-
-class RobotTrack:
-    """Where a reader of a robot language appends moves.
-
-    Args:
-        quaternions: how the language's orientation numbers (N, 4) become quaternions (N, 4).
-        external: names of the external axes, in the order of ``stand``.
-    """
-
-    def __init__(
-        self, source: str, language: str, quaternions: Callable[[Floats], Floats], external: Sequence[str] = ()
-    ) -> None:
-        self.source, self.language, self._quaternions = source, language, quaternions
-        self.numbers, self.marks = array("d"), array("q")
-        self.joints: dict[int, Floats] = {}
-        self.frames: list[Floats | None] = []
-        self._unknown: dict[str, int] = {}
-        self.tools: dict[int, ToolFrame] = {}
-        self.events: list[Event] = []
-        self.external = tuple(external)
-        self.stands: list[tuple[int, tuple[float, ...]]] = []
-        self.count = 0
-
-    def event(self, word: str, line: int) -> None:
-        """Note what the file says before its next move."""
-        self.events.append(Event(self.count, word, line))
-
-    def stand(self, values: tuple[float, ...]) -> None:
-        """Where the external axes stand from the end of the next move on, NaN where it is not said."""
-        self.stands.append((self.count, values))
-
-    def _external(self) -> dict[str, Floats]:
-        """As in Setting."""
-        if not self.stands:
-            return {}
-        table = np.array([(np.nan,) * len(self.external), *(values for _, values in self.stands)])
-        row = np.searchsorted([move for move, _ in self.stands], np.arange(self.count), side="right")
-        used = np.nan_to_num(table).any(axis=0)
-        return {name: table[row, k] for k, name in enumerate(self.external) if used[k]}
-
-    def frame(self, pose: Floats | None, name: str = "") -> int:
-        """The number of a frame, the same for the same frame; those that only the controller knows go by name."""
-        if pose is None:
-            if name not in self._unknown:
-                self._unknown[name] = len(self.frames)
-                self.frames.append(None)
-            return self._unknown[name]
-        for number, known in enumerate(self.frames):
-            if known is pose or (known is not None and np.array_equal(known, pose)):
-                return number
-        self.frames.append(pose)
-        return len(self.frames) - 1
-
-    def move(self, numbers: tuple[float, ...], marks: tuple[int, ...]) -> None:
-        """Append a move: values of NUMBERS (lengths in mm, feed in mm/s) and of MARKS."""
-        self.numbers.extend(numbers)
-        self.marks.extend(marks)
-        self.count += 1
-
-    def moves(self) -> RobotMoves:
-        """All moves, in SI."""
-        if not self.count:
-            raise ReadError(self.source, None, "there is no move in the program", "Give one that moves the arm.")
-        table = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, len(NUMBERS))
-        marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
-        return RobotMoves(
-            self.source, self.language, table[:, :3] * 1e-3, self._quaternions(table[:, 3:7]), table[:, 9:12] * 1e-3,
-            table[:, 7] * 1e-3, table[:, 8] * 1e-3, {name: marks[:, k] for k, name in enumerate(MARKS)},
-            self.joints, tuple(self.frames), self.tools, tuple(self.events), self._external(),
-        )  # fmt: skip

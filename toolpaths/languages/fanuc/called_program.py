@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from toolpaths.languages.fanuc.scan import Listing, Statement
+from toolpaths.languages.fanuc.scan import Listing, TpStatement
 
 #: Instructions that move nothing and change no frame.
 HARMLESS = re.compile(
@@ -20,7 +20,7 @@ _FRAME = re.compile(r"U(?:FRAME|TOOL)\[")
 
 
 @dataclass(frozen=True)
-class Called:
+class CalledProgram:
     """A called program.
 
     Attributes:
@@ -31,30 +31,30 @@ class Called:
     """
 
     registers: bool = False
-    moves: Statement | None = None
-    frames: Statement | None = None
+    moves: TpStatement | None = None
+    frames: TpStatement | None = None
     chooses: bool = False
 
 
-def called(folder: Path, name: str) -> Called | None:
+def called(folder: Path, name: str) -> CalledProgram | None:
     """The program ``name`` in ``folder``; None where it is not there.
 
     Raises:
-        ReadError: it is no Fanuc program.
+        ReadError: it is not a Fanuc program.
     """
     beside = [p for p in folder.glob("*") if p.suffix.lower() == ".ls" and p.stem.upper() == name.upper()]
     if not beside:
         return None
     registers, chooses = False, False
-    moves: Statement | None = None
+    moves: TpStatement | None = None
     for s in Listing(beside[0].read_bytes().decode("latin-1"), str(beside[0])).statements():
         if s.text.startswith(("!", "//", "--eg:")) or s.text in ("END", "ABORT") or HARMLESS.match(s.text):
             continue
         if _FRAME.match(s.text):
-            return Called(True, s, s, True)
+            return CalledProgram(True, s, s, True)
         chooses = chooses or _CHOICE.match(s.text) is not None
         registers = registers or _REGISTER.match(s.text) is not None
         if not _CHOICE.match(s.text) and not _REGISTER.match(s.text):
             moves = moves or s
     nested = moves is not None  # a CALL in it, a condition: anything may happen there
-    return Called(registers or nested, moves, None, chooses or nested)
+    return CalledProgram(registers or nested, moves, None, chooses or nested)

@@ -8,18 +8,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from toolpaths.frame import Vector
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK
+from toolpaths.languages.gcode.codes import G
+from toolpaths.reading.track import CUT_MARK, RAPID_MARK
 
 CLEARANCE = 0.254e-3  # m: how far G73 draws back, and how near G83 comes back to the bottom at a rapid
 MOST_STEPS = 2000  # moves of one block: more is a mistake, and would fill the memory
-Step = tuple[int, Vector]  # kind, place
+CycleMove = tuple[int, Vector]  # kind, place
 
 
-class Cycle:
-    """The cycle in force, what its words said, and the level where the series of holes began."""
+class CannedCycle:
+    """The cycle in force, its sticky words, and the level where the series of holes began."""
 
     def __init__(self) -> None:
-        self.key: int | None = None
+        self.key: G | None = None
         self._words: dict[str, float] = {}
         self._level = 0.0
         self._normal = 2
@@ -33,12 +34,12 @@ class Cycle:
         self._words.clear()
 
     def steps(
-        self, key: int, words: Mapping[str, float], at: Vector, normal: int, relative: bool, back: bool
-    ) -> Iterator[Step]:
+        self, key: G, words: Mapping[str, float], at: Vector, normal: int, relative: bool, back: bool
+    ) -> Iterator[CycleMove]:
         """The moves of one block.
 
         Args:
-            key: ten times the number of the G word.
+            key: the word of the cycle.
             words: X, Y, Z, R, Q in m, P, and L or K (repetitions).
             at: where the tool is, m.
             normal: 0, 1, 2: the axis that it drills along.
@@ -85,14 +86,14 @@ class Cycle:
 
     def _hole(self, r: float, bottom: float) -> Iterator[tuple[int, float]]:
         """Kind and height of the moves inside one hole."""
-        if self.key in (730, 830):
+        if self.key in (G.CHIP_BREAKING, G.PECKING):
             peck = self._needed("Q")
             if peck <= 0 or (r - bottom) / peck > MOST_STEPS:
                 raise ValueError(f"Q{peck * 1e3:g} mm for a hole of {(r - bottom) * 1e3:g} mm")
             depth = r - peck
             while depth > bottom:
                 yield CUT_MARK, depth
-                if self.key == 830:
+                if self.key is G.PECKING:
                     yield RAPID_MARK, r
                 yield RAPID_MARK, depth + CLEARANCE
                 depth -= peck
@@ -107,7 +108,7 @@ class Cycle:
         repeats: int,
         relative: bool,
         back: bool,
-    ) -> Iterator[Step]:
+    ) -> Iterator[CycleMove]:
         normal, here = self._normal, list(at)
         initial, r = heights
         # the level of the way to the hole: as it is where that is above R
@@ -116,7 +117,7 @@ class Cycle:
             level = here[normal] = r
             yield RAPID_MARK, (here[0], here[1], here[2])
         clear = max(initial, r) if back else r
-        out = [(CUT_MARK, r)] if self.key == 850 else []
+        out = [(CUT_MARK, r)] if self.key is G.BORING else []
         for _ in range(repeats):
             for k in ((normal + 1) % 3, (normal + 2) % 3):
                 value = words.get("XYZ"[k], 0.0 if relative else here[k])

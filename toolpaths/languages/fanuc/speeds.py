@@ -1,8 +1,8 @@
-"""How a TP program says speeds and terminations (FINE, CNT).
+"""Speeds and terminations (FINE, CNT) of a TP program.
 
-A TP program says linear speeds in whole mm/sec (1 to 2000), whole cm/min or tenths of inch/min; finer ones cannot be
-said. CNT is no distance: with CNT100 the next move starts when this one begins to slow down, so the corner is left
-about half of speed times deceleration time before the pose (never more than half the segment, since a segment is
+A TP program has linear speeds in whole mm/sec (1 to 2000), whole cm/min or tenths of inch/min; finer ones cannot be
+written. CNT is not a distance: with CNT100 the next move starts when this one begins to slow down, so the corner is
+left about half of speed times deceleration time before the pose (never more than half the segment, since a segment is
 accelerated in its first and slowed down in its last half); with CNTn in proportion. FINE stands still at the pose.
 """
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
-from toolpaths.languages.gcode.words import COMMENT, CYCLES
+from toolpaths.languages.gcode.codes import MOTIONS, RETURNS
+from toolpaths.languages.gcode.words import COMMENT
 from toolpaths.rewriting.edits import Edit, edited
 
 WORD = re.compile(r"([A-Za-z])(\s*)([-+]?(?:\d+\.?\d*|\.\d+))")
@@ -19,7 +20,7 @@ VECTOR_DIGITS = 7
 SAMPLE = 20_000  # lines that show the manner of a file
 
 
-class Word(NamedTuple):
+class GcodeWord(NamedTuple):
     """One word of a line: letter in upper case, number as it stands there, and its place."""
 
     letter: str
@@ -34,28 +35,28 @@ class Word(NamedTuple):
 
     @property
     def key(self) -> int:
-        """Ten times the number, as the reader's tables have it."""
+        """Ten times the number, as G words have it."""
         return int(float(self.number) * 10 + 0.5)
 
     @property
     def is_motion(self) -> bool:
         """G0 to G3 or a canned cycle."""
-        return self.letter == "G" and (self.key in (0, 10, 20, 30) or self.key in CYCLES)
+        return self.letter == "G" and self.key in MOTIONS
 
     @property
     def is_return(self) -> bool:
         """G98, G99."""
-        return self.letter == "G" and self.key in (980, 990)
+        return self.letter == "G" and self.key in RETURNS
 
 
-def words_of(line: str) -> list[Word]:
+def words_of(line: str) -> list[GcodeWord]:
     """The words of a line outside comments."""
     bare = COMMENT.sub(lambda m: " " * len(m[0]), line) if "(" in line or ";" in line else line
-    return [Word(m[1].upper(), m[3], m.start(), m.end()) for m in WORD.finditer(bare)]
+    return [GcodeWord(m[1].upper(), m[3], m.start(), m.end()) for m in WORD.finditer(bare)]
 
 
 @dataclass(frozen=True)
-class Style:
+class GcodeSpelling:
     """The manner of one file.
 
     Attributes:
@@ -96,7 +97,7 @@ class Style:
         return (letter.lower() if self.lower else letter) + number
 
 
-def style_of(lines: Iterable[str]) -> Style:
+def spelling_of(lines: Iterable[str]) -> GcodeSpelling:
     """The manner that most words of the file have."""
     places: Counter[int] = Counter()
     counts: Counter[str] = Counter()
@@ -116,7 +117,7 @@ def style_of(lines: Iterable[str]) -> Style:
                 counts["zero"] += whole in ("0", "-0") and part != ""
             elif m[1] in "Gg" and m[3] in ("0", "1", "2", "3", "00", "01", "02", "03"):
                 counts["padded" if len(m[3]) == 2 else "short"] += 1
-    return Style(
+    return GcodeSpelling(
         digits=min(max(places, default=3), 6),
         fixed=len(places.keys() - {0}) == 1,
         point=counts["point"] > counts["plain"],
@@ -129,18 +130,18 @@ def style_of(lines: Iterable[str]) -> Style:
 
 def with_words(
     line: str,
-    style: Style,
+    spelling: GcodeSpelling,
     new: Mapping[str, str],
     *,
     drop: Collection[str] = (),
     motion: str = "",
-    words: list[Word] | None = None,
+    words: list[GcodeWord] | None = None,
 ) -> str:
     """The line with numbers replaced, words added in the order X Y Z I J K F, words dropped, the motion word changed.
 
     Args:
         line: without its end.
-        style: how added words look.
+        spelling: how added words look.
         new: letter -> number.
         drop: letters that go; G stands for G98 and G99.
         motion: number of the G word that is put in; the motion word of the line goes, if it has one.
@@ -157,16 +158,16 @@ def with_words(
         edits.append(Edit(start, w.end, ""))
     old = next((w for w in kept if w.is_motion), None)
     if motion and old is not None:
-        edits.append(Edit(old.end - len(old.number), old.end, style.word("G", motion)[1:]))
+        edits.append(Edit(old.end - len(old.number), old.end, spelling.word("G", motion)[1:]))
     edits += [Edit(w.end - len(w.number), w.end, new[w.letter]) for w in kept if w.letter in new]
     present = {w.letter for w in kept}
     added = [("G", motion)] if motion and old is None else []
     added += [(c, new[c]) for c in ORDER if c in new and c not in present]
-    put_in = [_added(kept, letter, style.word(letter, number), style.gap) for letter, number in added]
+    put_in = [_added(kept, letter, spelling.word(letter, number), spelling.gap) for letter, number in added]
     return edited(line, put_in + edits)
 
 
-def _added(words: list[Word], letter: str, text: str, gap: str) -> Edit:
+def _added(words: list[GcodeWord], letter: str, text: str, gap: str) -> Edit:
     """Where a word is put in: behind the words that come before it in the usual order."""
     order = "NG" + ORDER
     rank = order.index(letter)

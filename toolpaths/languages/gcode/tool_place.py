@@ -8,9 +8,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from toolpaths.languages.gcode.machine import Step
+from toolpaths.languages.gcode.motion import MovedBlock
 from toolpaths.languages.gcode.reader import INCH
-from toolpaths.languages.gcode.style import VECTOR_DIGITS, Style, Word
+from toolpaths.languages.gcode.spelling import VECTOR_DIGITS, GcodeSpelling, GcodeWord
 from toolpaths.rewriting.filter import SAME_PLACE
 from toolpaths.writing.program import Floats
 
@@ -19,7 +19,7 @@ UP = np.array([0.0, 0.0, 1.0])
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
-class Place:
+class ToolPlace:
     """Place and vector of the tool as the lines written so far leave them.
 
     Attributes:
@@ -27,12 +27,16 @@ class Place:
         vector: (3,) from the tip to the spindle.
     """
 
-    def __init__(self, style: Style) -> None:
-        self.style = style
+    def __init__(self, spelling: GcodeSpelling) -> None:
+        self.spelling = spelling
         self.at: Sequence[float] = (math.nan, math.nan, math.nan)
         self.vector = UP
 
-    def after(self, step: Step, words: list[Word], new: Mapping[str, str] = NOTHING) -> list[float]:
+    def go(self, to: Sequence[float]) -> None:
+        """The lines written so far lead there."""
+        self.at = to
+
+    def after(self, step: MovedBlock, words: list[GcodeWord], new: Mapping[str, str] = NOTHING) -> list[float]:
         """Where a line with these words, and ``new`` numbers for some, leads from where the rewritten file is."""
         out = list(self.at)
         for w in words:
@@ -44,7 +48,7 @@ class Place:
         return out
 
     def coordinates(
-        self, step: Step, now: Sequence[float], to: Sequence[float], *, at_least_one: bool = False
+        self, step: MovedBlock, now: Sequence[float], to: Sequence[float], *, at_least_one: bool = False
     ) -> dict[str, str]:
         """The numbers that bring the tool to ``to`` where the line alone brings it to ``now``."""
         inch = step.unit == INCH
@@ -53,19 +57,21 @@ class Place:
             if abs(now[k] - to[k]) <= SAME_PLACE:
                 continue
             from_ = self.at[k] if step.relative else step.shift[k]
-            text = self.style.number((to[k] - from_) / step.unit, inch)
+            text = self.spelling.number((to[k] - from_) / step.unit, inch)
             if not abs(float(text) * step.unit + from_ - now[k]) <= 1e-9:
                 new[letter] = text
         if at_least_one and not new:
             k = next((k for k in range(3) if self.at[k] == self.at[k]), 0)
             value = 0.0 if step.relative else (to[k] - step.shift[k]) / step.unit
-            new["XYZ"[k]] = self.style.number(value, inch)
+            new["XYZ"[k]] = self.spelling.number(value, inch)
         return new
 
-    def named(self, words: list[Word], nominal: Sequence[float], shift: Sequence[float], unit: float) -> dict[str, str]:
+    def named(
+        self, words: list[GcodeWord], nominal: Sequence[float], shift: Sequence[float], unit: float
+    ) -> dict[str, str]:
         """The numbers of a G92 that keep the origin: ``nominal`` is where the file has the tool.
 
-        An axis whose place was not known is where it says, with ``shift`` as after it.
+        An axis whose place was not known is where G92 puts it, with ``shift`` as after it.
         """
         new, at = {}, list(self.at)
         for w in words:
@@ -77,20 +83,20 @@ class Place:
                 at[k] = w.value * unit + shift[k]
             elif abs(off) > 1e-9:
                 exact = w.value + off / unit
-                texts = (self.style.number(exact, unit == INCH, digits) for digits in (None, 6, 7))
+                texts = (self.spelling.number(exact, unit == INCH, digits) for digits in (None, 6, 7))
                 new[w.letter] = next((t for t in texts if abs(float(t) - exact) * unit < 1e-9), f"{exact:.8f}")
         self.at = at
         return new
 
-    def tool_vector(self, axis: Floats, words: list[Word]) -> dict[str, str]:
+    def tool_vector(self, axis: Floats, words: list[GcodeWord]) -> dict[str, str]:
         """I, J, K of a tool vector, all three where they differ from what is in force or stands there."""
         self.turn(words)
         if np.abs(axis - self.vector).max() <= TILT:
             return {}
         self.vector = np.round(axis, VECTOR_DIGITS)
-        return {c: self.style.number(float(v), False, VECTOR_DIGITS) for c, v in zip("IJK", axis, strict=True)}
+        return {c: self.spelling.number(float(v), False, VECTOR_DIGITS) for c, v in zip("IJK", axis, strict=True)}
 
-    def turn(self, words: list[Word]) -> None:
+    def turn(self, words: list[GcodeWord]) -> None:
         """Take over a tool vector as the reader does: what is left out beside another is 0."""
         given = {w.letter: w.value for w in words if w.letter in "IJK"}
         if given:

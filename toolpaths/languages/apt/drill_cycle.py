@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from toolpaths.frame import Vector
-from toolpaths.languages.apt.feed import FEED_WORDS, Feeds, Rate
-from toolpaths.languages.apt.words import LARGEST, Statement, number, refusal
+from toolpaths.languages.apt.feed import FEED_WORDS, AptFeeds, FeedRate
+from toolpaths.languages.apt.words import LARGEST, AptStatement, number, refusal
 
 KINDS = {"DRILL": "DRILL", "CSINK": "DRILL", "FACE": "DRILL", "DEEP": "DEEP", "DEEP2": "DEEP", "BRKCHP": "BRKCHP"} | {
     "BORE": "BORE",
@@ -28,7 +28,7 @@ BACK = 0.1  # share of a peck: how far above the last depth feeding begins again
 SAME = 1e-9  # file units; nearer than this a move goes nowhere
 
 
-class Cycle(NamedTuple):
+class DrillCycle(NamedTuple):
     """One drilling cycle; heights in file units along the tool axis, from the point of the GOTO.
 
     Attributes:
@@ -37,7 +37,7 @@ class Cycle(NamedTuple):
         clear: height where feeding begins.
         retract: height left at; None: ``clear``; infinite: as high as the tool was before the cycle.
         pecks: first peck and the others, both counted from ``clear``; None: in one go.
-        dwell: what DWELL says, empty for none.
+        dwell: of DWELL, as the event shows it; empty for none.
         rate: feed, None: the one in force.
     """
 
@@ -47,10 +47,10 @@ class Cycle(NamedTuple):
     retract: float | None
     pecks: tuple[float, float] | None
     dwell: str
-    rate: Rate | None
+    rate: FeedRate | None
 
 
-class Step(NamedTuple):
+class DrillMove(NamedTuple):
     """One move of an expanded cycle."""
 
     end: Vector
@@ -58,7 +58,7 @@ class Step(NamedTuple):
     bottom: bool = False
 
 
-def cycle(s: Statement, feeds: Feeds, *, nx: bool) -> Cycle:
+def cycle(s: AptStatement, feeds: AptFeeds, *, nx: bool) -> DrillCycle:
     """Read CYCLE/kind,...
 
     Raises:
@@ -75,7 +75,7 @@ def cycle(s: Statement, feeds: Feeds, *, nx: bool) -> Cycle:
         raise refusal(feeds.source, s, f"a depth {sign}")
     if clear < bottom:
         raise refusal(feeds.source, s, "RAPTO lies below the bottom of the hole")
-    found = Cycle(kind, bottom, clear, _one(given, _RETRACT), _pecks(s, given, feeds.source), "", None)
+    found = DrillCycle(kind, bottom, clear, _one(given, _RETRACT), _pecks(s, given, feeds.source), "", None)
     word = next((w for w in FEED_WORDS if w in given), None)
     rate = feeds.rate_of(s, given[word], word) if word else None
     stay = given.get("DWELL", 0.0)
@@ -88,7 +88,7 @@ def cycle(s: Statement, feeds: Feeds, *, nx: bool) -> Cycle:
     return found
 
 
-def _kind(s: Statement, source: str) -> tuple[str, list[str]]:
+def _kind(s: AptStatement, source: str) -> tuple[str, list[str]]:
     minor = s.minor
     word = minor[0] if minor else ""
     if word not in KINDS:
@@ -99,7 +99,7 @@ def _kind(s: Statement, source: str) -> tuple[str, list[str]]:
     return KINDS[word], minor[1:]
 
 
-def _pairs(s: Statement, rest: list[str], feeds: Feeds) -> dict[str, float]:
+def _pairs(s: AptStatement, rest: list[str], feeds: AptFeeds) -> dict[str, float]:
     """Word and number, word and number; RTRCTO may have AUTO (infinite) or a number and MANUAL."""
     given: dict[str, float] = {}
     words = iter(rest)
@@ -132,7 +132,7 @@ def _one(given: dict[str, float], words: tuple[str, ...]) -> float | None:
     return next((given[w] for w in words if w in given), None)
 
 
-def _pecks(s: Statement, given: dict[str, float], source: str) -> tuple[float, float] | None:
+def _pecks(s: AptStatement, given: dict[str, float], source: str) -> tuple[float, float] | None:
     first = _one(given, ("STEP", "INCR", "1STPECK"))
     then = given.get("SUBPECK", first)
     if first is None and then is None:
@@ -142,7 +142,7 @@ def _pecks(s: Statement, given: dict[str, float], source: str) -> tuple[float, f
     return first, then
 
 
-def _depths(c: Cycle) -> list[float]:
+def _depths(c: DrillCycle) -> list[float]:
     """Heights of the bottoms of the pecks, the last one the bottom of the hole."""
     if c.pecks is None or c.kind not in ("DEEP", "BRKCHP"):
         return [c.bottom]
@@ -154,12 +154,12 @@ def _depths(c: Cycle) -> list[float]:
     return [c.clear - first - k * then for k in range(count)] + [c.bottom]
 
 
-def hole(c: Cycle, point: Vector, axis: Vector, at: Vector | None, before: Vector | None) -> Iterator[Step]:
+def hole(c: DrillCycle, point: Vector, axis: Vector, at: Vector | None, before: Vector | None) -> Iterator[DrillMove]:
     """The moves for one hole.
 
     Args:
         c: the cycle in force.
-        point: where the GOTO says; axis: unit tool axis there.
+        point: of the GOTO; axis: unit tool axis there.
         at: where the tool is, None where that is not known or its axis is another one.
         before: where it was when the cycle began, None where that is not known.
     """
@@ -177,16 +177,16 @@ def hole(c: Cycle, point: Vector, axis: Vector, at: Vector | None, before: Vecto
     if at is not None:
         h = height(at)
         if h < up:
-            yield Step(over(up - h, at), True)
+            yield DrillMove(over(up - h, at), True)
         level = max(up, h)
-    yield Step(over(level), True)
-    yield Step(over(c.clear), True)
+    yield DrillMove(over(level), True)
+    yield DrillMove(over(c.clear), True)
     for h, rapid, bottom in _plunge(c):
-        yield Step(over(h), rapid, bottom)
-    yield Step(over(up), True)
+        yield DrillMove(over(h), rapid, bottom)
+    yield DrillMove(over(up), True)
 
 
-def _plunge(c: Cycle) -> Iterator[tuple[float, bool, bool]]:
+def _plunge(c: DrillCycle) -> Iterator[tuple[float, bool, bool]]:
     """Heights from ``clear`` into the hole and, when they are no mere rapid, out of it: height, rapid, bottom."""
     depths = _depths(c)
     for last, h in zip([c.clear, *depths], depths, strict=False):

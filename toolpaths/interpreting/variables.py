@@ -35,7 +35,7 @@ def first_value(
         work_out: the value of an expression.
 
     Raises:
-        ReadError: it is no expression.
+        ReadError: it cannot be evaluated.
     """
     variable = known[key]
     d = variable.declaration
