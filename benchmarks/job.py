@@ -79,7 +79,9 @@ def text(folder: Path) -> int:
     """The same text read and written, with nothing in between."""
     from compensator.path.free_turn import reference_rotation
     from toolpaths.files import read_toolpath, write_program
-    from toolpaths.writing.program import Program, ToolFrame
+    from toolpaths.frame import Frame
+    from toolpaths.tool_frame import ToolFrame
+    from toolpaths.writing.program import Program
 
     path = read_toolpath(folder / "path.csv", chord=1e-5)
     program = Program(
@@ -91,8 +93,8 @@ def text(folder: Path) -> int:
         kind=path.kind,
         tool=path.tool,
         line=path.line,
-        tools={0: ToolFrame("tool", np.zeros(3), np.eye(3))},
-        workobject=np.eye(4),
+        tools={0: ToolFrame("tool", Frame(np.eye(3), np.zeros(3)))},
+        workobject=Frame.identity(),
         rapid_speed=0.25,
         configuration=np.zeros(len(path), dtype=np.int32),
         source=path.source,

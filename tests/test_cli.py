@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 
 from compensator.cli import main
 from stiffness.robot.load import builtin_robots, load_robot
-from tests.compensator.small_jobs import Files, files
+from tests.compensator.small_job import Files, files
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -51,7 +51,7 @@ def unmodelled(external: Mapping[str, Floats], cut: Bools) -> Iterator[tuple[str
 
 
 def cut_places(external: Mapping[str, Floats], cut: Bools) -> dict[str, tuple[Rows, Floats, Floats]]:
-    """Per axis: rows of the cuts at which it is said where it stands, and where it stands at their start and end.
+    """Per axis: rows of the cuts that give its place, and its place at their start and end.
 
     Args:
         external: as in Setting.

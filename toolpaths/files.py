@@ -1,13 +1,10 @@
-"""Files of toolpaths and robot programs: read, write, read back. The suffix, or a name, says which language."""
+"""Files of toolpaths and robot programs: read, write, read back. The language follows from the suffix, or is named."""
 
 from __future__ import annotations
 
 import os
-import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.finding import ERROR, Finding, refuse_errors
@@ -17,6 +14,7 @@ from toolpaths.toolpath import Toolpath
 from toolpaths.writing.checks import common_findings
 from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
 from toolpaths.writing.program import Program, ReadBack
+from toolpaths.writing.staging import Staging, StagingError
 
 
 def read_toolpath(
@@ -105,7 +103,7 @@ def language_of(path: str | os.PathLike[str], name: str | None = None, *, like: 
 def write_program(program: Program, path: str | os.PathLike[str], language: str | None = None) -> Written:
     """Writes ``program`` in a controller's language: whole, or not at all.
 
-    Everything goes to temporary files beside the target, is flushed to the disk, and only then renamed.
+    Everything goes to a hidden folder beside the target, is flushed to the disk, and only then renamed.
 
     Raises:
         WriteError: no such language; a finding of level error (all are listed); a file that cannot be
@@ -117,76 +115,18 @@ def write_program(program: Program, path: str | os.PathLike[str], language: str 
     if not any(f.level == ERROR for f in found):
         found += writer.findings(program, target)
     findings = refuse_errors(str(path), found)
-    return Written(_write_all(target.parent, writer.files(program, target)), findings)
+    written: list[Path] = []
+    try:
+        with Staging() as staging:
+            for name, pieces in writer.files(program, target):
+                written.append(target.parent / name)
+                staging.write(written[-1], (piece.encode("ascii") for piece in pieces))
+            staging.commit()
+    except StagingError as e:
+        raise WriteError(f"{e.target}: cannot be written: {e.why}. Nothing was changed") from e
+    return Written(tuple(written), findings)
 
 
 def read_back(path: str | os.PathLike[str], language: str | None = None) -> ReadBack:
     """What stands in a program that write_program wrote: to verify the file itself."""
     return language_of(path, language).read_back(Path(path))
-
-
-def _write_all(folder: Path, files: Iterator[tuple[str, Iterator[str]]]) -> tuple[Path, ...]:
-    """Writes (name, pieces) pairs into ``folder``, all or none."""
-    done: list[tuple[Path, Path]] = []
-    target = folder
-    try:
-        for name, pieces in files:
-            target = folder / name
-            temporary = folder / f".{name}.{os.getpid()}.tmp"
-            _refuse_folder(target)
-            done.append((temporary, target))
-            with open(temporary, "wb") as stream:
-                _write_pieces(stream, pieces)
-        _rename_all(done)
-    except OSError as e:
-        raise WriteError(f"{target}: cannot be written: {e.strerror or e}. Nothing was changed") from e
-    finally:
-        for temporary, _ in done:
-            temporary.unlink(missing_ok=True)
-    return tuple(t for _, t in done)
-
-
-def _refuse_folder(target: Path) -> None:
-    if target.is_dir():
-        raise IsADirectoryError(21, "a folder of this name is in the way")
-
-
-def _write_pieces(stream: BinaryIO, pieces: Iterator[str]) -> None:
-    for piece in pieces:
-        stream.write(piece.encode("ascii"))
-    stream.flush()
-    os.fsync(stream.fileno())
-
-
-def _rename_all(done: list[tuple[Path, Path]]) -> None:
-    """Renames every (temporary, target); on a failure the targets are put back as they were."""
-    backups = _set_aside(done) if len(done) > 1 else {}
-    renamed: list[Path] = []
-    try:
-        for temporary, target in done:
-            os.replace(temporary, target)
-            renamed.append(target)
-    except OSError:
-        for target in renamed:
-            if target in backups:
-                os.replace(backups[target], target)
-            else:
-                target.unlink()
-        raise
-    finally:
-        for backup in backups.values():
-            backup.unlink(missing_ok=True)
-
-
-def _set_aside(done: list[tuple[Path, Path]]) -> dict[Path, Path]:
-    """Target -> second name (or copy, where the disk knows no links) of the file that stands there."""
-    backups: dict[Path, Path] = {}
-    for temporary, target in done:
-        if target.exists():
-            backup = backups[target] = temporary.with_suffix(".old")
-            backup.unlink(missing_ok=True)
-            try:
-                os.link(target, backup)
-            except OSError:
-                shutil.copy2(target, backup)
-    return backups

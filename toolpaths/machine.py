@@ -44,7 +44,7 @@ class Machine:
         systems: where G54, G55 ... lie in the work object, m; needed when a file uses several.
 
     Raises:
-        ValueError: the values contradict each other; says which.
+        ValueError: the values contradict each other; names them.
     """
 
     kinematics: str = ""

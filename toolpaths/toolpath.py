@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:  # programs import this module
-    from toolpaths.writing.program import ToolFrame
+from toolpaths.frame import Frame
+from toolpaths.tool_frame import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -22,7 +22,7 @@ CUT = np.uint8(1)
 
 @dataclass(frozen=True)
 class Event:
-    """Something a CAM file says between two moves (spindle, coolant, tool call, comment).
+    """Something that stands between two moves of a CAM file (spindle, coolant, tool call, comment).
 
     Attributes:
         pose: index of the first pose that comes after it.
@@ -37,24 +37,24 @@ class Event:
 
 @dataclass(frozen=True, repr=False)
 class Setting:
-    """What a robot program says of tool, work object and joints; keys and rows are whole values of ``Toolpath.row``.
+    """Tools, work object, joints and more of a robot program; keys and rows are whole values of ``Toolpath.row``.
 
     It is about the source: sampling and ``take`` leave it as it is.
 
     Attributes:
         tools: number (as in ``Toolpath.tool``) -> frame and load; a number without an entry is one that the program
             only names, its frame stands in the controller.
-        workobject: (4, 4) base -> frame of the poses; None: only the controller knows it.
+        workobject: frame of the poses in the base; None: only the controller knows it.
         joints: row -> (n,) rad of moves given in joint angles. Their position and quaternion are NaN.
-        zones: (rows,) m the corner at the move's end may be cut by; 0 is an exact stop, NaN: not said.
-        configuration: (rows,) bits as in Program, -1: not said; None: the language does not say.
+        zones: (rows,) m the corner at the move's end may be cut by; 0 is an exact stop, NaN: not given.
+        configuration: (rows,) bits as in Program, -1: not given; None: the language has none.
         external: external axis, as the language calls it -> (rows,) where it stands at the move's end, mm or deg, NaN:
-            not said. Axes that stand at 0 all the time are left out.
+            not given. Axes that stand at 0 all the time are left out.
         arcs: row of an arc that starts from joint angles -> (3,) m of a point that it passes, m its points may be off.
     """
 
     tools: Mapping[int, ToolFrame] = field(default_factory=dict)
-    workobject: Floats | None = None
+    workobject: Frame | None = None
     joints: Mapping[int, Floats] = field(default_factory=dict)
     zones: Floats | None = None
     configuration: Ints | None = None
@@ -83,7 +83,7 @@ class Toolpath:
         row: (N,) index of the pose in the source, plus the fraction towards the next one
             for poses that sampling put in between.
         events: what stands between the moves.
-        setting: what a robot program says of its tools and frames; None for CAM files.
+        setting: tools and frames of a robot program; None for CAM files.
     """
 
     source: str

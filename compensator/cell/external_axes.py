@@ -18,6 +18,7 @@ from compensator.errors import CellError
 from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
 from toolpaths.finding import ERROR, NOTE, WARNING, Finding
 from toolpaths.frame import Frame
+from toolpaths.languages.table import Language
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import Setting, Toolpath, tool_axis
 from toolpaths.writing.program import Program
@@ -79,10 +80,10 @@ def moved_workobject(placement: Placement, toolpath: Toolpath) -> Frame | None:
     return Frame(r.T @ turn @ r, (turn @ p + shift - p) @ r)
 
 
-def external_findings(placement: Placement, toolpath: Toolpath, language: str) -> tuple[Finding, ...]:
+def external_findings(placement: Placement, toolpath: Toolpath, language: Language) -> tuple[Finding, ...]:
     """What another language than the program's own loses: it is written without external axes.
 
-    A table of numbers (csv) moves no robot: there it is a warning.
+    No robot runs a table of numbers: there it is a warning.
     """
     if toolpath.setting is None:
         return ()
@@ -91,7 +92,7 @@ def external_findings(placement: Placement, toolpath: Toolpath, language: str) -
     for name, (rows, _, end) in cut_places(toolpath.setting.external, cut).items():
         if (np.abs(end) > SAME).any():
             axis = placement.external.get(name)
-            harmless = language == "csv" or (axis is not None and axis.carries == "nothing")
+            harmless = language.table or (axis is not None and axis.carries == "nothing")
             at = int(rows[int(np.argmax(np.abs(end) > SAME))])
             line = int(toolpath.line[int(np.searchsorted(toolpath.row, at - 1e-9))])
             what = f"external axis {name} stands at {end[np.abs(end) > SAME][0]:g}: written without external axes"
@@ -106,9 +107,9 @@ def in_frame(read: Toolpath, source: Setting | None) -> Toolpath:
     theirs = None if read.setting is None else read.setting.workobject
     if ours is None or theirs is None or read.setting is None or read.quaternion is None:
         return read
-    if np.allclose(ours, theirs, rtol=0.0, atol=1e-12):
+    if np.allclose(ours.matrix, theirs.matrix, rtol=0.0, atol=1e-12):
         return read
-    relative = Frame.of(np.linalg.inv(ours) @ theirs)
+    relative = Frame.of(np.linalg.inv(ours.matrix) @ theirs.matrix)
     known = np.isfinite(read.quaternion[:, :1])
     rotation = matrix_from_unit_quaternion(np.where(known, read.quaternion, [1.0, 0.0, 0.0, 0.0]))
     poses = relative.then(Frame(rotation, read.position))
@@ -135,8 +136,8 @@ def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath
     )
 
 
-def with_external_findings(program: Program, placement: Placement, toolpath: Toolpath, language: str) -> Program:
-    """The program with what is to be said when it is written in another language."""
+def with_external_findings(program: Program, placement: Placement, toolpath: Toolpath, language: Language) -> Program:
+    """The program with findings about the external axes that it loses when it is written in another language."""
     return replace(program, findings=(*program.findings, *external_findings(placement, toolpath, language)))
 
 

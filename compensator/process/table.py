@@ -12,6 +12,7 @@ import numpy.typing as npt
 from compensator.errors import CellError
 from compensator.process.given_wrench import GivenWrench
 from compensator.process.process import ProcessContext, ProcessTable, ToolMotion, WrenchAxes
+from toolpaths.languages.table import LANGUAGES
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -46,15 +47,15 @@ class WrenchFileProcess(GivenWrench):
 
 
 def wrenches_along(source: Path, path: Toolpath) -> Floats:
-    """(N, 6) of a table, as it gives them; 0 at rapids. Rows of a csv toolpath, else lines of its source.
+    """(N, 6) of a table, as it gives them; 0 at rapids. Rows of a toolpath that is a table, else lines of its source.
 
     Raises:
         CellError: a cutting pose has no wrench; names the table and the pose.
     """
     index, wrench = read_table(source)
     cutting = path.kind == CUT
-    if path.language == "csv":
-        return _interpolated(source, index, wrench, path, cutting)
+    if LANGUAGES[path.language].table:
+        return _interpolated(source, path, index, wrench)
     at = np.searchsorted(index, path.line)
     at = np.minimum(at, len(index) - 1)
     missing = cutting & (index[at] != path.line)
@@ -64,9 +65,8 @@ def wrenches_along(source: Path, path: Toolpath) -> Floats:
     return np.where(cutting[:, None], wrench[at], 0.0)
 
 
-def _interpolated(
-    source: Path, index: Numbers, wrench: Floats, path: Toolpath, cutting: npt.NDArray[np.bool_]
-) -> Floats:
+def _interpolated(source: Path, path: Toolpath, index: Numbers, wrench: Floats) -> Floats:
+    cutting = path.kind == CUT
     before, after = np.floor(path.row).astype(np.int64), np.ceil(path.row).astype(np.int64)
     fraction = (path.row - before)[:, None]
     at = [np.minimum(np.searchsorted(index, side), len(index) - 1) for side in (before, after)]

@@ -19,8 +19,9 @@ from toolpaths.files import write_program
 from toolpaths.finding import WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Toolpath
-from toolpaths.writing.program import Program, ToolFrame
+from toolpaths.writing.program import Program
 
 MM_MIN = 1.0 / 60000.0  # m/s
 
@@ -38,7 +39,7 @@ class Export(ProgramMaker):
     in_place = False
 
     def write(self, c: Compensation, staged: Path) -> MadeProgram:
-        program = with_external_findings(program_of(c), c.job.placement, self.source, self.language.name)
+        program = with_external_findings(program_of(c), c.job.placement, self.source, self.language)
         written = write_program(program, staged, self.language.name)
         return MadeProgram(written.files, written.findings, c)
 
@@ -73,12 +74,10 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
         tool=np.full_like(toolpath.tool, ONE_TOOL) if arm.tools.any_number else toolpath.tool,
         line=toolpath.line,
         tools={
-            k: ToolFrame(
-                name=t.name, xyz=t.position, rotation=t.rotation, mass=t.mass or None, com=t.com if t.mass else None
-            )
+            k: ToolFrame(t.name, Frame(t.rotation, t.position), t.mass or None, t.com if t.mass else None)
             for k, t in arm.tools.by_number.items()
         },
-        workobject=placement.workobject.matrix,
+        workobject=placement.workobject,
         rapid_speed=placement.program.rapid_feed * MM_MIN,
         configuration=inverse.inverse.configuration(joints).astype(np.int32) if inverse.labelled else None,
         start_joints=placement.start,

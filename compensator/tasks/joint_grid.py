@@ -13,7 +13,7 @@ Floats = npt.NDArray[np.float64]
 
 _STEP = 5.0  # deg
 _MOST = 250_000
-_WRIST = 45.0  # deg: joints 4 to 6 where nothing is said, away from a stretched wrist, as in the paper
+_WRIST = 45.0  # deg: joints 4 to 6 where none is given, away from a stretched wrist, as in the paper
 
 
 def grid_of(robot: Robot, joints: str, spans: str | None, fixed: str | None) -> JointGrid:
@@ -25,7 +25,7 @@ def grid_of(robot: Robot, joints: str, spans: str | None, fixed: str | None) -> 
         fixed: ``1=0,4=45``: angles of other joints in deg; 0 for joints 1 to 3 and 45 for the others where not given.
 
     Raises:
-        CompensatorError: names the option, what it says and what was expected.
+        CompensatorError: names the option, its value and what was expected.
     """
     i, j = _pair(robot, joints)
     first, second = _axes(robot, (i, j), spans)

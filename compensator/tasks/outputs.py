@@ -1,10 +1,8 @@
-"""Outputs: several files that appear together or not at all."""
+"""Outputs: the files that a task writes, all of them or none."""
 
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +10,7 @@ from types import TracebackType
 
 from compensator.errors import CompensatorError
 from toolpaths.errors import ToolpathError
+from toolpaths.writing.staging import Staging, StagingError
 
 
 def refuse_clashes(inputs: Sequence[Path], outputs: Sequence[Path | None]) -> None:
@@ -30,14 +29,13 @@ def refuse_clashes(inputs: Sequence[Path], outputs: Sequence[Path | None]) -> No
 
 
 class Outputs:
-    """Stages files in a hidden folder beside their target and renames them into place at the end.
+    """The files that a task writes, staged until all of them are there; the refusals name them as the user does.
 
     Use as a context manager: leaving it without ``commit`` leaves nothing behind.
     """
 
     def __init__(self) -> None:
-        self._folders: dict[Path, Path] = {}
-        self._staged: list[tuple[Path, Path]] = []
+        self._staging = Staging()
 
     def __enter__(self) -> Outputs:
         return self
@@ -45,8 +43,7 @@ class Outputs:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for folder in self._folders.values():
-            shutil.rmtree(folder, ignore_errors=True)
+        self._staging.__exit__(kind, error, trace)
 
     def folder(self, target: Path) -> Path:
         """Where files for the folder of ``target`` are staged; they keep their names.
@@ -54,17 +51,14 @@ class Outputs:
         Raises:
             CompensatorError: the folder cannot be written to.
         """
-        parent = target.resolve().parent
         if target.is_dir():
             raise CompensatorError(f"{target}: is a folder; expected the name of a file")
         if target.exists() and not target.is_file():
             raise CompensatorError(f"{target}: is a device or a pipe; outputs are renamed into place: name a file")
-        if parent not in self._folders:
-            try:
-                self._folders[parent] = Path(tempfile.mkdtemp(prefix=".compensator-", dir=parent))
-            except OSError as e:
-                raise CompensatorError(f"{target}: cannot write there: {e.strerror or e}") from e
-        return self._folders[parent]
+        try:
+            return self._staging.folder(target.resolve())
+        except StagingError as e:
+            raise CompensatorError(f"{target}: cannot write there: {e.why}") from e
 
     @contextmanager
     def writing(self, target: Path) -> Iterator[Path]:
@@ -81,38 +75,28 @@ class Outputs:
             raise CompensatorError(str(e).replace(f"{staged.parent}{os.sep}", shown)) from e
 
     def text(self, target: Path, content: str) -> None:
-        """Stage one text file."""
-        staged = self.folder(target) / target.name
+        """Stage one text file.
+
+        Raises:
+            CompensatorError: it cannot be written.
+        """
+        self.folder(target)
         try:
-            with open(staged, "w", encoding="utf-8", newline="\n") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-        except OSError as e:
-            raise CompensatorError(f"{target}: cannot be written: {e.strerror or e}. Nothing was changed") from e
-        self.add(staged, target)
+            self._staging.write(target.resolve(), [content.encode()])
+        except StagingError as e:
+            raise CompensatorError(f"{target}: cannot be written: {e.why}. Nothing was changed") from e
 
     def add(self, staged: Path, target: Path) -> None:
         """Take up a file that something else wrote into ``folder(target)``; a symbolic link stays one."""
-        self._staged.append((staged, target.resolve()))
+        self._staging.add(staged, target.resolve())
 
     def commit(self) -> None:
-        """Rename everything into place; on a failure or an interrupt put back what stood there before."""
-        done: list[tuple[Path, Path, bool]] = []
+        """Rename everything into place; on a failure or an interrupt put back what stood there before.
+
+        Raises:
+            CompensatorError: a rename failed.
+        """
         try:
-            for staged, target in self._staged:
-                old = staged.with_name(staged.name + ".old")
-                done.append((target, old, target.exists()))
-                if target.exists():
-                    os.replace(target, old)
-                os.replace(staged, target)
-        except BaseException as e:
-            for place, old, existed in reversed(done):
-                if old.exists():
-                    os.replace(old, place)
-                elif not existed:
-                    place.unlink(missing_ok=True)
-            if not isinstance(e, OSError):
-                raise
-            why = e.strerror or e
-            raise CompensatorError(f"{target}: cannot be put in place: {why}. Nothing was changed") from e
+            self._staging.commit()
+        except StagingError as e:
+            raise CompensatorError(f"{e.target}: cannot be put in place: {e.why}. Nothing was changed") from e

@@ -35,7 +35,7 @@ from toolpaths.files import read_toolpath
 Floats = npt.NDArray[np.float64]
 
 POSTURES = 300  # to choose from
-FORCE = 100.0  # N, where nobody says how hard the arm may be pulled
+FORCE = 100.0  # N, where neither the command line nor a session has one
 LEVELS = (1.0,)
 TWO_LEVELS = (0.4, 1.0)  # a gap and a softer flank are told apart by two
 INSTRUMENTS = Instruments(2e-5, None, 0.3, 0.1)  # the paper's tracker and force sensor

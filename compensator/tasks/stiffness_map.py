@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
 
+from compensator.cell.assumptions import assumptions
 from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
 from compensator.report.csv.stiffness_map import map_csv
@@ -97,7 +98,7 @@ def map_file(
         robot,
         effects,
         {e.name: loaded.values[e.name] for e in effects},
-        held,
+        tool=held,
         q=grid.q,
         wrench=np.array(wrench, dtype=float),
         gravity=np.array(STANDARD_GRAVITY) * weight,
@@ -110,35 +111,24 @@ def map_file(
     report = map_report(result, grid.joints, left_out, notes)
     load = ", ".join(f"{v:g}" for v in wrench)
     title = f"{loaded.source}: {robot.name}, wrench {load} N, N·m in {frame} axes at the TCP\n{_others(grid)}"
-    _write(grid, result, report, title=title, png=png, csv=csv, json=json, say=say)
-    return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
-
-
-def _write(
-    grid: JointGrid,
-    result: StiffnessMap,
-    report: dict[str, Any],
-    *,
-    title: str,
-    png: Path | None,
-    csv: Path | None,
-    json: Path | None,
-    say: Say,
-) -> None:
-    """The outputs that were asked for, all or none."""
     with Outputs() as outputs:
         if png:
-            from compensator.report.figures.stiffness_map import draw
-
             say("drawing")
-            staged = outputs.folder(png) / png.name
-            draw(grid, result, title, staged)
-            outputs.add(staged, png)
+            _draw(outputs, png, grid, result, title=title)
         if csv:
             outputs.text(csv, map_csv(result))
         if json:
             outputs.text(json, as_json(report))
         outputs.commit()
+    return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
+
+
+def _draw(outputs: Outputs, png: Path, grid: JointGrid, result: StiffnessMap, *, title: str) -> None:
+    from compensator.report.figures.stiffness_map import draw
+
+    staged = outputs.folder(png) / png.name
+    draw(grid, result, title, staged)
+    outputs.add(staged, png)
 
 
 def _others(grid: JointGrid) -> str:
@@ -164,9 +154,7 @@ def _usable(model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], w
 def _notes(
     model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], *, weight: bool, tool_mass: float
 ) -> list[str]:
-    notes = [f"{robot.name}: {text}" for text in robot.assumptions]
-    if model.provenance.get("kind") == "assumption":
-        notes.append(f"{model.source}: the stiffness values are an assumption: {model.provenance.get('source', '')}")
+    notes = [str(note) for note in assumptions(robot, model)]
     memory = [e.name for e in effects if e.memory]
     if memory:
         notes.append(f"{', '.join(memory)}: no path, no flank: joints stand mid-gap, with the mean of both sides")

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from toolpaths.writing.program import Program, ToolFrame
+from toolpaths.frame import Frame
+from toolpaths.tool_frame import ToolFrame
+from toolpaths.writing.program import Program
 
 SPINDLE = ToolFrame(
-    "spindle-a", np.array([0.01, -0.02, 0.25]), Rotation.from_euler("y", 30, degrees=True).as_matrix(),
+    "spindle-a", Frame(Rotation.from_euler("y", 30, degrees=True).as_matrix(), np.array([0.01, -0.02, 0.25])),
     35.0, np.array([0.0, 0.005, 0.12]),
 )  # fmt: skip
 WORKOBJECT = np.eye(4)
@@ -43,7 +45,7 @@ def small() -> Program:
         tool=np.ones(n, dtype=np.int32),
         line=np.arange(10, 10 + n, dtype=np.int32),
         tools={1: SPINDLE},
-        workobject=WORKOBJECT,
+        workobject=Frame.of(WORKOBJECT),
         rapid_speed=0.5,
         configuration=np.array([0, 0, 1, 2, 3, 4, 6, 7], dtype=np.int32),
         exact=np.array([0, 0, 0, 0, 1, 0, 0, 0], dtype=bool),
@@ -77,7 +79,7 @@ def random_program(n: int, seed: int, name: str = "RANDOM", lock: bool = True) -
         tool=np.ones(n, dtype=np.int32),
         line=np.arange(1, n + 1, dtype=np.int32),
         tools={1: SPINDLE},
-        workobject=WORKOBJECT,
+        workobject=Frame.of(WORKOBJECT),
         rapid_speed=0.5,
         configuration=g.integers(0, 8, n).astype(np.int32),
         robot="a robot",

@@ -14,11 +14,12 @@ from tests.oracles.patience import not_hanging
 from tests.toolpaths.test_apt_second_reader import Writer
 from toolpaths.errors import ReadError
 from toolpaths.files import read_toolpath
-from toolpaths.languages.apt import reader as apt
+from toolpaths.languages.apt import motion
+from toolpaths.languages.apt.reader import AptReader
 from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED
 
 QUIET = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-ACTS = tuple(apt._Reader("").acts)
+ACTS = tuple(AptReader("").acts)
 HEADS = (*ACTS, *sorted(EVENTS | PASSED)[:6], *sorted(REFUSED)[:6], "DRILL", "é", "")
 MINOR = (
     *(
@@ -152,7 +153,7 @@ def test_no_file_takes_long_or_much_memory(tmp_path: Path, text: str) -> None:
 
 
 def test_pecks_of_many_holes_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(apt, "MOST_DRILLED", 5000)
+    monkeypatch.setattr(motion, "MOST_DRILLED", 5000)
     holes = "".join(f"GOTO/{x},0,0\n" for x in range(100))
     (tmp_path / "part.apt").write_text(f"UNITS/MM\nCYCLE/DEEP,FEDTO,300,RAPTO,0,INCR,2,MMPM,60\n{holes}FINI\n")
     with pytest.raises(ReadError, match="the cycles make more than 5000 poses") as caught:

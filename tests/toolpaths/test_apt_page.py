@@ -9,8 +9,8 @@ import pytest
 
 from toolpaths.errors import ReadError
 from toolpaths.files import read_toolpath
-from toolpaths.languages.apt.cycle import KINDS
-from toolpaths.languages.apt.reader import _Reader
+from toolpaths.languages.apt.drill_cycle import KINDS
+from toolpaths.languages.apt.reader import AptReader
 from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED
 from toolpaths.languages.table import LANGUAGES
 
@@ -44,6 +44,6 @@ def test_every_example_is_run_and_every_list_is_whole() -> None:
     assert listed("- **Words**:") == set(REFUSED)
     assert all(f"`{suffix}`" in PAGE for suffix in LANGUAGES["apt"].reads)
     table = PAGE[PAGE.index("## What is read") : PAGE.index("Kept as events")]
-    acts = set(_Reader("").acts) - {"$$"}
+    acts = set(AptReader("").acts) - {"$$"}
     assert {word for word in acts if word not in table} == set()
     assert {kind for kind in KINDS if kind not in PAGE} == set()

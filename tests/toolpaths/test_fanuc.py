@@ -10,9 +10,10 @@ from tests.oracles import fanuc_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
 from toolpaths.files import read_back, write_program
+from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.config import bits_of, config_texts, controller_joints, model_joints
-from toolpaths.languages.fanuc.motion import speed_texts
-from toolpaths.writing.program import ToolFrame
+from toolpaths.languages.fanuc.speeds import speed_texts
+from toolpaths.tool_frame import ToolFrame
 
 
 def written(program, tmp_path, name="part1.ls"):
@@ -88,7 +89,7 @@ def test_frames_and_start(tmp_path):
     assert frame == pytest.approx([1500, -200, 800, 10, -20, 30], abs=1e-5)
     np.testing.assert_allclose(rotation_of(frame[3:]), WORKOBJECT[:3, :3], atol=2e-7)
     assert tool[:3] == [10, -20, 250]
-    np.testing.assert_allclose(rotation_of(tool[3:]), SPINDLE.rotation, atol=2e-7)
+    np.testing.assert_allclose(rotation_of(tool[3:]), SPINDLE.frame.rotation, atol=2e-7)
     assert [m.word for m in state.moves[:3]] == ["J", "J", "L"]
     assert [state.moves[0].position[f"J{i}"] for i in range(1, 7)] == [0, -100, 200, 0, 45, 0]
     assert "PAYLOAD to set: 35.000 kg" in state.remarks and "centre mm 0.0 5.0 120.0" in state.remarks
@@ -168,7 +169,7 @@ def test_turning_on_the_spot(tmp_path):
 
 
 def test_tool_change_pauses_and_takes_the_other_tool(tmp_path):
-    other = ToolFrame("b", np.array([0, 0, 0.3]), np.eye(3))
+    other = ToolFrame("b", Frame(np.eye(3), np.array([0, 0, 0.3])))
     p = random_program(7, 2)
     p = changed(p, tools={1: SPINDLE, 2: other}, tool=np.array([1, 1, 1, 2, 2, 2, 2], dtype=np.int32))
     state = written(p, tmp_path)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.sample_programs import SPINDLE
 from tests.toolpaths.test_fanuc_reader import JOINTS, POSE, program
 from toolpaths.errors import ReadError, WriteError
+from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.filter import rewrite
 from toolpaths.languages.fanuc.reader import read
 from toolpaths.writing.program import Program
@@ -60,7 +61,7 @@ def commanded(toolpath, index, shift, turn=(0, 0, 0), row=None) -> tuple[Program
         tool=t.tool,
         line=t.line,
         tools={2: SPINDLE},
-        workobject=np.eye(4),
+        workobject=Frame.identity(),
         rapid_speed=1.0,
         configuration=said,
         nominal_position=t.position,

@@ -14,8 +14,8 @@ from tests.oracles.patience import not_hanging
 from tests.oracles.sample_programs import random_program
 from toolpaths.errors import ReadError
 from toolpaths.files import write_program
-from toolpaths.languages.fanuc.motion import speed_texts
 from toolpaths.languages.fanuc.reader import read
+from toolpaths.languages.fanuc.speeds import speed_texts
 from toolpaths.writing.marker import refuse_compensated_remarks
 
 POSE = """P[{n}]{{
@@ -95,11 +95,11 @@ def test_frames_from_constants(tmp_path):
     ]
     t = read_text(tmp_path, plain(*lines, "L P[1] 20mm/sec FINE"))
     expected = Rotation.from_euler("xyz", [10, -20, 30], degrees=True).as_matrix()
-    np.testing.assert_allclose(t.setting.workobject[:3, :3], expected, atol=1e-12)
-    np.testing.assert_allclose(t.setting.workobject[:3, 3], [1.5, -0.2005, 0.8])
-    np.testing.assert_allclose(t.setting.tools[2].xyz, [0.01, -0.02, 0.25])
+    np.testing.assert_allclose(t.setting.workobject.rotation, expected, atol=1e-12)
+    np.testing.assert_allclose(t.setting.workobject.origin, [1.5, -0.2005, 0.8])
+    np.testing.assert_allclose(t.setting.tools[2].frame.origin, [0.01, -0.02, 0.25])
     expected = Rotation.from_euler("y", 30, degrees=True).as_matrix()
-    np.testing.assert_allclose(t.setting.tools[2].rotation, expected, atol=1e-12)
+    np.testing.assert_allclose(t.setting.tools[2].frame.rotation, expected, atol=1e-12)
 
 
 def test_an_arc(tmp_path):
@@ -115,7 +115,7 @@ def test_an_arc(tmp_path):
 def test_frame_0_is_the_base_and_other_groups_pass(tmp_path):
     more = "\n   GP2:\n\tUF : 0, UT : 1,\n\tJ1=   100.000  mm"
     t = read_text(tmp_path, program(["L P[1] 5mm/sec FINE"], pose(1, 7, uf="0", ut="F", more=more)))
-    np.testing.assert_array_equal(t.setting.workobject, np.eye(4))
+    np.testing.assert_array_equal(t.setting.workobject.matrix, np.eye(4))
     assert t.position[0, 0] == 0.007
     t = read_text(tmp_path, program(["L P[1] 5mm/sec FINE"], pose(1, 7, more=",\n\tE1=   12.000 mm")))
     assert t.position[0, 0] == 0.007
@@ -225,7 +225,7 @@ def test_real_programs(shared, tmp_path, name, poses, cutting):
     assert sum(e.word.startswith("CALL ") for e in t.events) == (1 if poses == 6 else 2)
     if poses == 9:
         np.testing.assert_allclose(t.position[1:3], [[0.2, 0.25, 0.348735], [0.2, 0.2, 0.262132]])
-        np.testing.assert_allclose(t.setting.workobject[:3, 3], [0.807767, -0.9637, 0.041479])
+        np.testing.assert_allclose(t.setting.workobject.origin, [0.807767, -0.9637, 0.041479])
         np.testing.assert_allclose(np.degrees(t.setting.joints[0])[:3], [-46.184, -6.775, -20.549 - 6.775])
         np.testing.assert_allclose(t.feed[1:], 0.5)
 
@@ -239,8 +239,8 @@ def test_what_is_written_is_read(tmp_path):
     assert caught.value.line == 22
     t = read_text(tmp_path, text)
     np.testing.assert_allclose(t.position[1:], p.position, atol=0.51e-7)
-    np.testing.assert_allclose(t.setting.workobject, p.workobject, atol=2e-7)
-    np.testing.assert_allclose(t.setting.tools[9].rotation, p.tools[1].rotation, atol=2e-7)
+    np.testing.assert_allclose(t.setting.workobject.matrix, p.workobject.matrix, atol=2e-7)
+    np.testing.assert_allclose(t.setting.tools[9].frame.rotation, p.tools[1].frame.rotation, atol=2e-7)
     assert t.setting.configuration[1:].tolist() == p.configuration.tolist()
     speed = np.where(p.kind == 1, p.feed, p.rapid_speed)
     np.testing.assert_allclose(t.feed[1:], speed_texts(speed)[1], rtol=1e-12)

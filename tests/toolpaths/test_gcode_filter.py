@@ -16,6 +16,7 @@ from tests.oracles.random_gcode import RandomProgram
 from tests.oracles.sample_programs import SPINDLE
 from tests.toolpaths.test_rs274_reader import PRINTED_INCH, check, reference
 from toolpaths.errors import ReadError, WriteError
+from toolpaths.frame import Frame
 from toolpaths.languages.gcode.filter import rewrite
 from toolpaths.languages.gcode.reader import parse
 from toolpaths.machine import Machine
@@ -40,7 +41,7 @@ def program_of(path: Toolpath, position: np.ndarray | None = None, axis: np.ndar
         name="A", position=np.array(path.position if position is None else position),
         rotation=rotation_of_axis(path.axis if axis is None else axis), joints=np.zeros((n, 6)),
         feed=np.array(path.feed), kind=np.array(path.kind), tool=np.array(path.tool), line=np.array(path.line),
-        tools={int(t): SPINDLE for t in set(path.tool)}, workobject=np.eye(4), rapid_speed=0.5, source="a.nc",
+        tools={int(t): SPINDLE for t in set(path.tool)}, workobject=Frame.identity(), rapid_speed=0.5, source="a.nc",
     )  # fmt: skip
 
 

@@ -14,10 +14,12 @@ import pytest
 from tests.toolpaths.test_gcode_filter import program_of
 from toolpaths.errors import ReadError
 from toolpaths.files import read_toolpath, write_program
+from toolpaths.frame import Frame
 from toolpaths.languages.gcode.filter import rewrite
 from toolpaths.rotation import rotation_of_axis
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
-from toolpaths.writing.program import Program, ToolFrame
+from toolpaths.writing.program import Program
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "gcode.md").read_text(encoding="utf-8")
@@ -63,15 +65,15 @@ def test_the_machine(tmp_path: Path) -> None:
 
 def test_what_is_written(tmp_path: Path) -> None:
     ((_, text),) = blocks("nc", "written")
-    workobject = np.eye(4)
-    workobject[:3, 3] = [0.8, -0.1, 0.2]
+    workobject = Frame(np.eye(3), np.array([0.8, -0.1, 0.2]))
     tilted = [0.1, 0.0, np.sqrt(0.99)]
     program = Program(
         name="slot", position=np.array([[0, 0, 20], [0, 0, -1], [60, 0, -1], [60, 0, 20]]) * 1e-3,
         rotation=rotation_of_axis(np.array([[0, 0, 1], [0, 0, 1], tilted, tilted])), joints=np.zeros((4, 6)),
         feed=np.array([np.nan, 0.005, 0.02, np.nan]), kind=np.array([0, 1, 1, 0], dtype=np.uint8),
         tool=np.ones(4, dtype=np.int32), line=np.arange(4, 8, dtype=np.int32),
-        tools={1: ToolFrame("spindle", np.array([0, 0, 0.15]), np.eye(3))}, workobject=workobject, rapid_speed=0.5,
+        tools={1: ToolFrame("spindle", Frame(np.eye(3), np.array([0, 0, 0.15])))},
+        workobject=workobject, rapid_speed=0.5,
         exact=np.array([False, False, True, False]), comments=((1, "S8000 M3"),), robot="a robot", source="slot.cls",
     )  # fmt: skip
     write_program(program, tmp_path / "a.nc")

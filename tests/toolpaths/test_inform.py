@@ -13,8 +13,9 @@ from tests.oracles import inform_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
 from toolpaths.files import write_program
+from toolpaths.frame import Frame
 from toolpaths.languages.inform.moves import rconf
-from toolpaths.writing.program import ToolFrame
+from toolpaths.tool_frame import ToolFrame
 
 
 def written(program, folder, name="part1.jbi"):
@@ -72,7 +73,7 @@ def test_angles_are_robodks(tmp_path):
 
 def test_gimbal_lock_in_the_robot_frame(tmp_path):
     """Work object at the base, so that lock stays lock: Rx is 0, nothing is lost."""
-    program = changed(random_program(900, 3), workobject=np.eye(4))
+    program = changed(random_program(900, 3), workobject=Frame.identity())
     lines = lines_of(written(program, tmp_path))
     poses = np.array([motoman(m.position) for m in lines])
     np.testing.assert_allclose(poses[:, :3, :3], program.rotation, atol=1.55e-6)
@@ -154,7 +155,7 @@ def test_feeds_that_v_cannot_say(tmp_path):
 
 
 def test_tool_change_pauses_and_takes_the_other_tool(tmp_path):
-    other = ToolFrame("b", np.array([0, 0, 0.3]), np.eye(3))
+    other = ToolFrame("b", Frame(np.eye(3), np.array([0, 0, 0.3])))
     p = random_program(7, 2)
     p = changed(p, tools={1: SPINDLE, 2: other}, tool=np.array([1, 1, 1, 2, 2, 2, 2], dtype=np.int32))
     write_program(p, tmp_path / "p.jbi")

@@ -10,8 +10,9 @@ from tests.oracles import krl_reader
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.errors import WriteError
 from toolpaths.files import write_program
+from toolpaths.frame import Frame
 from toolpaths.languages.krl.writer import status_and_turn
-from toolpaths.writing.program import ToolFrame
+from toolpaths.tool_frame import ToolFrame
 
 
 def written(program, tmp_path, name="part1.src"):
@@ -60,7 +61,7 @@ def test_frames(tmp_path):
     base, tool = state.values["$BASE"], state.values["$TOOL"]
     assert [base[k] for k in "XYZABC"] == pytest.approx([1500, -200, 800, 30, -20, 10], abs=1e-5)
     assert [tool[k] for k in "XYZ"] == [10, -20, 250]
-    np.testing.assert_allclose(rotation_of(tool), SPINDLE.rotation, atol=2e-7)
+    np.testing.assert_allclose(rotation_of(tool), SPINDLE.frame.rotation, atol=2e-7)
     load = state.values["$LOAD"]
     assert load["M"] == 35 and [load["CM"][k] for k in "XYZ"] == [0, 5, 120]
     assert [m.word for m in state.moves[:2]] == ["PTP", "PTP"]
@@ -101,7 +102,7 @@ def test_turning_on_the_spot_uses_the_orientation(tmp_path):
 
 
 def test_tool_change_halts_and_takes_the_other_tool(tmp_path):
-    other = ToolFrame("b", np.array([0, 0, 0.3]), np.eye(3))
+    other = ToolFrame("b", Frame(np.eye(3), np.array([0, 0, 0.3])))
     p = random_program(7, 2)
     p = changed(p, tools={1: SPINDLE, 2: other}, tool=np.array([1, 1, 1, 2, 2, 2, 2], dtype=np.int32))
     state = written(p, tmp_path)

@@ -48,11 +48,11 @@ def test_moves_of_a_program(tmp_path: Path, end: str) -> None:
     np.testing.assert_allclose(path.axis, [[0, 0, 1]] * len(path), atol=1e-12)
     setting = path.setting
     assert list(setting.tools) == [3] and np.isnan(setting.zones[0]) and setting.zones[4] == 0
-    np.testing.assert_allclose(setting.tools[3].xyz, [0.03, -0.02, 0.24])
+    np.testing.assert_allclose(setting.tools[3].frame.origin, [0.03, -0.02, 0.24])
     np.testing.assert_allclose(
-        setting.tools[3].rotation, Rotation.from_euler("y", 25, degrees=True).as_matrix(), atol=1e-12
+        setting.tools[3].frame.rotation, Rotation.from_euler("y", 25, degrees=True).as_matrix(), atol=1e-12
     )
-    np.testing.assert_allclose(setting.workobject[:3, 3], [1.5, -0.15, 0.8])
+    np.testing.assert_allclose(setting.workobject.origin, [1.5, -0.15, 0.8])
     assert setting.configuration[:3].tolist() == [0, 0, -1]  # S 2: wrist point in front of the lower arm
 
 
@@ -68,7 +68,7 @@ def test_frames_and_the_geometric_operator(tmp_path: Path) -> None:
     expected = first * Rotation.from_euler("ZYX", [-10, 20, 30], degrees=True)
     assert (Rotation.from_quat(path.quaternion[0], scalar_first=True).inv() * expected).magnitude() < 1e-9
     np.testing.assert_allclose(path.position[1] * 1e3, [11, 6, 7], atol=1e-9)
-    np.testing.assert_allclose(path.setting.workobject[:3, 3] * 1e3, [1, 12, 3], atol=1e-9)
+    np.testing.assert_allclose(path.setting.workobject.origin * 1e3, [1, 12, 3], atol=1e-9)
     np.testing.assert_allclose(path.setting.zones * 1e3, [0.5, 0])
     np.testing.assert_allclose(path.feed, 0.05)
 
@@ -88,7 +88,7 @@ def test_spline_lines_with_their_own_frames(tmp_path: Path) -> None:
     text = program(data + line + "\nSPTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 -5}")
     path = read(tmp_path, text, KRL_DAT)
     np.testing.assert_allclose(path.feed, [0.3, np.nan])
-    assert path.tool[0] == 3 and path.setting.workobject[0, 3] == 1.5
+    assert path.tool[0] == 3 and path.setting.workobject.origin[0] == 1.5
     np.testing.assert_allclose(np.degrees(path.setting.joints[1]), [0, -90, 90, 0, 10, -5])
 
 
@@ -193,7 +193,7 @@ def test_what_this_product_writes_reads_the_same(tmp_path: Path) -> None:
     turned = Rotation.from_quat(path.quaternion[-400:], scalar_first=True).as_matrix()
     np.testing.assert_allclose(turned, sample.rotation, atol=3e-7)
     np.testing.assert_array_equal(path.setting.configuration[-400:], sample.configuration)
-    np.testing.assert_allclose(path.setting.workobject, sample.workobject, atol=1e-6)
+    np.testing.assert_allclose(path.setting.workobject.matrix, sample.workobject.matrix, atol=1e-6)
 
 
 def test_real_programs(shared: Path) -> None:

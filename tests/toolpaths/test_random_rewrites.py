@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from tests.toolpaths.test_rapid_filter import without_marker
 from toolpaths.errors import WriteError
 from toolpaths.files import read_toolpath
+from toolpaths.frame import Frame
 from toolpaths.languages.krl import filter as krl_filter
 from toolpaths.languages.rapid import filter as rapid_filter
 from toolpaths.toolpath import Toolpath
@@ -110,14 +111,14 @@ def commanded(path: Toolpath, rng: np.random.Generator) -> tuple[Program, np.nda
     n = len(index)
     program = Program(
         "P", path.position[index] + shift, rotation, np.zeros((n, 6)), np.zeros(n), path.kind[index],
-        path.tool[index], path.line[index], {}, np.eye(4), 0.5,
+        path.tool[index], path.line[index], {}, Frame.identity(), 0.5,
     )  # fmt: skip
     return program, row
 
 
-def in_frame(path: Toolpath, frame: np.ndarray) -> Toolpath:
+def in_frame(path: Toolpath, frame: Frame) -> Toolpath:
     """The poses in another frame: lines put in may make another one that of most cuts."""
-    relative = np.linalg.inv(frame) @ path.setting.workobject
+    relative = np.linalg.inv(frame.matrix) @ path.setting.workobject.matrix
     turn = Rotation.from_matrix(relative[:3, :3]) * Rotation.from_quat(path.quaternion, scalar_first=True)
     position = path.position @ relative[:3, :3].T + relative[:3, 3]
     return replace(path, position=position, quaternion=turn.as_quat(scalar_first=True))
@@ -214,7 +215,7 @@ def test_names_of_split_targets_are_legal_and_new(tmp_path: Path, suffix: str, l
     rotation = Rotation.from_quat(path.quaternion, scalar_first=True).as_matrix()
     program = Program(
         "P", path.position + shift, rotation, np.zeros((5, 6)), np.zeros(5), path.kind, path.tool, path.line, {},
-        np.eye(4), 0.5,
+        Frame.identity(), 0.5,
     )  # fmt: skip
     out = {".mod": rapid_filter.rewrite, ".src": krl_filter.rewrite}[suffix](file.read_bytes(), program, path.row, file)
     names = re.findall(r"(?:robtarget|POS) (\w+)", out.text.decode())

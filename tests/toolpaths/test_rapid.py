@@ -13,8 +13,9 @@ from tests.oracles import rapid_reader
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.errors import WriteError
 from toolpaths.files import write_program
+from toolpaths.frame import Frame
 from toolpaths.languages.rapid.writer import confdata
-from toolpaths.writing.program import ToolFrame
+from toolpaths.tool_frame import ToolFrame
 
 
 def written(program, tmp_path, name="part1.mod"):
@@ -50,12 +51,12 @@ def test_tool_and_work_object(tmp_path):
     for move in moves:
         held, frame, load = move.tool
         assert held is True and frame[0] == [10.0, -20.0, 250.0]
-        np.testing.assert_allclose(matrices(frame[1]), SPINDLE.rotation, atol=2e-8)
+        np.testing.assert_allclose(matrices(frame[1]), SPINDLE.frame.rotation, atol=2e-8)
         assert load == [35.0, [0.0, 5.0, 120.0], [1, 0, 0, 0], 0, 0, 0]
         robhold, ufprog, mechanical, user, in_user = move.wobj
         assert (robhold, ufprog, mechanical) == (False, True, '""')
         assert user[0] == [1500.0, -200.0, 800.0] and in_user == [[0, 0, 0], [1, 0, 0, 0]]
-        np.testing.assert_allclose(matrices(user[1]), small().workobject[:3, :3], atol=2e-8)
+        np.testing.assert_allclose(matrices(user[1]), small().workobject.rotation, atol=2e-8)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +68,7 @@ def test_tool_and_work_object(tmp_path):
     ],
 )
 def test_loads_that_are_not_known(mass, com, load, tmp_path):
-    tool = ToolFrame("t", SPINDLE.xyz, SPINDLE.rotation, mass, com)
+    tool = ToolFrame("t", SPINDLE.frame, mass, com)
     moves, _ = written(changed(small(), tools={1: tool}), tmp_path)
     assert moves[0].tool[2][:2] == load
 
@@ -168,7 +169,7 @@ def test_many_feeds_are_written_into_the_moves(tmp_path):
 
 
 def test_tool_change_stops_and_takes_the_other_tool(tmp_path):
-    other = ToolFrame("Fräser Ø6", np.array([0, 0, 0.3]), np.eye(3), 30.0, np.zeros(3))
+    other = ToolFrame("Fräser Ø6", Frame(np.eye(3), np.array([0, 0, 0.3])), 30.0, np.zeros(3))
     p = path_of([(10 * x, 0, 0) for x in range(7)], tools={1: SPINDLE, 12: other})
     p = changed(p, tool=np.array([1, 1, 1, 12, 12, 12, 12], dtype=np.int32))
     moves, words = written(p, tmp_path)

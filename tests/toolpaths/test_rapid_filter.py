@@ -15,6 +15,7 @@ from tests.oracles.patience import not_hanging
 from tests.oracles.robot_programs import RAPID, TAIL, target
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.files import read_toolpath
+from toolpaths.frame import Frame
 from toolpaths.languages.rapid.filter import rewrite
 from toolpaths.rewriting.filter import Rewritten
 from toolpaths.toolpath import Toolpath
@@ -33,7 +34,7 @@ def commanded(path: Toolpath, shift: np.ndarray, turn: Rotation = TURN) -> Progr
     n = len(path)
     return Program(
         "P", position, rotation, np.zeros((n, 6)), path.feed.copy(), path.kind.copy(), path.tool.copy(),
-        path.line.copy(), {}, np.eye(4), 0.5,
+        path.line.copy(), {}, Frame.identity(), 0.5,
     )  # fmt: skip
 
 

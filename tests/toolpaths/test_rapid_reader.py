@@ -56,11 +56,11 @@ def test_tool_work_object_and_zones(tmp_path: Path) -> None:
     setting = read(tmp_path, RAPID).setting
     tool = setting.tools[1]
     assert (tool.name, tool.mass) == ("spindle", 30.0)
-    np.testing.assert_allclose(tool.xyz, [0.03, -0.02, 0.24])
-    np.testing.assert_allclose(tool.rotation, Rotation.from_euler("y", 25, degrees=True).as_matrix(), atol=1e-12)
-    np.testing.assert_allclose(setting.workobject[:3, 3], [1.5, -0.15, 0.8])
+    np.testing.assert_allclose(tool.frame.origin, [0.03, -0.02, 0.24])
+    np.testing.assert_allclose(tool.frame.rotation, Rotation.from_euler("y", 25, degrees=True).as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(setting.workobject.origin, [1.5, -0.15, 0.8])
     turn = Rotation.from_euler("z", 20, degrees=True).as_matrix()
-    np.testing.assert_allclose(setting.workobject[:3, :3], turn, atol=1e-12)
+    np.testing.assert_allclose(setting.workobject.rotation, turn, atol=1e-12)
     np.testing.assert_allclose(setting.zones * 1e3, [10, 0, 1, 1, 1, 10, 10, 0, 2])
     np.testing.assert_array_equal(setting.configuration, [0] * 9)
 
@@ -263,17 +263,17 @@ def test_what_this_product_writes_reads_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(path.kind[1:], program.kind)
     turned = Rotation.from_quat(path.quaternion[1:], scalar_first=True).as_matrix()
     np.testing.assert_allclose(turned, program.rotation, atol=3e-8)
-    np.testing.assert_allclose(path.setting.workobject, program.workobject, atol=1e-7)
+    np.testing.assert_allclose(path.setting.workobject.matrix, program.workobject.matrix, atol=1e-7)
 
 
 def test_real_programs(shared: Path) -> None:
     path = read_toolpath(shared / "data/cam/robodk/Program.mod")
-    np.testing.assert_allclose(path.setting.workobject[:3, 3], [0.399855, 0, 0.1])
+    np.testing.assert_allclose(path.setting.workobject.origin, [0.399855, 0, 0.1])
     assert len(path) == 6 and path.kind.tolist() == [0, 0, 1, 1, 1, 1]
     np.testing.assert_allclose(path.position[2] * 1e3, [18.715 - 399.855, 147.321, 458.168 - 100], atol=1e-9)
     np.testing.assert_allclose(path.position[3] * 1e3, [3.281, 147.321, 294.993], atol=1e-9)
     post = read_toolpath(shared / "data/cam/robodk_posts/ABB_RAPID_IRC5_test_post.mod")
-    assert ends(post).sum() == 12 and post.setting.tools[1].xyz.tolist() == [0.38, 0, 0.2]
+    assert ends(post).sum() == 12 and post.setting.tools[1].frame.origin.tolist() == [0.38, 0, 0.2]
     np.testing.assert_allclose(post.feed[2:], 0.1)
 
 

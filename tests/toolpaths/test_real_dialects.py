@@ -12,6 +12,7 @@ import pytest
 from tests.oracles import inform_reader, val3_reader
 from tests.oracles.sample_programs import changed, random_program, small
 from toolpaths.files import write_program
+from toolpaths.frame import Frame
 
 JOBS = ["robodk/PROGRAM.JBI", "robodk_posts/Motoman_test_post.jbi"]
 LISTINGS = ["robodk/Program.LS", "robodk_posts/Fanuc_R30iA_test_post.ls"]
@@ -39,7 +40,7 @@ def test_inform_positions_are_those_of_a_real_job(shared, tmp_path):
     poses = [inform_reader.pose(inform_reader.Position(r[:3].tolist(), r[3:].tolist(), 9, [])) for r in rows]
     p = changed(
         random_program(len(rows), 1), position=rows[:, :3] * 1e-3, rotation=np.array([t[:3, :3] for t in poses]),
-        workobject=np.eye(4),
+        workobject=Frame.identity(),
     )  # fmt: skip
     write_program(p, tmp_path / "own.jbi")
     own = np.array(list(inform_reader.dialect(tmp_path / "own.jbi").positions.values()))[1:]

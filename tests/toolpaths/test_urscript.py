@@ -13,7 +13,8 @@ from tests.oracles import urscript_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
 from toolpaths.files import read_back, write_program
-from toolpaths.writing.program import ToolFrame
+from toolpaths.frame import Frame
+from toolpaths.tool_frame import ToolFrame
 
 
 def written(program, tmp_path, name="part1.script"):
@@ -48,7 +49,7 @@ def test_rotation_vectors_are_those_of_robodk(tmp_path):
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     angle = np.pi - g.choice([0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1.0], 300)
     rotation = Rotation.from_rotvec(axis * angle[:, None]).as_matrix()
-    program = changed(random_program(300, 1), rotation=rotation, workobject=np.eye(4))
+    program = changed(random_program(300, 1), rotation=rotation, workobject=Frame.identity())
     for m, r in zip(lines_of(written(program, tmp_path)), rotation, strict=True):
         np.testing.assert_allclose(m.target[:3, :3], r, atol=2e-8)
         assert np.linalg.norm(Rotation.from_matrix(m.target[:3, :3]).as_rotvec()) <= np.pi + 1e-9
@@ -59,7 +60,7 @@ def test_rotation_vectors_are_those_of_robodk(tmp_path):
 
 
 def test_vector_and_printed_digits(tmp_path):
-    program = changed(random_program(200, 9, lock=False), workobject=np.eye(4))
+    program = changed(random_program(200, 9, lock=False), workobject=Frame.identity())
     write_program(program, tmp_path / "p.script")
     text = (tmp_path / "p.script").read_text()
     for row, r in zip([x for x in text.splitlines() if "movel" in x], program.rotation, strict=True):
@@ -72,7 +73,7 @@ def test_frames_and_start(tmp_path):
     (run,) = written(small(), tmp_path)
     first = run.moves[0]
     np.testing.assert_allclose(first.tcp[:3, 3], [0.01, -0.02, 0.25], atol=1e-12)
-    np.testing.assert_allclose(first.tcp[:3, :3], SPINDLE.rotation, atol=2e-9)
+    np.testing.assert_allclose(first.tcp[:3, :3], SPINDLE.frame.rotation, atol=2e-9)
     assert first.payload == (35.0, (0.0, 0.005, 0.12))
     assert [m.word for m in run.moves[:3]] == ["movej", "movej", "movel"]
     np.testing.assert_allclose(np.degrees(first.target), [0, -100, 100, 0, 45, 0], atol=1e-6)
@@ -116,7 +117,7 @@ def test_parts_follow_each_other(tmp_path):
 
 
 def test_tool_change_asks_and_takes_the_other_tool(tmp_path):
-    other = ToolFrame('b "9"', np.array([0, 0, 0.3]), np.eye(3), 2.0)
+    other = ToolFrame('b "9"', Frame(np.eye(3), np.array([0, 0, 0.3])), 2.0)
     p = random_program(7, 2)
     p = changed(p, tools={1: SPINDLE, 2: other}, tool=np.array([1, 1, 1, 2, 2, 2, 2], dtype=np.int32))
     (run,) = written(p, tmp_path)
@@ -149,7 +150,7 @@ def test_speed_and_arm_that_ur_does_not_take(tmp_path):
 
 
 def test_load_that_is_not_known(tmp_path):
-    tool = ToolFrame("bare", SPINDLE.xyz, SPINDLE.rotation)
+    tool = ToolFrame("bare", SPINDLE.frame)
     found = write_program(changed(small(), tools={1: tool}), tmp_path / "p.script").findings
     assert any("mass is not known" in str(f) for f in found)
     assert "set_payload" not in (tmp_path / "p.script").read_text()

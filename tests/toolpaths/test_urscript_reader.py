@@ -53,7 +53,7 @@ def test_moves_and_what_they_carry(tmp_path):
     np.testing.assert_allclose(t.feed, [np.nan, np.nan, 0.02, 0.01, 0.01, np.nan, np.nan, 0.5])
     np.testing.assert_allclose(t.setting.zones, [0, 0, 0.001, 0.005, 0.003, 0, 0, 0])
     np.testing.assert_allclose(t.setting.joints[0], [0, -1.57, 1.57, 0, 0.5, -0.1])
-    np.testing.assert_array_equal(t.setting.workobject, np.eye(4))
+    np.testing.assert_array_equal(t.setting.workobject.matrix, np.eye(4))
     assert t.setting.tools == {} and not t.tool.any() and set(t.setting.joints) == {0, 7}
     expected = Rotation.from_rotvec([0, 3, 0])
     assert (expected.inv() * Rotation.from_quat(t.quaternion[2], scalar_first=True)).magnitude() < 1e-12
@@ -74,14 +74,15 @@ def test_frames_and_tools(tmp_path):
         f"movel({B}, v=0.02)",
     ]
     t = read_text(tmp_path, plain(*lines))
-    np.testing.assert_allclose(t.setting.workobject[:3, 3], [1, 0, 0])
+    np.testing.assert_allclose(t.setting.workobject.origin, [1, 0, 0])
     np.testing.assert_allclose(t.position[:2], [[0.1, 0, 0], [0.2, 0.05, 0]], atol=1e-12)
     # computed in the base: (1, 0, 0) + Rz(90) (0, 1, 1) = (0, 0, 1), in the frame (0, 1, 1)
     np.testing.assert_allclose(t.position[2], [0, 1, 1], atol=1e-12)
     np.testing.assert_allclose(t.position[3], [0.05, 0.8, 0], atol=1e-12)
     assert t.tool.tolist() == [1, 1, 2, 2]
-    np.testing.assert_allclose(t.setting.tools[1].rotation, Rotation.from_rotvec([0, 0, 0.5]).as_matrix(), atol=1e-12)
-    assert t.setting.tools[2].xyz[2] == 0.2 and t.setting.tools[2].mass == 2.5 and t.setting.tools[1].com[2] == 0.05
+    first, second = t.setting.tools[1], t.setting.tools[2]
+    np.testing.assert_allclose(first.frame.rotation, Rotation.from_rotvec([0, 0, 0.5]).as_matrix(), atol=1e-12)
+    assert second.frame.origin[2] == 0.2 and second.mass == 2.5 and first.com[2] == 0.05
 
 
 def test_an_arc(tmp_path):
@@ -290,7 +291,7 @@ def test_real_programs(shared, tmp_path):
     np.testing.assert_allclose(t.feed[3:11], 0.05)
     np.testing.assert_allclose(t.setting.zones[3:11], 0.001)
     np.testing.assert_allclose(t.setting.joints[2], [-3.831622, -2.007013, -1.342957, -1.224118, 2.230783, 1.418370])
-    np.testing.assert_allclose(t.setting.tools[1].xyz, [0.05, 0, 0.45])
+    np.testing.assert_allclose(t.setting.tools[1].frame.origin, [0.05, 0, 0.45])
     t = read(folder / "Prog1.script", "p.script", 1e-5)
     assert len(t) == 5 and t.kind.tolist() == [0, 0, 1, 0, 1] and sorted(t.setting.joints) == [0, 1, 3]
     np.testing.assert_allclose(t.setting.arcs[4][0], [0.768367, -0.048527, 0.8564])
@@ -305,8 +306,8 @@ def test_what_is_written_is_read(tmp_path):
     assert caught.value.line == 4
     t = read_text(tmp_path, text)
     np.testing.assert_allclose(t.position[1:], p.position, atol=0.51e-7)
-    np.testing.assert_allclose(t.setting.workobject, p.workobject, atol=1e-8)
-    np.testing.assert_allclose(t.setting.tools[1].rotation, p.tools[1].rotation, atol=2e-9)
+    np.testing.assert_allclose(t.setting.workobject.matrix, p.workobject.matrix, atol=1e-8)
+    np.testing.assert_allclose(t.setting.tools[1].frame.rotation, p.tools[1].frame.rotation, atol=2e-9)
     assert t.kind[1:].tolist() == p.kind.tolist() and t.setting.tools[1].mass == 35
     got = Rotation.from_quat(t.quaternion[1:], scalar_first=True).as_matrix()
     np.testing.assert_allclose(got, p.rotation, atol=2e-8)

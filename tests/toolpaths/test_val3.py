@@ -14,7 +14,8 @@ from tests.oracles import val3_reader
 from tests.oracles.sample_programs import SPINDLE, WORKOBJECT, changed, random_program, small
 from toolpaths.errors import WriteError
 from toolpaths.files import write_program
-from toolpaths.writing.program import ToolFrame
+from toolpaths.frame import Frame
+from toolpaths.tool_frame import ToolFrame
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
@@ -88,7 +89,7 @@ def test_frames_and_start(tmp_path):
     np.testing.assert_allclose(staubli(work)[:3, :3], WORKOBJECT[:3, :3], atol=2e-8)
     assert work["fatherId"] == "world[0]" and tool["fatherId"] == "flange[0]"
     assert [tool[k] for k in ("x", "y", "z")] == [10, -20, 250]
-    np.testing.assert_allclose(staubli(tool)[:3, :3], SPINDLE.rotation, atol=2e-8)
+    np.testing.assert_allclose(staubli(tool)[:3, :3], SPINDLE.frame.rotation, atol=2e-8)
     assert [m.word for m in app.moves[:3]] == ["movej", "movej", "movel"]
     assert list(app.moves[0].target.values()) == [0, -100, 100, 0, 45, 0]
     assert app.moves[0].mdesc["vel"] == 20 and app.moves[2].mdesc["vel"] == 100
@@ -106,7 +107,7 @@ def test_speed_and_rounding_hold_where_they_stand(tmp_path):
 
 
 def test_tool_change_waits_for_a_key_and_takes_the_other_tool(tmp_path):
-    other = ToolFrame('b"\\ ]]>', np.array([0, 0, 0.3]), np.eye(3))
+    other = ToolFrame('b"\\ ]]>', Frame(np.eye(3), np.array([0, 0, 0.3])))
     p = random_program(7, 2)
     p = changed(p, tools={1: SPINDLE, 2: other}, tool=np.array([1, 1, 1, 2, 2, 2, 2], dtype=np.int32))
     app = written(p, tmp_path)
@@ -168,7 +169,7 @@ def test_what_the_user_has_to_know(tmp_path):
     found = [str(f) for f in write_program(small(), tmp_path / "part1.pgx").findings]
     said = "tool 1: a tool of VAL3 holds no payload: load 35 kg, centre mm 0 5 120 (flange). set it on the controller"
     assert any(said in f for f in found)
-    unknown = changed(small(), tools={1: ToolFrame("pen", np.zeros(3), np.eye(3))})
+    unknown = changed(small(), tools={1: ToolFrame("pen", Frame(np.eye(3), np.zeros(3)))})
     assert not any("payload" in str(f) for f in write_program(unknown, tmp_path / "part1.pgx").findings)
     (tmp_path / "b").mkdir()
     found = write_program(random_program(55000, 1, lock=False), tmp_path / "b" / "big.pgx").findings

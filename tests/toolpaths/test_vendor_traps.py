@@ -22,8 +22,9 @@ from tests.oracles.vendor_moves import READERS
 from toolpaths.errors import WriteError
 from toolpaths.files import read_back, write_program
 from toolpaths.finding import ERROR, WARNING, Finding, merged
+from toolpaths.frame import Frame
 from toolpaths.languages import table
-from toolpaths.writing.program import ToolFrame
+from toolpaths.tool_frame import ToolFrame
 
 SUFFIX = {language.name: language.writes for language in table.WRITTEN}
 WRITTEN = sorted(SUFFIX)
@@ -50,7 +51,7 @@ def read(program, folder, language):
 def in_base(program) -> np.ndarray:
     poses = np.tile(np.eye(4), (len(program), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = program.rotation, program.position
-    poses = program.workobject @ poses
+    poses = program.workobject.matrix @ poses
     poses[:, :3, 3] *= 1e3
     return poses
 
@@ -86,7 +87,7 @@ def awkward_rotations() -> np.ndarray:
 def test_orientation_as_the_vendor_reads_it(language, work, tmp_path):
     """robodk's robomath turns the printed angles back into the orientation: 0.00005 deg is the coarsest print."""
     rotation = awkward_rotations()
-    program = changed(random_program(len(rotation), 1), rotation=rotation, workobject=work)
+    program = changed(random_program(len(rotation), 1), rotation=rotation, workobject=Frame.of(work))
     poses, wanted = np.array([line.pose for line in read(program, tmp_path, language)]), in_base(program)
     # robodk's quaternion formula is good to 1e-8; Fanuc and KUKA print 0.00001 deg, INFORM 0.0001
     np.testing.assert_allclose(poses[:, :3, :3], wanted[:, :3, :3], atol=1.6e-6 if language == "inform" else 4e-7)
@@ -130,10 +131,10 @@ def test_no_exponent_and_no_negative_zero(language, tmp_path):
     joints = np.full((n, 6), -1e-12)
     rotation = Rotation.from_rotvec(tiny).as_matrix()
     little = np.full(3, -1e-12)
-    tool = ToolFrame("t", little, Rotation.from_rotvec(100 * little).as_matrix(), 1e-5, little)
+    tool = ToolFrame("t", Frame(Rotation.from_rotvec(100 * little).as_matrix(), little), 1e-5, little)
     work = np.eye(4)
     work[:3, 3] = -1e-12
-    p = changed(p, position=tiny, joints=joints, rotation=rotation, tools={1: tool}, workobject=work)
+    p = changed(p, position=tiny, joints=joints, rotation=rotation, tools={1: tool}, workobject=Frame.of(work))
     for f in write_program(p, target(tmp_path, language)).files:
         text = re.sub(r"!.*", "", f.read_text(encoding="ascii"))  # without remarks
         text = text.replace("9E9", "")  # ABB's word for no axis
@@ -154,12 +155,14 @@ def test_what_is_not_finite_is_refused(language, where, value, tmp_path):
     spoilt = np.array([0.1, value, 0.2])
     if where.startswith("tool"):
         part = where.split()[1]
-        tool = {"mass": value, "rotation": np.full((3, 3), value)}.get(part, spoilt)
-        p = changed(p, tools={1: replace(SPINDLE, **{part: tool})})
+        frame = SPINDLE.frame
+        rotated, moved = Frame(np.full((3, 3), value), frame.origin), Frame(frame.rotation, spoilt)
+        new = {"mass": {"mass": value}, "com": {"com": spoilt}, "rotation": {"frame": rotated}, "xyz": {"frame": moved}}
+        p = changed(p, tools={1: replace(SPINDLE, **new[part])})
     elif where == "workobject":
         frame = WORKOBJECT.copy()
         frame[1, 3] = value
-        p = changed(p, workobject=frame)
+        p = changed(p, workobject=Frame.of(frame))
     elif where == "start_joints":
         p = changed(p, start_joints=np.array([0.0, value, 0, 0, 0, 0]))
     elif where == "nominal":
@@ -247,8 +250,8 @@ def test_several_tools_in_one_program(language, tmp_path):
     turn = Rotation.from_euler("xyz", [20, -40, 70], degrees=True).as_matrix()
     tools = {
         1: SPINDLE,
-        7: ToolFrame("b", np.array([0.0, 0.1, 0.3]), turn, 3.0, np.array([0.0, 0.0, 0.1])),
-        12: ToolFrame("c", np.array([-0.05, 0.0, 0.2]), turn.T, 2.0, np.array([0.0, 0.0, 0.1])),
+        7: ToolFrame("b", Frame(turn, np.array([0.0, 0.1, 0.3])), 3.0, np.array([0.0, 0.0, 0.1])),
+        12: ToolFrame("c", Frame(turn.T, np.array([-0.05, 0.0, 0.2])), 2.0, np.array([0.0, 0.0, 0.1])),
     }
     numbers = np.repeat([1, 7, 12, 7], 10).astype(np.int32)
     xyz = np.column_stack((np.arange(40) * 1e-3, np.zeros(40), np.zeros(40)))
@@ -258,8 +261,8 @@ def test_several_tools_in_one_program(language, tmp_path):
         if isinstance(line.tool, int):
             assert line.tool == n
         else:
-            np.testing.assert_allclose(line.tool[:3, 3], tools[n].xyz * 1e3, atol=1e-4)
-            np.testing.assert_allclose(line.tool[:3, :3], tools[n].rotation, atol=4e-7)
+            np.testing.assert_allclose(line.tool[:3, 3], tools[n].frame.origin * 1e3, atol=1e-4)
+            np.testing.assert_allclose(line.tool[:3, :3], tools[n].frame.rotation, atol=4e-7)
     assert [k for k in range(40) if lines[k].reach == 0.0] == [0, 9, 10, 19, 20, 29, 30, 39]
 
 

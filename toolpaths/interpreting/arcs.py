@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from toolpaths.errors import ReadError
 from toolpaths.reading.arc_points import arc_points, chord_count
-from toolpaths.reading.move_buffer import LIMIT, most_poses
+from toolpaths.reading.track import LIMIT, most_poses
 from toolpaths.rotation import slerp_quaternion
 from toolpaths.toolpath import Floats, Toolpath
 

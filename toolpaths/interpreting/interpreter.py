@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 from typing import Any, NoReturn
 
-from toolpaths.interpreting.moves import RobotTrack
 from toolpaths.interpreting.program_text import CHOICE, COMMENT, DATA, LOOP, PLAIN, ProgramText, Statement
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import Runtime
 from toolpaths.reading.source_text import comment_word, plain_text
 
@@ -88,7 +88,7 @@ class Interpreter:
                 self._choice(s)
 
     def remark(self, s: Statement, text: str) -> None:
-        """Note what the program says there before its next move."""
+        """Keep a remark of the program for its next move."""
         self.track.event(comment_word(plain_text(text)), self.program.line(s.start))
 
     def loop(self, s: Statement) -> None:

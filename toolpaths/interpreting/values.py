@@ -7,12 +7,12 @@ from typing import Any
 
 
 class ExpressionError(Exception):
-    """What stands there is no expression that can be worked out."""
+    """The text cannot be evaluated as an expression."""
 
 
 @dataclass(frozen=True)
 class Runtime:
-    """A value that only the controller knows while the program runs; ``reason`` says where it comes from."""
+    """A value that only the controller knows while the program runs; ``reason`` names its origin."""
 
     reason: str
 

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.interpreting.arcs import circle_through
-from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.rewriting.filter import SAME_PLACE
 from toolpaths.rotation import quaternion_from_matrix, slerp_quaternion
 from toolpaths.writing.program import Floats, Program
@@ -16,7 +16,7 @@ ARC_TURN = 2e-4  # rad that they may be turned off the turn from its start to it
 Rows = npt.NDArray[np.intp]
 
 
-class Arcs:
+class ProgramArcs:
     """The arcs of one program.
 
     Args:
@@ -48,8 +48,7 @@ class Arcs:
             return self.moves.via[r], False
         if not self._one_arc(poses, main + moved):
             return None
-        turn, origin = self._own[int(self.moves.mark["frame"][r])]
-        return turn @ (main + moved) + origin, True
+        return self._own[int(self.moves.mark["frame"][r])].at(main + moved), True
 
     def _one_arc(self, k: Rows, via: Floats) -> bool:
         points = self.program.position[k]

@@ -34,12 +34,12 @@ def _numbers(program: Program) -> Iterator[Finding]:
         if value is not None:
             bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
             yield from _at(program, bad, f"{name} is not a finite number", "report this as a defect")
-    for name in ("workobject", "start_joints"):
-        value = getattr(program, name)
-        if value is not None and not np.isfinite(value).all():
-            yield Finding(ERROR, name, "not a finite number")
+    if not np.isfinite(program.workobject.matrix).all():
+        yield Finding(ERROR, "workobject", "not a finite number")
+    if program.start_joints is not None and not np.isfinite(program.start_joints).all():
+        yield Finding(ERROR, "start_joints", "not a finite number")
     for number, tool in program.tools.items():
-        parts = [tool.xyz, tool.rotation, tool.com, tool.mass]
+        parts = [tool.frame.matrix, tool.com, tool.mass]
         if not all(np.isfinite(np.asarray(p, dtype=float)).all() for p in parts if p is not None):
             yield Finding(ERROR, f"tool {number}", "not a finite number")
 
@@ -49,10 +49,10 @@ def _rotations(program: Program) -> Iterator[Finding]:
     for block in program.blocks(65536):
         bad[block] = ~_is_rotation(program.rotation[block])
     yield from _at(program, bad, "the orientation is no rotation", "report this as a defect")
-    frames = {"workobject": program.workobject[:3, :3]}
-    frames.update({f"tool {n}": tool.rotation for n, tool in program.tools.items()})
-    for name, rotation in frames.items():
-        if not _is_rotation(rotation[None])[0]:
+    frames = {"workobject": program.workobject}
+    frames.update({f"tool {n}": tool.frame for n, tool in program.tools.items()})
+    for name, frame in frames.items():
+        if not _is_rotation(frame.rotation[None])[0]:
             yield Finding(ERROR, name, "the orientation is no rotation")
 
 
@@ -85,6 +85,23 @@ def _kinds_and_tools(program: Program) -> Iterator[Finding]:
     for number, tool in program.tools.items():
         if tool.mass is not None and tool.mass < 0.0:
             yield Finding(ERROR, f"tool {number}", f"mass {tool.mass:g} kg is negative")
+
+
+def six_joints(program: Program, what: str) -> Iterator[Finding]:
+    """An error for arms with another number of joints; ``what`` has or takes 6."""
+    if program.joints.shape[1] != 6:
+        problem = f"{program.joints.shape[1]} joints: {what} 6"
+        yield Finding(ERROR, program.robot or "robot", problem, "write CSV for this arm")
+
+
+def too_fast(program: Program, fastest: float, limit: str) -> Iterator[Finding]:
+    """Errors for speeds above ``fastest``, m/s: ``limit`` is what the language takes."""
+    with np.errstate(invalid="ignore"):
+        fast = (program.kind == CUT) & (program.feed > fastest)
+    what = f"faster than {fastest:g} m/s, {limit}"
+    yield from _at(program, fast, what, "lower the feed")
+    if program.rapid_speed > fastest:
+        yield Finding(ERROR, "rapid speed", what, "lower the rapid speed")
 
 
 def load_findings(program: Program) -> Iterator[Finding]:

@@ -32,9 +32,3 @@ def legal_name(text: str, limit: int, reserved: Collection[str]) -> str:
     name = name if name[0].isalpha() else "P_" + name.lstrip("_")
     name = name[:limit]
     return name if name.upper() not in reserved else (name[: limit - 2] + "_P")
-
-
-def number(value: float, digits: int) -> str:
-    """A decimal number without exponent, trailing zeros and negative zero."""
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text

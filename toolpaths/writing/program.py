@@ -1,4 +1,4 @@
-"""Program: what a robot controller is told, before it is put into the words of one controller language."""
+"""Program: the moves of one robot with all that a controller has to know, in no language yet."""
 
 from __future__ import annotations
 
@@ -9,28 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.finding import Finding
+from toolpaths.frame import Frame
+from toolpaths.tool_frame import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
-
-
-@dataclass(frozen=True)
-class ToolFrame:
-    """Flange -> TCP of one tool, and its load.
-
-    Attributes:
-        name: as the user calls it.
-        xyz: (3,) m, TCP in the flange frame.
-        rotation: (3, 3) of the TCP in the flange frame.
-        mass: kg, or None where it is not known.
-        com: (3,) m, centre of mass in the flange frame, or None.
-    """
-
-    name: str
-    xyz: Floats
-    rotation: Floats
-    mass: float | None = None
-    com: Floats | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -49,7 +32,7 @@ class Program:
         tool: (N,) number of the tool; a key of ``tools``.
         line: (N,) line of the source file, counted from 1.
         tools: number -> ToolFrame.
-        workobject: (4, 4) base -> work object.
+        workobject: in the base.
         rapid_speed: m/s of rapids.
         configuration: (N,) bits 4 = wrist centre behind axis 1, 2 = wrist centre behind the lower arm,
             1 = joint 5 negative; None for arms without a spherical wrist.
@@ -63,7 +46,7 @@ class Program:
         nominal_joints: (N, n) rad, of the nominal pose, in the same turns as ``joints``; None: not known.
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
-        findings: what whoever made the program has to say about it.
+        findings: of whoever made the program.
     """
 
     name: str
@@ -75,7 +58,7 @@ class Program:
     tool: Ints
     line: Ints
     tools: dict[int, ToolFrame]
-    workobject: Floats
+    workobject: Frame
     rapid_speed: float
     configuration: Ints | None = None
     exact: npt.NDArray[np.bool_] | None = None
@@ -95,7 +78,7 @@ class Program:
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, np.ndarray):
-                if f.name not in ("workobject", "start_joints") and len(value) != n:
+                if f.name != "start_joints" and len(value) != n:
                     raise ValueError(f"Program.{f.name} has {len(value)} rows, position {n}")
                 value.setflags(write=False)
 

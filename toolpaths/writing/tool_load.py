@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from toolpaths.writing.names import number
-from toolpaths.writing.program import ToolFrame
+from toolpaths.tool_frame import ToolFrame
+from toolpaths.writing.numbers import number
 
 
 def load_words(tool: ToolFrame) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from toolpaths.frame import Frame, Vector
 from toolpaths.languages.apt.frames import point, vector
-from toolpaths.languages.apt.words import UNIT_TOLERANCE, Statement, number, numbers, refusal
+from toolpaths.languages.apt.words import UNIT_TOLERANCE, AptStatement, number, numbers, refusal
 from toolpaths.reading.arc_points import FULL_CIRCLE
 
 ENDS = 2e-3, 1e-3  # file units, share of the radius: by how much an end may miss the circle
@@ -19,8 +19,8 @@ MOST_TURNS = 100.0
 TURN_SHARE = 1e-3  # of a turn, by which TIMES may miss the end
 
 
-class Circle(NamedTuple):
-    """What CIRCLE says, in the file's frame and length unit."""
+class AptCircle(NamedTuple):
+    """The values of CIRCLE, in the file's frame and length unit."""
 
     center: Vector
     axis: Vector
@@ -29,7 +29,7 @@ class Circle(NamedTuple):
     turns: float | None
 
 
-def circle(s: Statement, source: str) -> Circle:
+def circle(s: AptStatement, source: str) -> AptCircle:
     """Read CIRCLE with 6 (centre, axis), 7 (radius) or 11 numbers (NX: tool and tolerances), and TIMES,n.
 
     Raises:
@@ -43,13 +43,13 @@ def circle(s: Statement, source: str) -> Circle:
     if len(minor) not in (6, 7, 11):
         problem = f"{len(minor)} values; read are x,y,z,i,j,k with or without r, and the 11 of NX"
         raise refusal(source, s, problem, "Output GOTO points instead of circles.")
-    v = numbers(Statement(s.word, ",".join(minor), s.line), (6, 7, 11), source)
+    v = numbers(AptStatement(s.word, ",".join(minor), s.line), (6, 7, 11), source)
     radius = v[6] if len(v) > 6 else None
-    return Circle((v[0], v[1], v[2]), (v[3], v[4], v[5]), radius, len(v) == 11, turns)
+    return AptCircle((v[0], v[1], v[2]), (v[3], v[4], v[5]), radius, len(v) == 11, turns)
 
 
 def sweep(
-    s: Statement, arc: Circle, start: Vector, end: Vector, frame: Frame | None, source: str
+    s: AptStatement, arc: AptCircle, start: Vector, end: Vector, frame: Frame | None, source: str
 ) -> tuple[Vector, Vector, float]:
     """Centre, unit normal and sweep (rad, right-handed about the normal) of an arc between two points.
 
@@ -77,8 +77,8 @@ def _beside(p: Vector, center: Vector, n: Vector) -> Vector:
     return x - rise * n[0], y - rise * n[1], z - rise * n[2]
 
 
-def _angle(s: Statement, arc: Circle, u: Vector, v: Vector, n: Vector, source: str) -> float:
-    """How far the arc turns its way round from u to v, rad; more than one turn where TIMES says so."""
+def _angle(s: AptStatement, arc: AptCircle, u: Vector, v: Vector, n: Vector, source: str) -> float:
+    """How far the arc turns its way round from u to v, rad; more than one turn with TIMES."""
     (a, b, c), (x, y, z) = u, v
     across = (b * z - c * y) * n[0] + (c * x - a * z) * n[1] + (a * y - b * x) * n[2]
     left = math.atan2(across, a * x + b * y + c * z)
@@ -94,7 +94,7 @@ def _angle(s: Statement, arc: Circle, u: Vector, v: Vector, n: Vector, source: s
     return angle + math.tau * round(more)
 
 
-def _check_radius(s: Statement, arc: Circle, found: tuple[float, float], source: str) -> None:
+def _check_radius(s: AptStatement, arc: AptCircle, found: tuple[float, float], source: str) -> None:
     radius = found[0] if arc.radius is None else arc.radius
     most = max(ENDS[0], ENDS[1] * abs(radius))
     if not radius > 0 or any(abs(r - radius) > most for r in found):

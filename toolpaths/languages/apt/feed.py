@@ -1,4 +1,4 @@
-"""Length unit, feed and spindle speed of an APT/CL file: what says how fast the next cut is."""
+"""Length unit, feed and spindle speed of an APT/CL file: how fast the next cut is."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from toolpaths.errors import ReadError
-from toolpaths.languages.apt.words import INCH, MM, UNIT_WORDS, Statement, number, refusal
+from toolpaths.languages.apt.words import INCH, MM, UNIT_WORDS, AptStatement, number, refusal
 
 FEED_WORDS: dict[str, tuple[float | None, bool]] = {  # m of the length unit (None: of UNITS), per revolution?
     "MMPM": (MM, False),
@@ -20,24 +20,24 @@ _SURFACE = {"SFM", "SMM", "SURFACE"}
 _OTHER_NUMBERS = {"RANGE", "MAXRPM", "RADIUS"}  # words of SPINDL whose number is not the speed
 
 
-class Rate(NamedTuple):
+class FeedRate(NamedTuple):
     """A feed: m/min, or m per revolution."""
 
     value: float
     per_turn: bool
 
 
-class Feeds:
+class AptFeeds:
     """Units, feed and speed in force while a file is read."""
 
     def __init__(self, source: str) -> None:
         self.source = source
-        self.unit: float | None = None  # m, as UNITS says
+        self.unit: float | None = None  # m, from UNITS
         self.told: dict[float, int] = {}  # m, line: length units that feeds are given in
-        self.rate = Rate(math.nan, False)
+        self.rate = FeedRate(math.nan, False)
         self.speed, self.turning = math.nan, False  # rev/min as last given, and whether it is on
 
-    def units(self, s: Statement, *, poses: bool) -> None:
+    def units(self, s: AptStatement, *, poses: bool) -> None:
         """UNITS/MM or UNITS/INCHES, once, before the first of the ``poses``."""
         unit = UNIT_WORDS.get(s.minor[0]) if len(s.minor) == 1 else None
         if unit is None:
@@ -57,7 +57,7 @@ class Feeds:
             problem = "no units: UNITS is missing, and feeds are in mm (MMPM) as well as in inch (IPM)"
         raise ReadError(self.source, None, problem, "Write UNITS/MM or UNITS/INCHES on the first line.")
 
-    def feedrate(self, s: Statement) -> None:
+    def feedrate(self, s: AptStatement) -> None:
         """FEDRAT: a number and, before or after it, its unit."""
         values = [v for v in map(number, s.minor) if v is not None]
         words = [m for m in s.minor if number(m) is None]
@@ -67,7 +67,7 @@ class Feeds:
             raise refusal(self.source, s, "no unit, after a feed per revolution", "Add MMPM, MMPR, IPM or IPR.")
         self.rate = self.rate_of(s, values[0], words[0] if words else "PERMIN")
 
-    def rate_of(self, s: Statement, value: float, word: str) -> Rate:
+    def rate_of(self, s: AptStatement, value: float, word: str) -> FeedRate:
         """The feed ``value`` in the unit ``word``."""
         if not 0 < value < 1e9:
             raise refusal(self.source, s, "a feed above 0 is expected")
@@ -77,9 +77,9 @@ class Feeds:
         elif (length := self.unit) is None:
             problem = "a feed without unit, and no UNITS before it"
             raise refusal(self.source, s, problem, "Write UNITS/MM or UNITS/INCHES on top.")
-        return Rate(value * length, per_turn)
+        return FeedRate(value * length, per_turn)
 
-    def spindle(self, s: Statement) -> None:
+    def spindle(self, s: AptStatement) -> None:
         """SPINDL with the speed in rev/min, ON, OFF; a cutting speed leaves the rev/min unknown."""
         minor = s.minor
         values = [
@@ -92,7 +92,7 @@ class Feeds:
             self.speed = values[0] if 0 < values[0] < 1e9 else math.nan
         self.turning = "OFF" not in minor
 
-    def now(self, s: Statement, rate: Rate | None = None) -> float:
+    def now(self, s: AptStatement, rate: FeedRate | None = None) -> float:
         """m/s of ``rate``, or of the feed in force; NaN where the file gave none."""
         value, per_turn = rate or self.rate
         if not per_turn:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpaths.frame import Frame, Vector
-from toolpaths.languages.apt.words import CREO, UNIT_TOLERANCE, Statement, number, numbers, refusal
+from toolpaths.languages.apt.words import CREO, UNIT_TOLERANCE, AptStatement, number, numbers, refusal
 
 TOLERANCE = 1e-3  # how far given axes may be from unit length and from right angles
 _CATIA = "*CATIA0"
@@ -30,7 +30,7 @@ class CamFrames:
         self.named: dict[str, list[float]] = {}  # the first systems that comments of Creo and CATIA name
         self.rows: list[float] | None = None  # numbers of *CATIA0 so far
 
-    def read(self, s: Statement, *, poses: bool) -> bool:
+    def read(self, s: AptStatement, *, poses: bool) -> bool:
         """MSYS, CSYS or TRNTYP; whether the frame, or the part in it, is another one from here on."""
         if s.word == "MSYS":
             return self._msys(s, poses)
@@ -41,7 +41,7 @@ class CamFrames:
         self.world = True
         return False
 
-    def _msys(self, s: Statement, poses: bool) -> bool:
+    def _msys(self, s: AptStatement, poses: bool) -> bool:
         try:
             here = _frame_from_msys(numbers(s, (9,), self.source))
         except ValueError as problem:
@@ -56,7 +56,7 @@ class CamFrames:
         self.way = None if _same(here, self.first) else self.first.inverse().then(here)
         return changed
 
-    def _csys(self, s: Statement, poses: bool) -> bool:
+    def _csys(self, s: AptStatement, poses: bool) -> bool:
         values = numbers(s, (12,), self.source)
         rows = np.array(values).reshape(3, 4)[:, :3]
         if not np.allclose(rows @ rows.T, np.eye(3), rtol=0, atol=UNIT_TOLERANCE):
@@ -70,11 +70,11 @@ class CamFrames:
         self.system = values
         return changed
 
-    def comment(self, s: Statement) -> None:
+    def comment(self, s: AptStatement) -> None:
         """``$$-> CSYS / 12 numbers`` of Creo and ``$$*CATIA0`` of CATIA: one system a file."""
         word, _, rest = s.text.removeprefix(CREO).partition("/")
         if s.text.startswith(CREO) and word.strip().upper() == "CSYS":
-            self._only(s, "CSYS", numbers(Statement("CSYS", rest, s.line), (12,), self.source))
+            self._only(s, "CSYS", numbers(AptStatement("CSYS", rest, s.line), (12,), self.source))
         elif s.text.upper().startswith(_CATIA):
             self.rows = []
         elif self.rows is not None:
@@ -85,7 +85,7 @@ class CamFrames:
                 self._only(s, _CATIA, self.rows)
                 self.rows = None
 
-    def _only(self, s: Statement, name: str, values: list[float]) -> None:
+    def _only(self, s: AptStatement, name: str, values: list[float]) -> None:
         if self.named.setdefault(name, values) != values:
             raise refusal(self.source, s, "a second coordinate system in a comment of the CAM system", _REMEDY)
 

@@ -2,65 +2,38 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable
 from pathlib import Path
 
 from toolpaths.errors import ReadError
-from toolpaths.frame import Vector
-from toolpaths.languages.apt.circle import Circle, circle, sweep
-from toolpaths.languages.apt.cycle import SAME, Cycle, cycle, hole
-from toolpaths.languages.apt.feed import Feeds
-from toolpaths.languages.apt.frames import CamFrames, point, vector
-from toolpaths.languages.apt.tlon import direction, tlon
-from toolpaths.languages.apt.tool import Tool
-from toolpaths.languages.apt.words import (
-    EVENTS,
-    PASSED,
-    REFUSED,
-    UNIT_TOLERANCE,
-    Statement,
-    numbers,
-    refusal,
-    statements,
-)
-from toolpaths.reading.move_buffer import CUT_MARK, RAPID_MARK, Track
+from toolpaths.languages.apt.motion import UPRIGHT, AptMotion
+from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED, AptStatement, numbers, refusal, statements
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import Toolpath
 
-UPRIGHT: Vector = (0.0, 0.0, 1.0)
-SAME_AXIS = 1e-6
 GCODE = re.compile(r"[GMNTSFO]\d+(?:[A-Z].*)?")
-MOST_DRILLED = 1_000_000  # poses that cycles may add: a short file must not fill the memory
 
 
 def read(path: Path, source: str, chord: float) -> Toolpath:
     """Poses of an APT/CL or CLSF file in its first coordinate system."""
-    reader = _Reader(source)
+    reader = AptReader(source)
     for statement in statements(load_lines(path, source), source):
         reader.statement(statement)
     return reader.finish(chord)
 
 
-class _Reader:
-    """Modal state while the statements of one file are read; positions in the file's length unit."""
+class AptReader(AptMotion):
+    """Acts on the statements of one file.
+
+    Attributes:
+        acts: word -> what is done about it.
+    """
 
     def __init__(self, source: str) -> None:
-        self.source = source
-        self.track = Track(source, "apt")
-        self.feeds, self.frames, self.tool = Feeds(source), CamFrames(source), Tool(source)
-        self.axis, self.axis_stale = UPRIGHT, False  # in the frame in force
-        self.at: Vector | None = None  # in the first frame, as what follows
-        self.at_axis = UPRIGHT
-        self.rapid = False
-        self.circle: tuple[Statement, Circle] | None = None
-        self.way: tuple[Statement, Vector] | None = None  # INDIRV, in the frame in force
-        self.cycle: Cycle | None = None
-        self.before: tuple[Vector | None, Vector] = None, UPRIGHT  # place and axis when the cycle began
-        self.drilled = 0
-        self.paths = self.open = self.ended = self.closed = False
-        self.acts: dict[str, Callable[[Statement], None]] = {
+        super().__init__(source)
+        self.ended = self.closed = False
+        self.acts: dict[str, Callable[[AptStatement], None]] = {
             "$$": self._comment,
             "GOTO": self._goto,
             "FROM": self._start,
@@ -93,7 +66,7 @@ class _Reader:
             "FINI": self._end,
         }
 
-    def statement(self, s: Statement) -> None:
+    def statement(self, s: AptStatement) -> None:
         """Act on one statement, or refuse it."""
         if self.ended and s.word != "$$":
             raise refusal(self.source, s, "a statement after FINI", "Two programs in one file? Give one file each.")
@@ -115,165 +88,19 @@ class _Reader:
             raise ReadError(self.source, None, problem, "Output it again.")
         return self.track.toolpath(chord, scale=self.feeds.scale())
 
-    def _goto(self, s: Statement) -> None:
-        values = numbers(s, (3, 6), self.source)
-        axis = self._axis(s, values[3:])
-        frame = self.frames.way
-        self._go(s, point(frame, (values[0], values[1], values[2])), vector(frame, axis))
-
-    def _go(self, s: Statement, end: Vector, axis: Vector) -> None:
-        """To ``end`` in the first frame: straight, along the circle announced, or into a hole."""
-        self._no_way()
-        self._inside(s)
-        if self.cycle:
-            self._drill(s, self.cycle, end, axis)
-            return
-        if self.circle:
-            self._arc(s, end, axis)
-        self._move(s, end, axis, rapid=self.rapid)
-        self.rapid, self.circle = False, None
-
-    def _inside(self, s: Statement) -> None:
-        if self.paths and not self.open:
-            raise refusal(self.source, s, "a move outside a path", "Is TOOL PATH missing, or the file cut?")
-
-    def _move(self, s: Statement, end: Vector, axis: Vector, *, rapid: bool) -> None:
-        feed = math.nan if rapid else self.feeds.now(s, self.cycle.rate if self.cycle else None)
-        self.track.moves.extend((*end, *axis, feed))
-        self.track.marks.extend((RAPID_MARK if rapid else CUT_MARK, self.tool.number, s.line))
-        self.at, self.at_axis = end, axis
-
-    def _axis(self, s: Statement, values: list[float]) -> Vector:
-        """The tool axis: ``values``, or where there are none the one in force."""
-        if values:
-            norm = math.hypot(*values)
-            if not abs(norm - 1.0) <= UNIT_TOLERANCE:
-                raise refusal(self.source, s, f"the tool axis has length {norm:.6g}, 1 expected")
-            self.axis, self.axis_stale = (values[0] / norm, values[1] / norm, values[2] / norm), False
-        elif self.axis_stale:
-            problem = "no tool axis, and the one from before belongs to another path or frame"
-            raise refusal(self.source, s, problem, "Output i, j, k with the first GOTO of each path.")
-        return self.axis
-
-    def _start(self, s: Statement) -> None:
-        self._no_cycle(s)
-        if self.circle:
-            raise refusal(self.source, s, "a start between a circle and its end")
-        self.rapid = True
-        self._goto(s)
-
-    def _home(self, s: Statement) -> None:
-        if not s.minor:
-            raise refusal(self.source, s, "the place of home is not in the file", "Write GOHOME/x,y,z.")
-        self._start(s)
-
-    def _relative(self, s: Statement) -> None:
-        """GODLTA/dx,dy,dz with or without i,j,k, or GODLTA/d along the tool axis."""
-        self._no_cycle(s)
-        if self.at is None:
-            raise refusal(self.source, s, "a relative move, but no GOTO before it says from where")
-        values = numbers(s, (1, 3, 6), self.source)
-        axis, frame = self._axis(s, values[3:]), self.frames.way
-        x, y, z = values[:3] if len(values) > 1 else (values[0] * a for a in axis)
-        delta, axis = vector(frame, (x, y, z)), vector(frame, axis)
-        self._go(s, (self.at[0] + delta[0], self.at[1] + delta[1], self.at[2] + delta[2]), axis)
-
-    def _rapid(self, s: Statement) -> None:
-        if s.minor:
-            raise refusal(self.source, s, "only the plain RAPID (for the next GOTO) is read")
-        self._no_cycle(s)
-        if self.circle:
-            raise refusal(self.source, self.circle[0], "RAPID between a circle and its end")
-        self.rapid = True
-
-    def _circle(self, s: Statement) -> None:
-        self._no_cycle(s)
-        if self.circle:
-            raise refusal(self.source, self.circle[0], "no GOTO follows with the end of the circle")
-        if self.rapid:
-            raise refusal(self.source, s, "RAPID between a circle and its end")
-        found = circle(s, self.source)
-        if self.at is None:
-            raise refusal(self.source, s, "a circle, but no GOTO before it says where it starts")
-        self.circle = (s, found)
-
-    def _arc(self, s: Statement, end: Vector, axis: Vector) -> None:
-        if self.circle is None or self.at is None:
-            return
-        begun, found = self.circle
-        if math.dist(axis, self.at_axis) > SAME_AXIS:
-            raise refusal(self.source, begun, "the tool axis turns along a circle", "Output GOTO points.")
-        self.track.arc(*sweep(begun, found, self.at, end, self.frames.way, self.source))
-
-    def _direction(self, s: Statement) -> None:
-        self._no_cycle(s)
-        if self.circle or self.rapid:
-            raise refusal(self.source, s, "an arc between RAPID or CIRCLE and the GOTO that belongs to it")
-        self.way = s, direction(s, self.source)
-
-    def _tlon(self, s: Statement) -> None:
-        """An arc with its end."""
-        if self.way is None:
-            raise refusal(self.source, s, "no INDIRV before it says which way round", "Output GOTO points.")
-        if self.at is None:
-            raise refusal(self.source, s, "an arc, but no GOTO before it says where it starts")
-        self._inside(s)
-        axis, frame = self._axis(s, []), self.frames.way
-        if math.dist(vector(frame, axis), self.at_axis) > SAME_AXIS:
-            raise refusal(self.source, s, "the tool axis turns along a circle", "Output GOTO points.")
-        arc = tlon(s, self.way[1], axis, self.at, frame, self.source)
-        self.track.arc(*arc[1:])
-        self._move(s, arc.end, self.at_axis, rapid=False)
-        self.way = None
-
-    def _no_way(self) -> None:
-        if self.way:
-            raise refusal(self.source, self.way[0], "TLON,GOFWD does not follow", "Output GOTO points.")
-
-    def _cycle(self, s: Statement) -> None:
-        self._no_way()
-        if self.circle or self.rapid:
-            raise refusal(self.source, s, "a cycle between RAPID or CIRCLE and the GOTO that belongs to it")
-        if s.minor in (["OFF"], ["INIT"], ["CLEAR"]):  # the last two of SolidWorks CAM, before the cycle itself
-            self.cycle = None
-            return
-        self.cycle = cycle(s, self.feeds, nx=self.paths)
-        self.before = self.at, self.at_axis
-        self._event(s)
-
-    def _drill(self, s: Statement, found: Cycle, point: Vector, axis: Vector) -> None:
-        known = self.at is not None and math.dist(axis, self.at_axis) <= SAME_AXIS
-        before = self.before[0] if math.dist(axis, self.before[1]) <= SAME_AXIS else None
-        begun = len(self.track)
-        for step in hole(found, point, axis, self.at if known else None, before):
-            if self.at is None or math.dist(self.at, step.end) > SAME or not known:
-                self._move(s, step.end, axis, rapid=step.rapid)
-                known = True
-            if step.bottom and found.dwell:
-                self.track.event(found.dwell, s.line)
-        self.drilled += len(self.track) - begun
-        if self.drilled > MOST_DRILLED:
-            raise refusal(self.source, s, f"the cycles make more than {MOST_DRILLED} poses", "Check the step.")
-
-    def _no_cycle(self, s: Statement) -> None:
-        self._no_way()
-        if self.cycle:
-            problem = "a drilling cycle is in force: whether a hole is drilled here is not known"
-            raise refusal(self.source, s, problem, "CYCLE/OFF is missing before this line?")
-
-    def _feedrate(self, s: Statement) -> None:
+    def _feedrate(self, s: AptStatement) -> None:
         if self.cycle and self.cycle.rate:
             raise refusal(self.source, s, "another feed within a cycle that has its own", "Is CYCLE/OFF missing?")
         self.feeds.feedrate(s)
 
-    def _spindle(self, s: Statement) -> None:
+    def _spindle(self, s: AptStatement) -> None:
         self.feeds.spindle(s)
         self._event(s)
 
-    def _units(self, s: Statement) -> None:
+    def _units(self, s: AptStatement) -> None:
         self.feeds.units(s, poses=len(self.track) > 0)
 
-    def _frame(self, s: Statement) -> None:
+    def _frame(self, s: AptStatement) -> None:
         """MSYS, CSYS, TRNTYP."""
         if self.frames.read(s, poses=len(self.track) > 0):
             self._no_cycle(s)
@@ -282,39 +109,39 @@ class _Reader:
             self.axis_stale = self.axis_stale or self.frames.turned or self.axis != UPRIGHT
             self._event(s)
 
-    def _comment(self, s: Statement) -> None:
+    def _comment(self, s: AptStatement) -> None:
         self.frames.comment(s)
         self.tool.comment(s)
         self.track.event(comment_word(s.text), s.line)
 
-    def _tool_axis(self, s: Statement) -> None:
+    def _tool_axis(self, s: AptStatement) -> None:
         self._axis(s, numbers(s, (3,), self.source))
 
-    def _multax(self, s: Statement) -> None:
+    def _multax(self, s: AptStatement) -> None:
         if s.minor not in ([], ["ON"], ["OFF"]):
             raise refusal(self.source, s, "MULTAX, MULTAX/ON or MULTAX/OFF is expected")
         if s.minor == ["OFF"] and self.axis != UPRIGHT:
             self.axis_stale = True
 
-    def _load(self, s: Statement) -> None:
+    def _load(self, s: AptStatement) -> None:
         self._no_cycle(s)
         self.tool.load(s)
         self._event(s)
 
-    def _cutter(self, s: Statement) -> None:
+    def _cutter(self, s: AptStatement) -> None:
         self.tool.cutter(s)
         self._event(s)
 
-    def _cutcom(self, s: Statement) -> None:
+    def _cutcom(self, s: AptStatement) -> None:
         self.tool.compensation(s)
         self._event(s)
 
-    def _part(self, s: Statement) -> None:
+    def _part(self, s: AptStatement) -> None:
         if len(self.track):
             raise refusal(self.source, s, "a part begins after moves of another", "Two programs? Give one file each.")
         self._event(s)
 
-    def _tool_path(self, s: Statement) -> None:
+    def _tool_path(self, s: AptStatement) -> None:
         self._no_way()
         if self.open:
             problem = "a path begins before END-OF-PATH of the last one"
@@ -323,13 +150,10 @@ class _Reader:
         self.axis_stale = self.axis != UPRIGHT
         self._event(s)
 
-    def _end(self, s: Statement) -> None:
+    def _end(self, s: AptStatement) -> None:
         self._no_way()
         if self.circle:
             raise refusal(self.source, self.circle[0], "no GOTO follows with the end of the circle")
         self.closed, self.open = True, False
         self.rapid, self.cycle = False, None
         self.ended = s.word == "FINI"
-
-    def _event(self, s: Statement) -> None:
-        self.track.event(comment_word(str(s)), s.line)

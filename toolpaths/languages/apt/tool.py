@@ -8,23 +8,23 @@ have the tool's radius, which no control could run if they were outlines.
 
 from __future__ import annotations
 
-from toolpaths.languages.apt.words import CREO, Statement, number, refusal
+from toolpaths.languages.apt.words import CREO, AptStatement, number, refusal
 
 _SIDES = {"LEFT", "RIGHT", "ON"}
 _MORE = {"XYPLAN", "YZPLAN", "ZXPLAN", "ADJUST", "NOW", "NEXT"}  # plane, register: for the control only
 _PROFILE = "OUTPUT_ON_PROFILE"  # what Creo writes in a comment for an outline
 
 
-class Tool:
-    """What the file says of the tool in use."""
+class AptTool:
+    """The tool in use."""
 
     def __init__(self, source: str) -> None:
         self.source = source
         self.number = 0
-        self.diameter: float | None = None  # file units, as the last CUTTER or TLDATA says
+        self.diameter: float | None = None  # file units, from the last CUTTER or TLDATA
         self.profile = False
 
-    def load(self, s: Statement) -> None:
+    def load(self, s: AptStatement) -> None:
         """LOAD/TOOL,n, LOADTL/n or TOOLNO/n."""
         minor = s.minor[1:] if s.word == "LOAD" and s.minor[:1] == ["TOOL"] else s.minor
         value = number(minor[0]) if minor and (s.word != "LOAD" or s.minor[0] == "TOOL") else None
@@ -32,21 +32,21 @@ class Tool:
             raise refusal(self.source, s, "a tool number is expected", "Write LOAD/TOOL,n or LOADTL/n.")
         self.number = int(value)
 
-    def cutter(self, s: Statement) -> None:
+    def cutter(self, s: AptStatement) -> None:
         """CUTTER/d,... or TLDATA/kind,d,...: the first number is the diameter."""
         self.diameter = next((v for v in map(number, s.minor) if v is not None), None)
 
-    def comment(self, s: Statement) -> None:
+    def comment(self, s: AptStatement) -> None:
         """What Creo writes as a comment: ``$$-> CUTTER / 10.0``, ``$$-> CUTCOM_GEOMETRY_TYPE / OUTPUT_ON_PROFILE``."""
         if not s.text.startswith(CREO):
             return
         word, _, rest = s.text[2:].partition("/")
         if word.strip().upper() == "CUTTER":
-            self.cutter(Statement("CUTTER", rest, s.line))
+            self.cutter(AptStatement("CUTTER", rest, s.line))
         elif word.strip().upper() == "CUTCOM_GEOMETRY_TYPE":
             self.profile = rest.strip().upper() == _PROFILE
 
-    def compensation(self, s: Statement) -> None:
+    def compensation(self, s: AptStatement) -> None:
         """CUTCOM/OFF, or LEFT, RIGHT, ON where the numbers are places of the cutter."""
         side, more = (s.minor or [""])[0], s.minor[1:]
         if side != "OFF" and side not in _SIDES:

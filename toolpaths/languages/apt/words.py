@@ -55,7 +55,7 @@ _NUMBERS = re.compile(r"[-+0-9.eEdD, \t]*")
 
 
 @dataclass(frozen=True, slots=True)
-class Statement:
+class AptStatement:
     """One statement, continuation lines joined.
 
     Attributes:
@@ -78,16 +78,16 @@ class Statement:
         return f"{self.word}/{self.text.strip()}" if self.text.strip() else self.word
 
 
-def refusal(source: str, statement: Statement, problem: str, remedy: str = "") -> ReadError:
+def refusal(source: str, statement: AptStatement, problem: str, remedy: str = "") -> ReadError:
     """The error that names line and statement."""
     return ReadError(source, statement.line, f"{str(statement)[:80]}: {problem}", remedy)
 
 
-def statements(lines: list[str], source: str) -> Iterator[Statement]:
+def statements(lines: list[str], source: str) -> Iterator[AptStatement]:
     """Statements and comments (word ``$$``) in their order.
 
     Raises:
-        ReadError: a line that is no statement, or a continuation that the file ends in.
+        ReadError: a line is not a statement, or the file ends inside a continued one.
     """
     pending: list[str] = []
     begin = 0
@@ -97,7 +97,7 @@ def statements(lines: list[str], source: str) -> Iterator[Statement]:
         if comment.startswith(CREO) and not text and not pending:
             text = f"$${comment}"
         elif comment:
-            yield Statement("$$", comment, count)
+            yield AptStatement("$$", comment, count)
         if not text:
             continue
         begin = begin or count
@@ -107,20 +107,20 @@ def statements(lines: list[str], source: str) -> Iterator[Statement]:
             pending.append(text[:-1])
             continue
         text = "".join([*pending, text])
-        yield Statement("$$", text[2:], begin) if text.startswith("$$") else _statement(text, begin, source)
+        yield AptStatement("$$", text[2:], begin) if text.startswith("$$") else _statement(text, begin, source)
         pending, begin = [], 0
     if pending:
         problem = "the file ends inside a statement continued with '$'"
         raise ReadError(source, begin, problem, "Output it again.")
 
 
-def _statement(text: str, line: int, source: str) -> Statement:
+def _statement(text: str, line: int, source: str) -> AptStatement:
     match = _STATEMENT.match(text)
     if match is None:
         problem = f"{text[:60]!r}: not an APT statement"
         raise ReadError(source, line, problem, "Give the CL or CLSF file as CAM wrote it.")
     word = " ".join(match[1].upper().replace(",", " , ").split()).replace(" , ", ",")
-    return Statement(word, match[2] if match[2] is not None else (match[3] or ""), line)
+    return AptStatement(word, match[2] if match[2] is not None else (match[3] or ""), line)
 
 
 def number(text: str) -> float | None:
@@ -128,7 +128,7 @@ def number(text: str) -> float | None:
     return float(text.replace("D", "E")) if _NUMBER.fullmatch(text) else None
 
 
-def numbers(statement: Statement, counts: tuple[int, ...], source: str) -> list[float]:
+def numbers(statement: AptStatement, counts: tuple[int, ...], source: str) -> list[float]:
     """All that follows the word as numbers, as many as one of ``counts``.
 
     Raises:

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
-from toolpaths.reading.move_buffer import LIMIT
 from toolpaths.reading.source_text import load_lines
+from toolpaths.reading.track import LIMIT
 from toolpaths.toolpath import CUT, RAPID, Floats, Ints, Toolpath, tool_axis
 
 POSITION = ("x_mm", "y_mm", "z_mm")

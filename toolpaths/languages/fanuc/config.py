@@ -40,13 +40,13 @@ def continued_turns(said: Floats, nominal: Floats, commanded: Floats) -> Ints:
     """Turn numbers (N, K) of joints that a correction moved, counted as the program counts them.
 
     Args:
-        said: (N, K) turn numbers of the program for the nominal poses, in the order of the moves; NaN: it does not say.
+        said: (N, K) turn numbers of the program for the nominal poses, in the order of the moves; NaN: not given.
         nominal: (N, K) deg, joint angles there by the model, perhaps in other whole turns than the controller's.
         commanded: (N, K) deg, behind the correction, in the model's turns.
 
-    The model's turns are the controller's but for a whole number, which ``said`` tells at every pose. Within NOISE of
+    The model's turns are the controller's but for a whole number, which ``said`` gives at every pose. Within NOISE of
     180 deg it can be either of two there: then it is that of the pose before, since the joint turned continuously; and
-    what the program says stays, unless the correction itself leads past 180 deg.
+    what the program has stays, unless the correction itself leads past 180 deg.
     """
     away = said - nominal / 360.0
     whole = np.rint(away)
@@ -57,7 +57,7 @@ def continued_turns(said: Floats, nominal: Floats, commanded: Floats) -> Ints:
         for i in np.flatnonzero(~sure[:, k]).tolist():
             if i > 0:
                 last = whole[i - 1, k]
-            if not abs(away[i, k] - last) >= 1.0:  # also where nothing is said
+            if not abs(away[i, k] - last) >= 1.0:  # also where no number is given
                 whole[i, k] = last
     out, before = turn_numbers(commanded + 360.0 * whole), turn_numbers(nominal + 360.0 * whole)
     close = [np.abs((q % 360.0) - 180.0) < NOISE for q in (nominal, commanded)]

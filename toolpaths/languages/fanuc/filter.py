@@ -1,8 +1,8 @@
 """Filter in place of Fanuc .ls: position records of cutting moves get new numbers, all else stays byte by byte.
 
 A position that several moves use is split; poses put in become L lines without a line number (the controller numbers
-them when it loads) with records of their own; an arc that is no arc any more becomes L lines. Where a correction turns
-a joint past 180 deg, the turn number of CONFIG follows.
+them when it loads) with records of their own; an arc whose corrected poses leave the circle becomes L lines. Where a
+correction turns a joint past 180 deg, the turn number of CONFIG follows.
 """
 
 from __future__ import annotations
@@ -15,16 +15,15 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.finding import WARNING, Finding, merged
-from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.languages.fanuc.calls import called
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
+from toolpaths.languages.fanuc.called_program import called
 from toolpaths.languages.fanuc.config import continued_turns, letters, turn_numbers
 from toolpaths.languages.fanuc.interpreter import BESIDES
 from toolpaths.languages.fanuc.reader import moves_of
-from toolpaths.rewriting.arc_fit import Arcs
-from toolpaths.rewriting.corrections import Correction, corrections
+from toolpaths.rewriting.corrections import Correction, angles_of, corrections
 from toolpaths.rewriting.edits import Edit, edited
 from toolpaths.rewriting.filter import Filter, Rewritten
-from toolpaths.rewriting.kept_arcs import via_point
+from toolpaths.rewriting.move_edits import MoveEdits
 from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.marker import refuse_compensated_remarks
@@ -47,13 +46,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     refuse_compensated_remarks(source, str(path))
     moves = moves_of(source, str(path), path)
     work = _Work(source.decode("latin-1"), moves, program, row, path)
-    found = corrections(moves, program, row)
-    if found:
-        poses = np.concatenate([c.poses for c in found])
-        work.angles[poses] = np.degrees(fanuc_from_matrix(np.concatenate([c.rotation for c in found])))
-        work.turns = _turns(work.text, moves, program, row)
-        work.changes += [*_other_postures(moves, program, row, path), *_unseen(work.text, path)]
-    for c in found:
+    for c in work.found:
         work.move(c)
     return Rewritten(work.text_out().encode("latin-1"), merged(work.changes))
 
@@ -78,7 +71,7 @@ def _turns(text: str, moves: RobotMoves, program: Program, row: Floats) -> Ints:
 
 
 def _other_postures(moves: RobotMoves, program: Program, row: Floats, path: Path) -> list[Finding]:
-    """A warning where the arm that was solved stands otherwise than CONFIG says: N or F, U or D, T or B."""
+    """A warning where the solved arm configuration differs from CONFIG: N or F, U or D, T or B."""
     if program.configuration is None:
         return []
     ends = np.flatnonzero((np.abs(row - np.rint(row)) < 1e-9) & (program.kind == CUT))
@@ -107,43 +100,42 @@ def _unseen(text: str, path: Path) -> list[Finding]:
     return out
 
 
-class _Work:
-    """Edits of one file."""
+class _Work(MoveEdits):
+    """Edits of one .ls."""
 
     def __init__(self, text: str, moves: RobotMoves, program: Program, row: Floats, path: Path) -> None:
-        self.text, self.moves, self.program, self.row, self.path = text, moves, program, row, path
-        self.arcs = Arcs(moves, program, row)
-        self.eol = "\r\n" if "\r\n" in text else "\n"
-        self.edits: list[Edit] = []
+        super().__init__(text, moves, program, row, path)
         self.records: list[str] = []
-        self.changes: list[Finding] = []
-        self.angles = np.zeros((len(program), 3))
-        self.turns: Ints = np.zeros((len(program), 3), dtype=np.int32)
+        self.found = corrections(moves, program, row)
+        self.angles = angles_of(self.found, len(program), lambda r: np.degrees(fanuc_from_matrix(r)))
+        self.turns = _turns(text, moves, program, row)
+        if self.found:
+            self.changes += [*_other_postures(moves, program, row, path), *_unseen(text, path)]
         mark = moves.mark
         self.uses = Counter([*mark["target_start"].tolist(), *mark["via_start"][mark["word"] == ARC].tolist()])
         self.next = 1 + max(int(n) for n in re.findall(r"^P\[(\d+)", text, re.M))
 
     def move(self, c: Correction) -> None:
         """The edits of one move."""
-        start, end = self._span(c.move, "start", "end")
+        start, end = self.span(c.move, "start", "end")
         statement = self.text[start:end]
-        arc = self.moves.mark["word"][c.move] == ARC
-        via = via_point(c, self.arcs, self.row) if arc else None
+        arc = self.is_arc(c.move)
+        via = self.via_point(c) if arc else None
         changed = statement
         if via is not None:
             changed = self._through(c, via, statement)
         elif len(c.poses) > 1:
             if _TIMED.search(statement):
-                place = f"{self.path}:{int(self.moves.mark['line'][c.move])}"
+                place = f"{self.path}:{self.line(c.move)}"
                 raise WriteError(f"{place}: a move by time cannot be divided. Give it a speed instead of sec or msec")
             what = "an arc became straight lines" if arc else "poses were put in"
-            self._note(c.move, what, len(c.poses) - 1)
+            self.note(c.move, what, len(c.poses) - 1)
             lines = (self._line(statement, self._record(c, k)) for k in range(len(c.poses) - 1))
             self.edits.append(Edit(start, start, "".join(lines)))
-        target = self._span(c.move, "target_start", "target_end")
+        target = self.span(c.move, "target_start", "target_end")
         if c.moved and (self.uses[target[0]] > 1 or target[0] < 0):
             number = self._record(c, len(c.poses) - 1)
-            self._note(c.move, "a position that other moves use, too, or of joint angles, was split", 1)
+            self.note(c.move, "a position that other moves use, too, or of joint angles, was split", 1)
             changed = self._with_number(changed, number)
         elif c.moved:
             self.edits.append(Edit(*target, self._moved(c, len(c.poses) - 1)))
@@ -154,13 +146,13 @@ class _Work:
 
     def _through(self, c: Correction, via: Floats, statement: str) -> str:
         """The statement of an arc through the point ``via`` (3,) m. The record's W, P, R stay: they are not used."""
-        start, end = self._span(c.move, "via_start", "via_end")
+        start, end = self.span(c.move, "via_start", "via_end")
         values = dict(zip("XYZ", (via * 1e3).tolist(), strict=True))
         record = self._with_values(self.text[start:end], values)
         if self.uses[start] == 1:
             self.edits.append(Edit(start, end, record))
             return statement
-        self._note(c.move, "a position that other moves use, too, was split", 1)
+        self.note(c.move, "a position that other moves use, too, was split", 1)
         return self._with_number(statement, self._added(record), 0)
 
     def text_out(self) -> str:
@@ -173,16 +165,9 @@ class _Work:
         ends = [Edit(mn.end(), mn.end(), marker), Edit(last.start(), last.start(), "".join(self.records))]
         return edited(self.text, [*ends, *self.edits])
 
-    def _span(self, move: int, first: str, last: str) -> tuple[int, int]:
-        return int(self.moves.mark[first][move]), int(self.moves.mark[last][move])
-
-    def _note(self, move: int, what: str, count: int) -> None:
-        place = f"{self.path.name}:{int(self.moves.mark['line'][move])}"
-        self.changes.append(Finding(WARNING, place, what, "", count))
-
     def _record(self, c: Correction, k: int) -> int:
         """A new record like that of the move's end; its number."""
-        known = self._span(c.move, "target_start", "target_end")[0] >= 0
+        known = self.span(c.move, "target_start", "target_end")[0] >= 0
         return self._added(self._moved(c, k) if known else self._cartesian(c, k))
 
     def _added(self, record: str) -> int:
@@ -194,11 +179,11 @@ class _Work:
 
     def _cartesian(self, c: Correction, k: int) -> str:
         """The record of a straight move to joint angles, as a position."""
-        statement = self.text[slice(*self._span(c.move, "start", "end"))]
+        statement = self.text[slice(*self.span(c.move, "start", "end"))]
         number = (_NUMBER.findall(statement) or ["?"])[-1]
         found = re.search(rf"^P\[{number}(?::[^\]\r\n]*)?\]\s*\{{.*?\}}\s*;", self.text, re.M | re.S)
         if found is None or self.program.configuration is None:
-            place = f"{self.path}:{int(self.moves.mark['line'][c.move])}"
+            place = f"{self.path}:{self.line(c.move)}"
             raise WriteError(f"{place}: a straight move to joint angles. Record P[{number}] as a position")
         turns = ", ".join(str(t) for t in self.turns[c.poses[k]].tolist())
         config = f"{letters(int(self.program.configuration[c.poses[k]]))}, {turns}"
@@ -209,12 +194,12 @@ class _Work:
 
     def _values(self, c: Correction, k: int) -> dict[str, float]:
         """X, Y, Z mm and W, P, R deg."""
-        numbers = [*(c.position[k] * 1e3).tolist(), *self.angles[c.poses[k]].tolist()]
+        numbers = [*(c.pose.origin[k] * 1e3).tolist(), *self.angles[c.poses[k]].tolist()]
         return dict(zip("XYZWPR", numbers, strict=True))
 
     def _moved(self, c: Correction, k: int) -> str:
         """The record of the move's end with pose ``k``, and with the turn numbers of that."""
-        start, end = self._span(c.move, "target_start", "target_end")
+        start, end = self.span(c.move, "target_start", "target_end")
         turns = self.turns[c.poses[k]].tolist()
 
         def counted(m: re.Match[str]) -> str:

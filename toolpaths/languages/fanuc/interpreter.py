@@ -12,16 +12,18 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import ReadError
-from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack
+from toolpaths.frame import Frame
+from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import Runtime
-from toolpaths.languages.fanuc.calls import HARMLESS, Called, called
+from toolpaths.languages.fanuc.called_program import HARMLESS, CalledProgram, called
 from toolpaths.languages.fanuc.config import model_joints
 from toolpaths.languages.fanuc.registers import CONSTANT, Registers
-from toolpaths.languages.fanuc.scan import FREE, Listing, Record, Statement
+from toolpaths.languages.fanuc.scan import FREE, Listing, TpRecord, TpStatement
 from toolpaths.reading.source_text import comment_word
 from toolpaths.rotation import matrix_from_fanuc, quaternion_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, RAPID, Floats
-from toolpaths.writing.program import ToolFrame
 
 _P = r"P\[(\d+)(?::[^\]]*)?\]"
 MOVE = re.compile(
@@ -61,13 +63,12 @@ class TpInterpreter:
         self.axes = dict.fromkeys(listing.external(), float("nan"))  # where the external axes stand
         self.track = RobotTrack(listing.source, "fanuc", _quaternions, tuple(self.axes))
         self.registers = Registers()
-        self.programs: dict[str, Called | None] = {}  # those that were called
-        self.inside: list[Statement] = []  # the IFs that are open
+        self.programs: dict[str, CalledProgram | None] = {}  # those that were called
+        self.inside: list[TpStatement] = []  # the IFs that are open
         self.lost = ""  # what moved the arm to where only the running program knows
         self.frames: dict[int, Floats] = {0: np.eye(4)}
-        self.tools: dict[int, ToolFrame] = {0: ToolFrame("UT 0", np.zeros(3), np.eye(3))}
-        self.frame: int | None = None
-        self.tool: int | None = None
+        self.tools: dict[int, ToolFrame] = {0: ToolFrame("UT 0", Frame.identity())}
+        self.active: dict[str, int | None] = {"frame": None, "tool": None}
         self.unknown: int | None = None
 
     def all(self) -> None:
@@ -87,10 +88,10 @@ class TpInterpreter:
         if self.inside:
             raise self._refused(self.inside[-1], "an IF without its ENDIF", "The file may be cut off: post it again.")
 
-    def _refused(self, s: Statement, problem: str, remedy: str) -> ReadError:
+    def _refused(self, s: TpStatement, problem: str, remedy: str) -> ReadError:
         return ReadError(self.listing.source, s.line, problem, remedy)
 
-    def _other(self, s: Statement) -> None:
+    def _other(self, s: TpStatement) -> None:
         if m := _IF.fullmatch(s.text):
             self._condition(s, m[1])
         elif s.text == "ENDIF" and self.inside:
@@ -102,7 +103,7 @@ class TpInterpreter:
         elif self.inside:
             self._decided(s, s.text)
         elif m := _CHOOSE.fullmatch(s.text):
-            setattr(self, "frame" if m[1] == "UFRAME" else "tool", int(m[2]))
+            self.active["frame" if m[1] == "UFRAME" else "tool"] = int(m[2])
         elif m := _SET_FRAME.fullmatch(s.text):
             self._set_frame(s, m[1], int(m[2]), int(m[3]))
         elif _SOMEWHERE.match(s.text):
@@ -113,7 +114,7 @@ class TpInterpreter:
         else:
             self._assignment(s)
 
-    def _assignment(self, s: Statement) -> None:
+    def _assignment(self, s: TpStatement) -> None:
         try:
             known = self.registers.assign(s.text)
         except ValueError as why:
@@ -124,7 +125,7 @@ class TpInterpreter:
         if not s.text.startswith("PR["):
             self.track.event(comment_word(s.text), s.line)
 
-    def _condition(self, s: Statement, action: str | None) -> None:
+    def _condition(self, s: TpStatement, action: str | None) -> None:
         """IF ... THEN, or IF ...,action: let pass where no move depends on it."""
         self.track.event(comment_word(s.text), s.line)
         if action is None:
@@ -134,7 +135,7 @@ class TpInterpreter:
         elif not HARMLESS.match(action) and action not in _ENDS:
             self._decided(s, action)
 
-    def _decided(self, s: Statement, action: str) -> None:
+    def _decided(self, s: TpStatement, action: str) -> None:
         """What a condition decides about: registers, nothing else."""
         if self.registers.spoil(action):
             return
@@ -142,7 +143,7 @@ class TpInterpreter:
         remedy = "Moves and frames that a condition decides about cannot be compensated: write them out."
         raise self._refused(s, f"an IF{where} decides about {action[:60]!r}", remedy)
 
-    def _somewhere(self, s: Statement) -> None:
+    def _somewhere(self, s: TpStatement) -> None:
         """A joint move to where the running program knows: harmless as long as no cut starts there."""
         if self.inside:
             self._decided(s, s.text)
@@ -150,7 +151,7 @@ class TpInterpreter:
         self._stand(dict.fromkeys(self.axes, float("nan")))
         self.track.event(comment_word(s.text), s.line)
 
-    def _set_frame(self, s: Statement, word: str, number: int, register: int) -> None:
+    def _set_frame(self, s: TpStatement, word: str, number: int, register: int) -> None:
         pose = self.registers.pose(register)
         if isinstance(pose, Runtime):
             remedy = f"Assign PR[{register},1] to PR[{register},6] numbers before."
@@ -160,11 +161,11 @@ class TpInterpreter:
             return
         tool = self.tools.get(number)
         used = number in self.track.tools and tool is not None
-        if used and tool is not None and not np.allclose(np.hstack([tool.rotation, tool.xyz[:, None]]), pose[:3]):
+        if used and tool is not None and not np.allclose(tool.frame.matrix, pose):
             raise self._refused(s, f"UTOOL[{number}] is changed after moves with it", "Give each tool its own number.")
-        self.tools[number] = ToolFrame(f"UT {number}", pose[:3, 3], pose[:3, :3])
+        self.tools[number] = ToolFrame(f"UT {number}", Frame.of(pose))
 
-    def _call(self, s: Statement, name: str) -> None:
+    def _call(self, s: TpStatement, name: str) -> None:
         """A called program: where it lies beside, what it may do is known; where it does not, it is let pass."""
         self.track.event(f"CALL {name}", s.line)
         if name not in self.programs:
@@ -178,12 +179,12 @@ class TpInterpreter:
         if found.registers:
             self.registers.forget()
         if found.chooses:
-            self.frame = self.tool = None
+            self.active = {"frame": None, "tool": None}
         if found.moves is not None:
             self.lost = f"CALL {name} ({found.moves.text[:40]!r} in line {found.moves.line} of it)"
             self._stand(dict.fromkeys(self.axes, float("nan")))
 
-    def _move(self, s: Statement, m: re.Match[str]) -> None:
+    def _move(self, s: TpStatement, m: re.Match[str]) -> None:
         word, first, second, speed, unit, _, term, options = m.groups()
         if self.inside:
             self._decided(s, s.text)
@@ -204,8 +205,8 @@ class TpInterpreter:
         self._start(s, word)
         self._append(s, word, kind, record, via, (feed, zone))
 
-    def _feed(self, s: Statement, speed: str | None, unit: str) -> float:
-        """mm/s; NaN for what is no speed of the tool."""
+    def _feed(self, s: TpStatement, speed: str | None, unit: str) -> float:
+        """mm/s; NaN for joint speeds and times."""
         if speed is None:
             return float("nan")
         value: float | Runtime
@@ -224,7 +225,7 @@ class TpInterpreter:
             raise self._refused(s, f"the speed {speed}{unit} is not above 0", "Correct the speed.")
         return value * _UNITS[unit]
 
-    def _start(self, s: Statement, word: str) -> None:
+    def _start(self, s: TpStatement, word: str) -> None:
         """Where a straight move starts has to be known: poses may be put in on its way."""
         if word != "J" and self.lost:
             remedy = "Put a J move to a position in front of it."
@@ -232,8 +233,9 @@ class TpInterpreter:
         self.lost = ""
 
     def _append(
-        self, s: Statement, word: str, kind: np.uint8, to: Record, via: Record | None, numbers: tuple[float, float]
-    ) -> None:
+        self, s: TpStatement, word: str, kind: np.uint8, to: TpRecord, via: TpRecord | None,
+        numbers: tuple[float, float],
+    ) -> None:  # fmt: skip
         frame, tool = self._active(s, to, via)
         if to.external:
             self._stand(dict(to.external))
@@ -258,7 +260,7 @@ class TpInterpreter:
             self.axes = now
             self.track.stand(tuple(now.values()))
 
-    def _record(self, s: Statement, number: int) -> Record:
+    def _record(self, s: TpStatement, number: int) -> TpRecord:
         record = self.listing.records.get(number)
         if record is None and number in self.listing.records:
             raise self._refused(s, f"P[{number}] was never taught (***)", "Record the position, or delete the move.")
@@ -266,20 +268,20 @@ class TpInterpreter:
             raise self._refused(s, f"P[{number}] is not in /POS", "The file may be cut off: post it again.")
         return record
 
-    def _active(self, s: Statement, *records: Record | None) -> tuple[int, int]:
-        """The number of the track's frame and of the tool; what a position says has to be what is active."""
+    def _active(self, s: TpStatement, *records: TpRecord | None) -> tuple[int, int]:
+        """The number of the track's frame and of the tool; a position has to be recorded in the active ones."""
         for r in records:
             if r is None:
                 continue
             for name, said in (("frame", r.frame), ("tool", r.tool)):
-                active = getattr(self, name)
+                active = self.active[name]
                 if active is None and said != FREE:
-                    setattr(self, name, said)
+                    self.active[name] = said
                 elif said not in (FREE, active):
                     word = "UFRAME_NUM" if name == "frame" else "UTOOL_NUM"
                     problem = f"the position is recorded with {name} {said}, {word} is {active}"
                     raise self._refused(s, problem, "The controller refuses that, too: choose it before the move.")
-        frame, tool = self.frame or 0, self.tool or 0
+        frame, tool = self.active["frame"] or 0, self.active["tool"] or 0
         if tool in self.tools:
             self.track.tools[tool] = self.tools[tool]
         if frame in self.frames:

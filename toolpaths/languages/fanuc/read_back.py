@@ -1,4 +1,4 @@
-"""Reads back the TP program that fanuc.py wrote, to verify the file on the disk; not .ls in general."""
+"""Reads back the TP program that writer.py wrote, to verify the file on the disk; not .ls in general."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.languages.fanuc.config import bits_of, model_joints
 from toolpaths.rotation import matrix_from_fanuc
+from toolpaths.writing.lines import text_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _MOVE = re.compile(r"^ *\d+:L P\[(\d+)\] ([0-9.]+)(mm/sec|cm/min|inch/min) ", re.M)
@@ -25,10 +26,10 @@ _UNITS = {"mm/sec": 1e-3, "cm/min": 1.0 / 6e3, "inch/min": 25.4e-3 / 60.0}
 
 def read_back(path: Path) -> ReadBack:
     """Poses, feeds (rapids, too), configuration and start of the program at ``path``."""
-    main = _text(path)
+    main = text_of(path)
     calls = _CALL.findall(main)
     found = [path.with_name(path.stem + name[len(path.stem) :] + path.suffix) for name in calls]
-    parts = [main] if not calls else [_text(p) for p in found]
+    parts = [main] if not calls else [text_of(p) for p in found]
     rows, feeds, bits = (np.concatenate(v) for v in zip(*(_moves(text) for text in parts), strict=True))
     if len(rows) == 0:
         raise WriteError(f"{path}: no moves found in the written program")
@@ -40,11 +41,6 @@ def read_back(path: Path) -> ReadBack:
         feed=feeds,
         configuration=bits.astype(np.int32),
     )
-
-
-def _text(path: Path) -> str:
-    with open(path, encoding="ascii", newline="") as stream:
-        return stream.read()
 
 
 def _moves(text: str) -> tuple[Floats, Floats, Floats]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.languages.fanuc.interpreter import TpInterpreter
 from toolpaths.languages.fanuc.scan import Listing
 from toolpaths.reading.source_text import load_lines
@@ -16,7 +16,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     """Poses of a program; arcs become points within ``chord`` (m).
 
     Raises:
-        ReadError: what is no TP program, or is known only while it runs, by line.
+        ReadError: not a TP program, or something known only while it runs; names the line.
     """
     load_lines(path, source)
     return moves_of(path.read_bytes(), source, path).toolpath(chord)

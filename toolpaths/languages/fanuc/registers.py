@@ -28,7 +28,7 @@ class Registers:
         """Follow an assignment; False where the statement is none.
 
         Raises:
-            ValueError: the constant, which is no number.
+            ValueError: the constant is not a number.
         """
         if m := _ELEMENT.fullmatch(text):
             self._places.setdefault(int(m[1]), [None] * 6)[int(m[2]) - 1] = _constant(m[3], m[4], m[5])

@@ -36,7 +36,7 @@ FREE = -1  # a frame or tool number given as F: whatever is active
 
 
 @dataclass(frozen=True, slots=True)
-class Statement:
+class TpStatement:
     """One instruction without its number; ``start`` is where its line begins, ``end`` behind its semicolon."""
 
     text: str
@@ -49,7 +49,7 @@ External = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class TpRecord:
     """A position of group 1: numbers as mm and deg (X Y Z W P R), or J1 ... J6 with ``bits`` -1.
 
     ``external``: E1 to E3 and the axes of other groups, such as ("E1", 600.0), ("GP2 J1", -30.0), mm or deg.
@@ -80,7 +80,7 @@ class Listing:
         self._starts = [m.end() for m in _LINE_END.finditer(text)]
         at = self._sections()
         self.body = (self._next_line(at["MN"]), at.get("POS", at["END"]))
-        self.records: dict[int, Record | None] = {}
+        self.records: dict[int, TpRecord | None] = {}
         if "POS" in at:
             self._read_records(self._next_line(at["POS"]), at["END"])
 
@@ -96,7 +96,7 @@ class Listing:
         """The refusal of what stands at an offset."""
         return ReadError(self.source, self.line(offset), problem, remedy)
 
-    def statements(self) -> Iterator[Statement]:
+    def statements(self) -> Iterator[TpStatement]:
         """Instructions of /MN; a statement may go on over several lines until its semicolon."""
         parts: list[str] = []
         first = start = 0
@@ -112,7 +112,7 @@ class Listing:
                 start, first = m.start(), self.line(m.start())
             parts.append(piece)
             if piece.endswith(";"):
-                yield Statement(" ".join(parts)[:-1].rstrip(), first, start, m.start() + len(raw.rstrip()))
+                yield TpStatement(" ".join(parts)[:-1].rstrip(), first, start, m.start() + len(raw.rstrip()))
                 parts = []
         if parts:
             raise self.refuse(start, f"{' '.join(parts)[:40]!r} without ';'", "The file may be cut off.")
@@ -153,7 +153,7 @@ class Listing:
             offset = at + len(self.text[at:end]) - len(self.text[at:end].lstrip())
             raise self.refuse(offset, f"{rest[:30]!r} is no position", "Expected: P[n]{ GP1: ... };")
 
-    def _record(self, m: re.Match[str]) -> Record | None:
+    def _record(self, m: re.Match[str]) -> TpRecord | None:
         body = m[2]
         if found := _POSE.match(body):
             frame, tool, config, *texts = found.groups()
@@ -168,7 +168,7 @@ class Listing:
             raise self.refuse(m.start(), what, "Record the position again, or delete it.")
         numbers = tuple(map(float, texts))
         external = self._external(body[found.end() :].strip())
-        return Record(m.start(), m.end(), self._number(m, frame), self._number(m, tool), bits, numbers, external)
+        return TpRecord(m.start(), m.end(), self._number(m, frame), self._number(m, tool), bits, numbers, external)
 
     def _external(self, rest: str) -> External:
         if rest not in self._externals:

@@ -2,7 +2,7 @@
 
 Sources: RoboDK's open post Fanuc_R30iA (sections, UFRAME and UTOOL through a position register, 9999 lines),
 Autodesk's Fanuc LS post (names of 30 characters), programs printed by controllers (speeds as ``12mm/sec``,
-``7cm/min``, ``2.8inch/min``; remarks; positions). CONFIG: fanuc_config.py. docs/fanuc.md says the rest.
+``7cm/min``, ``2.8inch/min``; remarks; positions). CONFIG: config.py. Reasons: docs/fanuc.md.
 """
 
 from __future__ import annotations
@@ -16,12 +16,17 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.finding import ERROR, WARNING, Finding
+from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.config import config_texts, controller_joints
-from toolpaths.languages.fanuc.motion import FASTEST, SPEED_ERROR, speed_texts, terminations
+from toolpaths.languages.fanuc.speeds import FASTEST, SPEED_ERROR, speed_texts, terminations
 from toolpaths.rotation import fanuc_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
+from toolpaths.writing.checks import six_joints
+from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain
-from toolpaths.writing.program import Floats, Program, ToolFrame
+from toolpaths.writing.numbers import printed
+from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: with their comments they stay within the 9999 lines that RoboDK's post takes.
@@ -74,15 +79,13 @@ class _Words:
 
     speed: list[str]
     termination: list[str]
-    before: dict[int, list[str]]
+    before: dict[int, str]
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What a TP program cannot say, and what the user should know."""
+    """What a TP program cannot express, and what the user should know."""
     robot = program.robot or "robot"
-    if program.joints.shape[1] != 6:
-        what = f"{program.joints.shape[1]} joints: group 1 of a TP program has 6"
-        yield Finding(ERROR, robot, what, "write CSV for this arm")
+    yield from six_joints(program, "group 1 of a TP program has")
     if program.configuration is None:
         what = "no spherical wrist: the CONFIG of its positions is not known"
         yield Finding(ERROR, robot, what, "write CSV for this arm")
@@ -118,27 +121,29 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     words = _words(program)
     if len(blocks) == 1:
         lines = [*_to_start(program, 1, len(program) + 1), *_instructions(program, words, blocks[0])]
-        yield path.name, _crlf(_text(program, name, [*_frames(program), *lines], blocks[0], len(program) + 1))
+        yield path.name, with_crlf(_text(program, name, [*_frames(program), *lines], blocks[0], len(program) + 1))
         return
     calls = [f"  CALL {name}_{i:03d}" for i in range(1, len(blocks) + 1)]
     lines = [*_frames(program), *_to_start(program, 1, 2), *calls]
-    yield path.name, _crlf(_text(program, name, lines, slice(0, 1), 2))
+    yield path.name, with_crlf(_text(program, name, lines, slice(0, 1), 2))
     for i, block in enumerate(blocks, 1):
         lines = [f"  UFRAME_NUM={FRAME}", f"  UTOOL_NUM={FRAME}", *_instructions(program, words, block)]
-        yield f"{path.stem}_{i:03d}{path.suffix}", _crlf(_text(program, f"{name}_{i:03d}", lines, block, None))
+        yield f"{path.stem}_{i:03d}{path.suffix}", with_crlf(_text(program, f"{name}_{i:03d}", lines, block, None))
 
 
 def _words(program: Program) -> _Words:
     speed = np.where(program.kind == CUT, program.feed, program.rapid_speed)
     texts, written = speed_texts(speed)
-    before: dict[int, list[str]] = {}
-    for pose, text in program.comments:
-        before.setdefault(pose, []).extend(_remarks(text))
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        number = int(program.tool[pose])
-        mount = [*_remarks(f"mount tool {number}, then go on"), "  PAUSE", *_mount(program.tools[number])]
-        before.setdefault(pose, []).extend(mount)
+    before = lines_before(program, lambda text: _joined(_remarks(text)), lambda tool: _joined(_change(program, tool)))
     return _Words(texts, terminations(program, written), before)
+
+
+def _joined(lines: list[str]) -> str:
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _change(program: Program, tool: int) -> list[str]:
+    return [*_remarks(f"mount tool {tool}, then go on"), "  PAUSE", *_mount(program.tools[tool])]
 
 
 def _remarks(text: str) -> list[str]:
@@ -148,9 +153,9 @@ def _remarks(text: str) -> list[str]:
 
 
 def _frames(program: Program) -> list[str]:
-    """Instructions that say what is run, and set the user frame and the first tool."""
+    """Remarks on what is run, and instructions that set the user frame and the first tool."""
     head = f"Compensated program {program.name} for {program.robot or 'robot'}"
-    frame = _frame("UFRAME", program.workobject[:3, 3], program.workobject[:3, :3])
+    frame = _frame("UFRAME", program.workobject)
     lines = [*_remarks(head), *_remarks(f"Source: {program.source}"), *frame]
     return [*lines, *_mount(program.tools[int(program.tool[0])])]
 
@@ -162,12 +167,12 @@ def _mount(tool: ToolFrame) -> list[str]:
         lines += _remarks(f"PAYLOAD to set: {tool.mass:.3f} kg")
     if tool.com is not None:
         lines += _remarks("centre mm " + " ".join(f"{c:.1f}" for c in (tool.com * 1e3 + 0.0).tolist()))
-    return lines + _frame("UTOOL", tool.xyz, tool.rotation)
+    return lines + _frame("UTOOL", tool.frame)
 
 
-def _frame(word: str, position: Floats, rotation: Floats) -> list[str]:
+def _frame(word: str, frame: Frame) -> list[str]:
     """A frame through a position register; LPOS makes the register a Cartesian one first."""
-    values = [*(position * 1e3), *np.degrees(fanuc_from_matrix(rotation))]
+    values = [*(frame.origin * 1e3), *np.degrees(fanuc_from_matrix(frame.rotation))]
     lines = [f"  PR[{FRAME}]=LPOS"]
     for i, value in enumerate(values, 1):
         text = f"{round(float(value), 5) + 0.0:.5f}"
@@ -185,7 +190,7 @@ def _instructions(program: Program, words: _Words, block: slice) -> list[str]:
     lines: list[str] = []
     for pose in range(block.start, block.stop):
         if pose in words.before:
-            lines += words.before[pose]
+            lines += words.before[pose].splitlines()
         lines.append(f"L P[{pose - block.start + 1}] {words.speed[pose]} {words.termination[pose]}")
     return lines
 
@@ -199,27 +204,14 @@ def _text(program: Program, name: str, lines: list[str], block: slice, start: in
     for b in program.blocks(4096, block.start, block.stop):
         yield _POSITION * (b.stop - b.start) % tuple(chain.from_iterable(_rows(program, b, block.start)))
     if start is not None and program.start_joints is not None:
-        yield _JOINTS % (start, *_printed(np.degrees(controller_joints(program.start_joints)), 6).tolist())
+        yield _JOINTS % (start, *printed(np.degrees(controller_joints(program.start_joints)), 6).tolist())
     yield "/END\n"
 
 
 def _rows(program: Program, block: slice, first: int) -> Iterator[tuple[object, ...]]:
-    position = _printed(program.position[block] * 1e3, 4)
-    angles = _printed(np.degrees(fanuc_from_matrix(program.rotation[block])), 5)
+    position = printed(program.position[block] * 1e3, 4)
+    angles = printed(np.degrees(fanuc_from_matrix(program.rotation[block])), 5)
     branch = program.configuration
     configs = config_texts(program.joints[block], None if branch is None else branch[block])
     numbers = range(block.start - first + 1, block.stop - first + 1)
     return zip(numbers, configs, *position.T.tolist(), *angles.T.tolist(), strict=True)
-
-
-def _printed(values: Floats, digits: int) -> Floats:
-    """Values as they will be printed, without negative zeros."""
-    return np.asarray(np.round(values, digits) + 0.0)
-
-
-def _crlf(pieces: Iterator[str]) -> Iterator[str]:
-    """Line ends as the controller prints them."""
-    for piece in pieces:
-        yield piece.replace("\n", "\r\n")
-
-

@@ -27,7 +27,7 @@ def arc_geometry(
         clockwise: seen against the axis, as G2.
 
     Raises:
-        ValueError: the words are no arc; says why.
+        ValueError: the words do not make an arc; tells why.
     """
     first, second = (normal + 1) % 3, (normal + 2) % 3
     if any(letter in words for letter in OFFSETS):

@@ -31,7 +31,7 @@ class Origin:
         """Take over G54 ...; ``used``: coordinates were read already.
 
         Raises:
-            ValueError: a second system, and nothing says how the two lie to each other.
+            ValueError: a second system, and how the two lie to each other is not known.
         """
         before = self._system or ("G54" if used else system)
         self._system = system

@@ -7,30 +7,37 @@ import re
 from pathlib import Path
 
 from toolpaths.errors import ReadError
-from toolpaths.languages.gcode.machine import State
-from toolpaths.languages.gcode.retract import Retract, check_retracts
-from toolpaths.languages.gcode.words import (
+from toolpaths.languages.gcode.codes import (
+    ARCS,
+    CYCLES,
+    FEED_MODES,
     GROUP,
     LONE,
-    M_END,
+    MOTIONS,
+    RETRACTS,
+    RETURNS,
+    SINGLE,
     SYSTEMS,
-    TIP_CONTROL,
-    Words,
-    split_block,
-    strip_comments,
-)  # fmt: skip
+    TIP_CONTROLS,
+    G,
+)
+from toolpaths.languages.gcode.motion import ToolMotion
+from toolpaths.languages.gcode.retract import Retract, check_retracts
+from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import Toolpath
 
 MM, INCH = 1e-3, 25.4e-3
-PLANES = {170: 2, 180: 1, 190: 0}  # index of the axis normal to the plane
+PLANES = {G.PLANE_XY: 2, G.PLANE_ZX: 1, G.PLANE_YZ: 0}  # index of the axis normal to the plane
 MOVING = frozenset("XYZIJKRABC")
 ALLOWED = frozenset("XYZIJKRFSTNHPQOLABC")
 TOOL_CHANGE = re.compile(r"[Mm]\s*0*6(?![0-9.])")
 COLON = re.compile(r"^\s*:(?=\s*\d)")  # the number of a program in ISO code
 ROTARY = re.compile(r"[ABCabc]\s*[-+.\d]")
-SINGLE = frozenset((40, 280, 300, 520, 530, 920, 921, 922, 923))
+LENGTHS = TIP_CONTROLS | {G.TOOL_LENGTH, G.TOOL_LENGTH_OFF}
+WITH_P = frozenset((G.BLENDING, G.SYSTEM_MORE, G.SMOOTHING_LEVEL, G.LOOK_AHEAD, G.ACCURACY))
+WITH_Q = frozenset((G.BLENDING, G.SMOOTHING))
 
 
 def read(path: Path, source: str, chord: float, machine: Machine | None = None) -> Toolpath:
@@ -48,19 +55,19 @@ def read(path: Path, source: str, chord: float, machine: Machine | None = None) 
     return parse(load_lines(path, source), source, machine).toolpath(chord)
 
 
-def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> Blocks:
+def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> BlockReader:
     """The blocks of a file, read."""
-    blocks = Blocks(source, machine, trace=trace)
+    blocks = BlockReader(source, machine, trace=trace)
     blocks.read(lines)
     return blocks
 
 
-class Blocks:
+class BlockReader:
     """Reads the blocks of one file, one after the other."""
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         self.source = source
-        self.state = State(source, machine, trace=trace)
+        self.state = ToolMotion(source, machine, trace=trace)
         self.track = self.state.track
         self.percent = self.ended = self.spindle = False
         self.selected = 0
@@ -111,7 +118,7 @@ class Blocks:
             raise self._error(line, "'%' in the middle of the program", "Is the head of the file missing?")
         self.percent = True
 
-    def _block(self, values: Words, gs: list[int], ms: list[int], line: int) -> None:
+    def _block(self, values: Words, gs: list[G], ms: list[int], line: int) -> None:
         state = self.state
         if not values.keys() <= ALLOWED:
             letter = next(c for c in values if c not in ALLOWED)
@@ -120,16 +127,16 @@ class Blocks:
         if gs:
             _check_groups(gs)
             for g in gs:
-                if GROUP[g] == "feed mode":
+                if g in FEED_MODES:
                     state.feed.choose(g)
         if "F" in values:
-            state.feed.word = values["F"]
+            state.feed.say(values["F"])
         if ms or not values.keys().isdisjoint("STO"):
             self._events(values, ms, line)
         if gs:
             single = self._modes(gs, values)
             _check_lone(gs, values)
-        _check_letters(values, gs, single, state.motion or 0)
+        _check_letters(values, gs, single, state.motion or G.RAPID)
         if single is not None:
             self._single(single, values, line)
         elif not values.keys().isdisjoint(MOVING):
@@ -138,50 +145,48 @@ class Blocks:
             self.track.event(f"M{next(m for m in ms if m in M_END)}", line)
             self.ended = True
 
-    def _modes(self, gs: list[int], values: Words) -> int | None:
+    def _modes(self, gs: list[G], values: Words) -> G | None:
         """Take over the modal words; the non-modal one is returned."""
         state, single = self.state, None
-        if 800 in gs:
+        if G.CYCLE_OFF in gs:
             state.choose_motion(None)
         for g in gs:
-            if GROUP[g] == "motion":
+            if g in MOTIONS:
                 state.choose_motion(g)
             elif g in PLANES:
-                state.normal = PLANES[g]
-            elif g in (200, 210):
-                state.choose_units(INCH if g == 200 else MM, "F" in values)
-            elif g in (900, 910):
-                state.choose_distance(relative=g == 910)
-            elif g in (901, 911):
-                state.absolute_centre = g == 901
-            elif g in (980, 990):
-                state.back = g == 980
+                state.choose_plane(PLANES[g])
+            elif g is G.INCH or g is G.MM:
+                state.choose_units(INCH if g is G.INCH else MM, "F" in values)
+            elif g is G.ABSOLUTE or g is G.RELATIVE:
+                state.choose_distance(relative=g is G.RELATIVE)
+            elif g is G.ABSOLUTE_CENTRE or g is G.RELATIVE_CENTRE:
+                state.choose_centre(absolute=g is G.ABSOLUTE_CENTRE)
+            elif g in RETURNS:
+                state.choose_return(to_start=g is G.RETURN_TO_START)
             elif g in SYSTEMS:
-                name = f"{SYSTEMS[g]} P{values.get('P', 1):g}" if g == 541 else SYSTEMS[g]
-                state.choose_system(name)
-            elif g in (*TIP_CONTROL, 430, 490):
+                state.choose_system(f"{g.word} P{values.get('P', 1):g}" if g is G.SYSTEM_MORE else g.word)
+            elif g in LENGTHS:
                 state.choose_length(g)
             elif g in SINGLE:
                 single = g
         return single
 
-    def _single(self, single: int, values: Words, line: int) -> None:
+    def _single(self, single: G, values: Words, line: int) -> None:
         """A word that counts in its block only."""
-        name = f"G{single / 10:g}"
-        if single == 40:
+        if single is G.DWELL:
             if "P" in values and not values.keys().isdisjoint(MOVING):
                 raise ValueError("G4 with P and coordinates; put the dwell into a block of its own")
             if not values.keys().isdisjoint(MOVING - {"X"}):
                 raise ValueError("G4 with coordinates; put the dwell into a block of its own")
             self.track.event(f"G4 P{values.get('P', values.get('X', 0)):g}", line)
-        elif single in (280, 300, 530):
+        elif single in RETRACTS:
             words = self.state.retract(single, values)
             self.track.event(words, line)
             self.retracts.append(Retract(len(self.track), line, words))
         else:
             self.state.shift(single, values)
             axes = [f"{a}{values[a]:g}" for a in "XYZ" if a in values]
-            self.track.event(" ".join([name, *axes]), line)
+            self.track.event(" ".join([single.word, *axes]), line)
 
     def _events(self, values: Words, ms: list[int], line: int) -> None:
         words = []
@@ -193,13 +198,13 @@ class Blocks:
             self.selected = _tool_number(values["T"])
             words.append(f"T{self.selected}")
             if not self.changes:
-                self.state.tool = self.selected
+                self.state.choose_tool(self.selected)
         if "S" in values:
-            self.state.feed.speed = values["S"]
+            self.state.feed.turn(values["S"])
             words.append(f"S{values['S']:g}")
         for m in ms:
             if m == 6:
-                self.state.tool = self.selected
+                self.state.choose_tool(self.selected)
             if m in (3, 4, 5):
                 self.spindle = m != 5
             if m not in M_END:
@@ -230,40 +235,40 @@ def _stands_in(word: re.Pattern[str], lines: list[str]) -> bool:
     return any(word.search(strip_comments(s)[0]) for s in lines if word.search(s))
 
 
-def _check_groups(gs: list[int]) -> None:
+def _check_groups(gs: list[G]) -> None:
     names = [GROUP[g] for g in gs]
     for name in names:
         if names.count(name) > 1:
-            words = " ".join(f"G{g / 10:g}" for g in gs if GROUP[g] == name)
+            words = " ".join(g.word for g in gs if GROUP[g] == name)
             raise ValueError(f"{words}: two words for {name} in one block")
 
 
-def _check_lone(gs: list[int], values: Words) -> None:
+def _check_lone(gs: list[G], values: Words) -> None:
     """Words that stand without coordinates."""
     for g in set(gs).intersection(LONE):
-        if not values.keys().isdisjoint(MOVING) or (g == 50 and "P" not in values):
-            why = "a spline; post arcs or lines" if g == 50 else "with coordinates it is not read"
-            raise ValueError(f"G{g / 10:g}: {why}")
+        if not values.keys().isdisjoint(MOVING) or (g is G.SMOOTHING_LEVEL and "P" not in values):
+            why = "a spline; post arcs or lines" if g is G.SMOOTHING_LEVEL else "with coordinates it is not read"
+            raise ValueError(f"{g.word}: {why}")
 
 
-def _check_letters(values: Words, gs: list[int], single: int | None, motion: int) -> None:
+def _check_letters(values: Words, gs: list[G], single: G | None, motion: G) -> None:
     """Letters that mean something only beside another word."""
     keys = values.keys()
     if keys.isdisjoint("HPQL"):
-        if 51 in gs:
+        if G.SMOOTHING in gs:
             raise ValueError("G5.1: a spline; post arcs or lines")
         return
-    if "H" in keys and not {430, 490, *TIP_CONTROL}.intersection(gs):
+    if "H" in keys and not LENGTHS.intersection(gs):
         raise ValueError(f"H{values['H']:g} without G43")
-    cycle = motion >= 100 and single is None
-    turns = motion in (20, 30) and single is None
-    if "P" in keys and not (single == 40 or cycle or turns or {640, 541, 50, 80, 1870}.intersection(gs)):
+    cycle = motion in CYCLES and single is None
+    turns = motion in ARCS and single is None
+    if "P" in keys and not (single is G.DWELL or cycle or turns or WITH_P.intersection(gs)):
         raise ValueError(f"P{values['P']:g}: read only with G2, G3, G4, G54.1, G64 and canned cycles")
-    if "Q" in keys and not (cycle or {640, 51}.intersection(gs)):
+    if "Q" in keys and not (cycle or WITH_Q.intersection(gs)):
         raise ValueError(f"Q{values['Q']:g}: read only with G64, G5.1, G73 and G83")
     if "L" in keys and not cycle:
         raise ValueError(f"L{values['L']:g}: read only with canned cycles")
-    if 51 in gs and ("Q" not in keys or not keys.isdisjoint(MOVING)):
+    if G.SMOOTHING in gs and ("Q" not in keys or not keys.isdisjoint(MOVING)):
         raise ValueError("G5.1: a spline; post arcs or lines")
 
 

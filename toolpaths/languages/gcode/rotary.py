@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from toolpaths.errors import ReadError
 from toolpaths.machine import Machine
-from toolpaths.reading.move_buffer import most_poses
+from toolpaths.reading.track import most_poses
 from toolpaths.toolpath import CUT, Floats, Toolpath
 
 WIDEST = np.radians(2.0)  # a turn of the axes is followed in steps of at most this
@@ -17,7 +17,7 @@ MOST_STEPS = 100_000
 
 
 @dataclass(frozen=True)
-class Turns:
+class RotaryTrace:
     """What a reader noted of the rotary axes, a row per move.
 
     Attributes:
@@ -31,7 +31,7 @@ class Turns:
     time: Floats
 
 
-def in_work(path: Toolpath, machine: Machine, turns: Turns, chord: float) -> Toolpath:
+def in_work(path: Toolpath, machine: Machine, turns: RotaryTrace, chord: float) -> Toolpath:
     """The poses of a machine with rotary axes: ``path`` holds X, Y, Z as programmed.
 
     Moves that turn get poses in between, so that the tip stays within ``chord`` (m) of its way.

@@ -8,13 +8,13 @@ from collections.abc import Collection
 
 import numpy as np
 
-from toolpaths.languages.gcode.rotary import Turns, in_work
+from toolpaths.languages.gcode.rotary import RotaryTrace, in_work
 from toolpaths.languages.gcode.words import Words
 from toolpaths.machine import Machine
 from toolpaths.toolpath import Toolpath
 
 
-class Rotary:
+class RotaryState:
     """The rotary axes of one file.
 
     Attributes:
@@ -50,7 +50,7 @@ class Rotary:
         """Take over A, B, C; ``tip``: G43.4 is on.
 
         Raises:
-            ValueError: no such axis, or what is not known of the machine.
+            ValueError: the machine has no such axis, or too little of it is known.
         """
         self.check(values)
         self.angles = tuple(
@@ -82,7 +82,7 @@ class Rotary:
         """The poses in the work object of those as programmed."""
         if not self.used or self.machine is None:
             return path
-        turns = Turns(
+        turns = RotaryTrace(
             np.frombuffer(self._turns, dtype=np.float64).reshape(len(self._tips), -1),
             np.frombuffer(self._tips, dtype=np.int8).astype(np.bool_),
             np.frombuffer(self._times, dtype=np.float64),

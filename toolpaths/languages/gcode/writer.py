@@ -1,7 +1,7 @@
 """G-code (RS-274, Fanuc dialect): position and vector of the tool under G43.4, one move a line.
 
 Sources: Fanuc Series 30i operator's manual B-64484EN, "Tool center point control" and "Feed functions" (G61, G64);
-LinuxCNC G-code reference. docs/gcode.md says what a controller has to be able to do.
+LinuxCNC G-code reference. What a controller has to be able to do: docs/gcode.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from toolpaths.finding import WARNING, Finding
 from toolpaths.rotation import rpy_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.marker import MARKER
-from toolpaths.writing.names import number, plain
+from toolpaths.writing.names import plain
+from toolpaths.writing.numbers import number
 from toolpaths.writing.program import Floats, Program
 
 #: Comments that are words of G-code: spindle and coolant come back as what they were.
@@ -27,7 +28,7 @@ _FEED = 4  # decimals of mm/min
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What G-code cannot say."""
+    """What G-code cannot express."""
     yield Finding(
         WARNING, path.name, "G-code carries position and vector of the tool: the turn about it and the arm "
         "configuration are left to the controller",
@@ -44,8 +45,8 @@ def _text(program: Program) -> Iterator[str]:
     yield f"%\n({MARKER})\n"
     yield f"({_comment('program ' + program.name + ' for ' + (program.robot or 'robot'))})\n"
     yield f"({_comment('source: ' + program.source)})\n"
-    angles = np.degrees(rpy_from_matrix(program.workobject[:3, :3]))
-    values = [number(float(v), 4) for v in (*(program.workobject[:3, 3] * 1e3), *angles)]
+    angles = np.degrees(rpy_from_matrix(program.workobject.rotation))
+    values = [number(float(v), 4) for v in (*(program.workobject.origin * 1e3), *angles)]
     yield f"(G54 is the work object: xyz {' '.join(values[:3])} mm, rpy {' '.join(values[3:])} deg in the base)\n"
     yield "G21 G90 G94 G17 G40 G54\n"
     before = _before(program)

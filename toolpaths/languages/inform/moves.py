@@ -1,4 +1,4 @@
-"""What the moves of an INFORM job say: positions in the robot frame, RCONF, speeds, where the arm has to stand."""
+"""Moves of an INFORM job: positions in the robot frame, RCONF, speeds, stops."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_motoman, motoman_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending
-from toolpaths.writing.names import number
+from toolpaths.writing.numbers import number
 from toolpaths.writing.program import Floats, Program
 
 
 @dataclass(frozen=True)
-class Moves:
+class InformMoves:
     """The moves of a program.
 
     Attributes:
@@ -30,9 +31,9 @@ class Moves:
 
     def numbers(self, block: slice) -> Floats:
         """(M, 6) X Y Z mm, Rx Ry Rz deg of the TCP in the robot frame, as they will be printed."""
-        w = self.program.workobject
-        position = self.program.position[block] @ w[:3, :3].T + w[:3, 3]
-        angles = _rounded(w[:3, :3] @ self.program.rotation[block])
+        work = self.program.workobject
+        position = work.at(self.program.position[block])
+        angles = _rounded(work.rotation @ self.program.rotation[block])
         return np.asarray(np.column_stack((np.round(position * 1e3, 3), angles)) + 0.0)
 
 
@@ -50,10 +51,10 @@ def _rounded(rotation: Floats) -> Floats:
     return np.asarray(np.round(angles, 4))
 
 
-def moves(program: Program) -> Moves:
+def moves(program: Program) -> InformMoves:
     """Speeds and stops of a program."""
     speed = np.where(program.kind == CUT, program.feed, program.rapid_speed) * 1e3
-    return Moves(program, np.maximum(np.round(speed, 1), 0.1), _stops(program))
+    return InformMoves(program, np.maximum(np.round(speed, 1), 0.1), _stops(program))
 
 
 def _stops(program: Program) -> npt.NDArray[np.bool_]:
@@ -75,7 +76,7 @@ def rconf(program: Program, block: slice) -> list[str]:
 
     Sources: DX100 HW0482494, 4.1.3 (order; 0 is flip, upper arm, front, less than 180 deg); Yaskawa's YMConnect SDK,
     ``Figure`` (no-flip: axis B negative; lower arm: the elbow bends beyond 180 deg; rear: the wrist is behind axis S).
-    The NX100 and older say flip by axis R (RE-CSO-A031, 3.9): jobs for those are not written.
+    The NX100 and older define flip by axis R (RE-CSO-A031, 3.9): jobs for those are not written.
     """
     degrees = np.round(np.degrees(program.joints[block]), 6) + 0.0
     c = np.zeros(len(degrees), dtype=np.int64) if program.configuration is None else program.configuration[block]
@@ -87,7 +88,7 @@ def rconf(program: Program, block: slice) -> list[str]:
     return [texts[k] for k in keys.tolist()]
 
 
-def angles_text(position: Floats, angles: Floats) -> tuple[str, ...]:
-    """X Y Z in mm, three angles in deg, as text."""
-    values = (*(position * 1e3), *np.degrees(angles))
+def frame_text(frame: Frame) -> tuple[str, ...]:
+    """X Y Z in mm, Rx Ry Rz in deg, as text."""
+    values = (*(frame.origin * 1e3), *np.degrees(motoman_from_matrix(frame.rotation)))
     return tuple(number(float(v), d) for v, d in zip(values, (4, 4, 4, 5, 5, 5), strict=True))

@@ -1,4 +1,4 @@
-"""Reads back the INFORM jobs that inform.py wrote, to verify the files on the disk; not INFORM in general."""
+"""Reads back the INFORM jobs that writer.py wrote, to verify the files on the disk; not INFORM in general."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_motoman
+from toolpaths.writing.lines import text_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _CALL = re.compile(r"^CALL JOB:(\S+)", re.M)
@@ -21,25 +23,20 @@ _FRAME = re.compile(
 
 def read_back(path: Path) -> ReadBack:
     """Poses in the work object that the job's comments state, and feeds, of the job at ``path``."""
-    main = _text(path)
+    main = text_of(path)
     numbers = [name.rpartition("_")[2] for name in _CALL.findall(main)]
-    parts = [main] + [_text(path.with_name(f"{path.stem}_{n}{path.suffix}")) for n in numbers]
+    parts = [main] + [text_of(path.with_name(f"{path.stem}_{n}{path.suffix}")) for n in numbers]
     rows, feeds = zip(*(_moves(text) for text in parts), strict=True)
     poses, frame = np.concatenate(rows), _FRAME.search(main)
     if frame is None or len(poses) == 0:
         raise WriteError(f"{path}: no moves found in the written job")
     base = np.array([float(v) for v in frame.groups()])
-    turn = matrix_from_motoman(np.radians(base[3:]))
+    work = Frame(matrix_from_motoman(np.radians(base[3:])), base[:3])
     return ReadBack(
-        position=(poses[:, :3] - base[:3]) @ turn * 1e-3,
-        rotation=turn.T @ matrix_from_motoman(np.radians(poses[:, 3:])),
+        position=work.inward(poses[:, :3]) * 1e-3,
+        rotation=work.rotation.T @ matrix_from_motoman(np.radians(poses[:, 3:])),
         feed=np.concatenate(feeds) * 1e-3,
     )
-
-
-def _text(path: Path) -> str:
-    with open(path, encoding="ascii", newline="") as stream:
-        return stream.read()
 
 
 def _moves(text: str) -> tuple[Floats, Floats]:

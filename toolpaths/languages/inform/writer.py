@@ -3,7 +3,7 @@
 A relative job (ATTR RJ): positions C00000 ... in mm and deg with RCONF, then one move for each. Sources: Yaskawa
 DX100 (HW0482494) "Data Transmission", job data format; DX200 and YRC1000 INFORM Language manuals (MOVL: V in
 0.1 mm/s, PL); YMConnect SDK (figures of the arm); jobs saved by controllers.
-docs/inform.md says why what is written the way it is.
+Reasons: docs/inform.md.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from textwrap import wrap
 import numpy as np
 
 from toolpaths.finding import ERROR, WARNING, Finding
-from toolpaths.languages.inform.moves import Moves, angles_text, moves, rconf
-from toolpaths.rotation import motoman_from_matrix
+from toolpaths.frame import Frame
+from toolpaths.languages.inform.moves import InformMoves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
+from toolpaths.writing.checks import six_joints
+from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import plain
-from toolpaths.writing.program import Floats, Program
+from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
 from toolpaths.writing.tool_load import load_words
 
@@ -42,12 +44,9 @@ _POSITION = "%sC%05d=%.3f,%.3f,%.3f,%.4f,%.4f,%.4f\n"
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What INFORM cannot say, and what the user should know."""
+    """What INFORM cannot express, and what the user should know."""
     if program.joints.shape[1] != 6:
-        yield Finding(
-            ERROR, program.robot or "robot", f"{program.joints.shape[1]} joints: a position of INFORM has 6",
-            "write CSV for this arm",
-        )  # fmt: skip
+        yield from six_joints(program, "a position of INFORM has")
         return
     count = len(parts(program, MOVES_PER_JOB))
     limit = _NAME_LIMIT - (len(f"_{count:03d}") if count > 1 else 0)
@@ -86,7 +85,7 @@ def _tool_findings(program: Program) -> Iterator[Finding]:
         if not 0 <= n <= TOOLS:
             yield Finding(ERROR, f"tool {n}", f"a tool of INFORM has a number from 0 to {TOOLS}", "number it so")
         elif n in program.tools:
-            x, y, z, rx, ry, rz = _placed(program.tools[n].xyz, program.tools[n].rotation)
+            x, y, z, rx, ry, rz = frame_text(program.tools[n].frame)
             load = "".join(f", {words}" for words in load_words(program.tools[n]))
             yield Finding(
                 WARNING, f"tool {n}", "a job holds no tool data",
@@ -164,11 +163,10 @@ def _job(name: str, comment: str, count: int, positions: Iterator[str], body: It
     head = f"/JOB\n//NAME {name.upper()}\n//POS\n///NPOS {count},0,0,0,0,0\n"
     middle = f"//INST\n///DATE 2000/01/01 00:00\n///COMM {plain('Compensated ' + comment, _NAME_LIMIT)}\n"
     middle += "///ATTR SC,RW,RJ\n////FRAME ROBOT\n///GROUP1 RB1\nNOP\n"
-    for piece in chain((head,), positions, (middle,), body, ("END\n",)):
-        yield piece.replace("\n", "\r\n")
+    return with_crlf(chain((head,), positions, (middle,), body, ("END\n",)))
 
 
-def _positions(program: Program, words: Moves, block: slice, first: int) -> Iterator[str]:
+def _positions(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
     """Positions of a block, numbered from ``first``; in front of number 1 the first pose stands for the MOVJ."""
     tool, conf = -1, ""
     poses = [] if first == 0 else [slice(0, 1)]
@@ -185,7 +183,7 @@ def _positions(program: Program, words: Moves, block: slice, first: int) -> Iter
         number += len(heads)
 
 
-def _moves(program: Program, words: Moves, block: slice, first: int) -> Iterator[str]:
+def _moves(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
     before = _before(program, block)
     for b in program.blocks(4096, block.start, block.stop):
         numbers = range(b.start - block.start + first, b.stop - block.start + first)
@@ -196,17 +194,11 @@ def _moves(program: Program, words: Moves, block: slice, first: int) -> Iterator
 
 
 def _before(program: Program, block: slice) -> dict[int, str]:
-    """Comments, and a pause where the tool changes: the operator has to mount it before the arm moves on."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        if block.start <= pose < block.stop:
-            before[pose] = before.get(pose, "") + _comment(text)
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        if block.start <= pose < block.stop:
-            tool = int(program.tool[pose])
-            text = f"mount tool {tool} ({program.tools[tool].name}), then go on"
-            before[pose] = before.get(pose, "") + _comment(text) + "PAUSE\n"
-    return before
+    return lines_before(program, _comment, lambda tool: _pause(program, tool), block)
+
+
+def _pause(program: Program, tool: int) -> str:
+    return _comment(f"mount tool {tool} ({program.tools[tool].name}), then go on") + "PAUSE\n"
 
 
 def _said(program: Program) -> str:
@@ -215,19 +207,15 @@ def _said(program: Program) -> str:
     lines += _comment(f"Source: {program.source}") + "'Speeds V in mm/s\n"
     for n in sorted({int(t) for t in np.unique(program.tool)}):
         tool = program.tools[n]
-        lines += _comment(f"Tool {n} {tool.name}") + _frame_comment(tool.xyz, tool.rotation)
+        lines += _comment(f"Tool {n} {tool.name}") + _frame_comment(tool.frame)
         lines += "".join(_comment(words) for words in load_words(tool))
     lines += "'Work object in the robot frame\n"
-    return lines + _frame_comment(program.workobject[:3, 3], program.workobject[:3, :3])
+    return lines + _frame_comment(program.workobject)
 
 
-def _frame_comment(position: Floats, rotation: Floats) -> str:
-    x, y, z, rx, ry, rz = _placed(position, rotation)
+def _frame_comment(frame: Frame) -> str:
+    x, y, z, rx, ry, rz = frame_text(frame)
     return f"'X {x} Y {y}\n'Z {z} mm\n'Rx {rx} Ry {ry}\n'Rz {rz} deg\n"
-
-
-def _placed(position: Floats, rotation: Floats) -> tuple[str, ...]:
-    return angles_text(position, motoman_from_matrix(rotation))
 
 
 def _comment(text: str) -> str:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.finding import merged
-from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.interpreting.program_text import Declaration
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.languages.krl.expressions import POSE
 from toolpaths.languages.krl.interpreter import KrlInterpreter
 from toolpaths.languages.krl.moves import LITERAL, MOTION
@@ -20,7 +20,7 @@ from toolpaths.languages.krl.reader import run_of
 from toolpaths.languages.krl.writer import status_and_turn
 from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
 from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
-from toolpaths.rewriting.placing import Placing
+from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import kuka_from_matrix
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.program import Floats, Program
@@ -39,12 +39,12 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     run = run_of(source, str(path), path)
     written = run.program
     moves = run.track.moves()
-    style = KrlStyle(run, moves)
-    placing = Placing(style, moves, program, row)
-    placing.place()
-    found = [*placing.changes, *calls_elsewhere(run.elsewhere)]
+    spelling = KrlSpelling(run, moves)
+    target_edits = TargetEdits(spelling, moves, program, row)
+    target_edits.place()
+    found = [*target_edits.changes, *calls_elsewhere(run.elsewhere)]
     at = line_end(written.text, written.header_end)
-    edits = [Edit(at, at, f"; {MARKER}{style.newline}"), *placing.edits]
+    edits = [Edit(at, at, f"; {MARKER}{spelling.newline}"), *target_edits.edits]
     text = edited(written.text[: written.border], [e for e in edits if e.start <= written.border])
     first = written.border + 1
     later = [Edit(e.start - first, e.end - first, e.new) for e in edits if e.start > written.border]
@@ -53,7 +53,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     return Rewritten(text.encode("latin-1"), merged(found), beside)
 
 
-class KrlStyle:
+class KrlSpelling:
     """How KRL spells poses and moves."""
 
     literal = LITERAL

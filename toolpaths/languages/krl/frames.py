@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpaths.interpreting.moves import RobotTrack
+from toolpaths.frame import Frame
 from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import POSE, Value, frame
 from toolpaths.languages.krl.names import KrlNames
 from toolpaths.languages.krl.scan import KrlProgram
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import Floats
-from toolpaths.writing.program import ToolFrame
 
 
-class Mounted:
+class MountedFrames:
     """$TOOL and $BASE of one run."""
 
     def __init__(self, program: KrlProgram, names: KrlNames, track: RobotTrack) -> None:
@@ -37,7 +38,7 @@ class Mounted:
         return int(own), self.names.look_up(f"{name[1:]}_DATA[{own:g}]") if own else dict.fromkeys(POSE, 0.0)
 
     def tool(self, s: Statement, own: Value) -> int:
-        """The number of the tool in use; ``own`` is what the line itself says, else None."""
+        """The number of the tool in use; ``own`` is that of the line itself, else None."""
         number, value = self._frame(s, "$TOOL", own)
         load = self.names.get("$LOAD")
         key = f"{number} {value!r} {load.value if load else None!r}"
@@ -51,7 +52,7 @@ class Mounted:
                 name = self.names.get(f"TOOL_NAME[{number}]")
                 shown = name.value.strip('"') if name and isinstance(name.value, str) else f"tool {number}"
                 mass, com = _load(load.value if load else None)
-                self._track.tools[number] = ToolFrame(shown, pose[:3, 3], pose[:3, :3], mass, com)
+                self._track.tools[number] = ToolFrame(shown, Frame.of(pose), mass, com)
         return self._tools[key]
 
     def base(self, s: Statement, own: Value) -> int:
@@ -69,7 +70,7 @@ class Mounted:
 
 
 def _load(value: Value) -> tuple[float | None, Floats | None]:
-    """kg and m of $LOAD; None where it says nothing."""
+    """kg and m of $LOAD; None where it gives none."""
     if not isinstance(value, dict) or not isinstance(value.get("M"), float) or value["M"] <= 0.0:
         return None, None
     cm = value.get("CM")

@@ -8,14 +8,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack, Span
 from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, Span
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import AXES, POSE, Value
-from toolpaths.languages.krl.frames import Mounted
+from toolpaths.languages.krl.frames import MountedFrames
 from toolpaths.languages.krl.names import KrlNames
 from toolpaths.languages.krl.scan import KrlProgram
-from toolpaths.languages.krl.tails import SYSTEM, Tails
+from toolpaths.languages.krl.tails import SYSTEM, KrlTails
 from toolpaths.rotation import matrix_from_kuka, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats
 
@@ -49,14 +50,14 @@ class KrlMover:
         track: the moves.
         mounted: tool and base.
         tails: what stands behind the targets.
-        others: move -> the value of a target that is no literal.
+        others: move -> the value of a target that does not stand there as numbers.
     """
 
     def __init__(self, program: KrlProgram, names: KrlNames) -> None:
         self.program, self.names = program, names
         self.track = RobotTrack(program.source, "krl", quaternions, EXTERNAL)
-        self.mounted = Mounted(program, names, self.track)
-        self.tails = Tails(program, names, self.mounted)
+        self.mounted = MountedFrames(program, names, self.track)
+        self.tails = KrlTails(program, names, self.mounted)
         self.others: dict[int, dict[str, Value]] = {}
         self._last: tuple[float, ...] | None = None  # X ... C of the pose before, in the same base and tool
         self._frames: tuple[int, int] | None = None

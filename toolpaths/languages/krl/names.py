@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from toolpaths.interpreting.names import Variable, first_value
 from toolpaths.interpreting.values import Runtime
+from toolpaths.interpreting.variables import Variable, first_value
 from toolpaths.languages.krl.expressions import NULL, KrlExpression, Value
 from toolpaths.languages.krl.scan import KrlProgram
 

@@ -1,4 +1,4 @@
-"""Reads back the KRL that krl.py wrote, to verify the file on the disk; not KRL in general."""
+"""Reads back the KRL that writer.py wrote, to verify the file on the disk; not KRL in general."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_kuka
+from toolpaths.writing.lines import text_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _WORD = re.compile(
@@ -22,8 +23,8 @@ _CALL = re.compile(r"^ *(\w+_\d{3,})\(\)", re.M)
 
 def read_back(path: Path) -> ReadBack:
     """Poses, feeds, configuration (from S) and start of the program at ``path``."""
-    main = _text(path)
-    parts = [main] + [_text(path.with_name(name + path.suffix)) for name in _CALL.findall(main)]
+    main = text_of(path)
+    parts = [main] + [text_of(path.with_name(name + path.suffix)) for name in _CALL.findall(main)]
     poses, feeds, status = zip(*(_moves(text) for text in parts), strict=True)
     rows, s = np.concatenate(poses), np.concatenate(status)
     start = _START.search(main)
@@ -36,11 +37,6 @@ def read_back(path: Path) -> ReadBack:
         feed=np.concatenate(feeds),
         configuration=_configuration(s) if (s >= 0).all() else None,
     )
-
-
-def _text(path: Path) -> str:
-    with open(path, encoding="ascii", newline="") as stream:
-        return stream.read()
 
 
 def _moves(text: str) -> tuple[Floats, Floats, Floats]:

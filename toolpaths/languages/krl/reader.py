@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.languages.krl.interpreter import KrlInterpreter
 from toolpaths.languages.krl.scan import KrlProgram
 from toolpaths.reading.source_text import load_lines
@@ -15,7 +15,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     """Poses of a program; arcs become points within ``chord`` (m).
 
     Raises:
-        ReadError: what is no KRL, or is known only while the program runs, by line.
+        ReadError: not KRL, or something known only while the program runs; names the line.
     """
     load_lines(path, source)
     return moves_of(path.read_bytes(), source, path).toolpath(chord)
@@ -27,7 +27,7 @@ def moves_of(data: bytes, source: str, path: Path) -> RobotMoves:
 
 
 def run_of(data: bytes, source: str, path: Path) -> KrlInterpreter:
-    """The program, executed; ``path`` says where its .dat and the files it calls would be."""
+    """The program, executed; its .dat and the files that it calls are looked for beside ``path``."""
     beside = next((p for p in (path.with_suffix(".dat"), path.with_suffix(".DAT")) if p.is_file()), None)
     values = ""
     if beside is not None:

@@ -8,7 +8,7 @@ import re
 from toolpaths.interpreting.program_text import Statement
 from toolpaths.interpreting.values import ExpressionError
 from toolpaths.languages.krl.expressions import Value
-from toolpaths.languages.krl.frames import Mounted
+from toolpaths.languages.krl.frames import MountedFrames
 from toolpaths.languages.krl.names import KrlNames
 from toolpaths.languages.krl.scan import KrlProgram
 
@@ -20,10 +20,10 @@ _WITH = re.compile(r"(\$[A-Z_]+(?:\.[A-Z]+)?)\s*=\s*(.*)$", re.I | re.S)
 Tail = tuple[float, float, int, int]
 
 
-class Tails:
+class KrlTails:
     """Reads the tails of one run; equal ones are worked out once."""
 
-    def __init__(self, program: KrlProgram, names: KrlNames, mounted: Mounted) -> None:
+    def __init__(self, program: KrlProgram, names: KrlNames, mounted: MountedFrames) -> None:
         self.program, self.names, self.mounted = program, names, mounted
         self._known: dict[str, Tail] = {}
 

@@ -2,7 +2,7 @@
 
 Sources: KUKA System Software 8.3, Operating and Programming Instructions for System Integrators (Status and
 Turn, approximate positioning, $APO, $VEL, names of 24 characters), KR C2 Expert Programming 5.2 (E6POS,
-FRAME, basic and overhead area). docs/krl.md says why what is written the way it is.
+FRAME, basic and overhead area). Reasons: docs/krl.md.
 """
 
 from __future__ import annotations
@@ -16,12 +16,16 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.finding import ERROR, WARNING, Finding
+from toolpaths.frame import Frame
 from toolpaths.rotation import kuka_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
-from toolpaths.writing.checks import load_findings
-from toolpaths.writing.names import is_legal, number, plain, words_of
-from toolpaths.writing.program import Floats, Program, ToolFrame
+from toolpaths.writing.checks import load_findings, six_joints, too_fast
+from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.names import is_legal, plain, words_of
+from toolpaths.writing.numbers import number, printed
+from toolpaths.writing.program import Floats, Program
 
 #: Moves a file. KUKA publishes no limit; files of 5,000 lines run, longer ones stall the smartPAD's editor.
 MOVES_PER_FILE = 5000
@@ -58,12 +62,8 @@ class _Words:
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What KRL cannot say, and what the user should know."""
-    if program.joints.shape[1] != 6:
-        yield Finding(
-            ERROR, program.robot or "robot", f"{program.joints.shape[1]} joints: an AXIS of KRL has 6",
-            "write CSV for this arm",
-        )  # fmt: skip
+    """What KRL cannot express, and what the user should know."""
+    yield from six_joints(program, "an AXIS of KRL has")
     limit = _NAME_LIMIT - (4 if len(program) > MOVES_PER_FILE else 0)
     if not is_legal(path.stem, limit, _RESERVED):
         yield Finding(
@@ -71,7 +71,7 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
             f"{limit} characters, no reserved word",
             "name the file so: KUKA calls programs by their file's name",
         )  # fmt: skip
-    yield from _speed_findings(program)
+    yield from too_fast(program, FASTEST, "the most that $VEL.CP takes")
     if program.configuration is None:
         yield Finding(WARNING, program.robot or "robot", "no spherical wrist: S and T are left out")
     size = len(program) * 90
@@ -83,33 +83,23 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
     yield from load_findings(program)
 
 
-def _speed_findings(program: Program) -> Iterator[Finding]:
-    with np.errstate(invalid="ignore"):
-        fast = (program.kind == CUT) & (program.feed > FASTEST)
-    what = f"faster than {FASTEST:g} m/s, the most that $VEL.CP takes"
-    if fast.any():
-        at = int(np.argmax(fast))
-        yield Finding(ERROR, program.place(at), what, "lower the feed", int(fast.sum()))
-    if program.rapid_speed > FASTEST:
-        yield Finding(ERROR, "rapid speed", what, "lower the rapid speed")
-
-
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     """One .src, or a main one that calls numbered ones."""
     n, per, stem = len(program), MOVES_PER_FILE, path.stem
     bound = blending(program)
     distance = steps_within(bound.radius, _DISTANCES)
     turn = steps_within(np.degrees(bound.turn), _TURNS)
-    words = _Words(np.where(turn > 0, len(_DISTANCES) + turn, distance), _events(program))
+    before = lines_before(program, lambda text: f"  ; {plain(text)}\n", lambda tool: _halt(program, tool))
+    words = _Words(np.where(turn > 0, len(_DISTANCES) + turn, distance), before)
     if n <= per:
-        yield path.name, _crlf(_main(program, stem, lambda: _moves(program, words, slice(0, n))))
+        yield path.name, with_crlf(_main(program, stem, lambda: _moves(program, words, slice(0, n))))
         return
     parts = range(1, -(-n // per) + 1)
     calls = "".join(f"  {stem}_{i:03d}()\n" for i in parts)
-    yield path.name, _crlf(_main(program, stem, lambda: iter((calls,))))
+    yield path.name, with_crlf(_main(program, stem, lambda: iter((calls,))))
     for i in parts:
         block = slice((i - 1) * per, min(i * per, n))
-        yield f"{stem}_{i:03d}{path.suffix}", _crlf(_part(program, words, f"{stem}_{i:03d}", block))
+        yield f"{stem}_{i:03d}{path.suffix}", with_crlf(_part(program, words, f"{stem}_{i:03d}", block))
 
 
 def _main(program: Program, name: str, body: Callable[[], Iterator[str]]) -> Iterator[str]:
@@ -124,11 +114,11 @@ def _main(program: Program, name: str, body: Callable[[], Iterator[str]]) -> Ite
     )
     yield f"  ; {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
     yield f"  ; {plain('Source: ' + program.source)}\n"
-    yield f"  $BASE={_frame(program.workobject[:3, 3], program.workobject[:3, :3])}\n"
+    yield f"  $BASE={_frame(program.workobject)}\n"
     yield _mount(program.tools[int(program.tool[0])])
     yield "  $IPO_MODE=#BASE\n  $ORI_TYPE=#VAR\n  $ADVANCE=5\n  BAS(#VEL_PTP,20)\n"
     for q in (*(() if program.start_joints is None else (program.start_joints,)), program.joints[0]):
-        angles = ",".join(f"A{i + 1} {a:.6f}" for i, a in enumerate(_printed(np.degrees(q), 6).tolist()))
+        angles = ",".join(f"A{i + 1} {a:.6f}" for i, a in enumerate(printed(np.degrees(q), 6).tolist()))
         yield f"  PTP {{AXIS: {angles}}}\n"
     yield from body()
     yield "END\n"
@@ -146,37 +136,29 @@ def _head(name: str) -> str:
 
 def _mount(tool: ToolFrame) -> str:
     """$TOOL, and $LOAD where mass and centre of mass are known."""
-    lines = f"  ; tool: {plain(tool.name)}\n  $TOOL={_frame(tool.xyz, tool.rotation)}\n"
+    lines = f"  ; tool: {plain(tool.name)}\n  $TOOL={_frame(tool.frame)}\n"
     if tool.mass is not None and tool.com is not None:
-        com = _frame(tool.com, np.eye(3))
+        com = _frame(Frame(np.eye(3), tool.com))
         lines += f"  $LOAD={{LOAD: M {number(tool.mass, 3)},CM {com},J {{INERTIA: X 0,Y 0,Z 0}}}}\n"
     return lines
 
 
-def _events(program: Program) -> dict[int, str]:
-    """Comments, and a halt where the tool changes: the operator has to see it before the arm moves on."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        before[pose] = before.get(pose, "") + f"  ; {plain(text)}\n"
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        number_, tool = int(program.tool[pose]), program.tools[int(program.tool[pose])]
-        halt = f"  ; mount tool {number_}, then go on\n  HALT\n{_mount(tool)}"
-        before[pose] = before.get(pose, "") + halt
-    return before
+def _halt(program: Program, tool: int) -> str:
+    return f"  ; mount tool {tool}, then go on\n  HALT\n{_mount(program.tools[tool])}"
 
 
 def _moves(program: Program, words: _Words, block: slice) -> Iterator[str]:
     """LIN moves; a file begins with its own speed and rounding, so that it can be started alone."""
     speed, apo = float("nan"), -1
     for b in program.blocks(4096, block.start, block.stop):
-        speeds = _printed(np.where(program.kind[b] == CUT, program.feed[b], program.rapid_speed), 8)
+        speeds = printed(np.where(program.kind[b] == CUT, program.feed[b], program.rapid_speed), 8)
         before = _before(words, b, speeds, speed, apo)
         speed, apo = float(speeds[-1]), _last_apo(words.apo[b], apo)
         yield _LIN * (b.stop - b.start) % tuple(chain.from_iterable(_rows(program, words, b, before)))
 
 
 def _before(words: _Words, block: slice, speeds: Floats, speed: float, apo: int) -> list[str]:
-    """Lines in front of each move of a block: what was said there, $VEL and $APO where they change."""
+    """Lines in front of each move of a block: comments, $VEL and $APO where they change."""
     before = [""] * (block.stop - block.start)
     for pose in words.before.keys() & range(block.start, block.stop):
         before[pose - block.start] = words.before[pose]
@@ -201,8 +183,8 @@ def _apo(step: int) -> str:
 
 
 def _rows(program: Program, words: _Words, block: slice, before: list[str]) -> Iterator[tuple[object, ...]]:
-    position = _printed(program.position[block] * 1e3, 4)
-    angles = _printed(np.degrees(kuka_from_matrix(program.rotation[block])), 5)
+    position = printed(program.position[block] * 1e3, 4)
+    angles = printed(np.degrees(kuka_from_matrix(program.rotation[block])), 5)
     apo = [_APO[i] for i in words.apo[block].tolist()]
     return zip(before, *position.T.tolist(), *angles.T.tolist(), _branches(program, block), apo, strict=True)
 
@@ -226,25 +208,14 @@ def status_and_turn(
     usual A2 -90, A3 90), bit 2 where axis 5 is negative. Source: KSS 8.3, "Status" and "Turn"; points
     taught on real robots agree: S 2,T 35 with A5 positive, S 6,T 50 with A5 negative.
     """
-    negative = _printed(np.degrees(joints[:, :6]), 6) < 0.0
+    negative = printed(np.degrees(joints[:, :6]), 6) < 0.0
     turn = negative @ (1 << np.arange(6))
     c = configuration.astype(np.int64)
     status = ((c >> 2) & 1) | ((1 - ((c >> 1) & 1)) << 1) | ((c & 1) << 2)
     return status, turn.astype(np.int64)
 
 
-def _frame(position: Floats, rotation: Floats) -> str:
-    values = (*(position * 1e3), *np.degrees(kuka_from_matrix(rotation)))
+def _frame(frame: Frame) -> str:
+    values = (*(frame.origin * 1e3), *np.degrees(kuka_from_matrix(frame.rotation)))
     parts = [f"{k} {number(float(v), 5)}" for k, v in zip("XYZABC", values, strict=True)]
     return "{FRAME: " + ",".join(parts) + "}"
-
-
-def _printed(values: Floats, digits: int) -> Floats:
-    """Values as they will be printed, without negative zeros."""
-    return np.asarray(np.round(values, digits) + 0.0)
-
-
-def _crlf(pieces: Iterator[str]) -> Iterator[str]:
-    """Line ends as KUKA's own editors write them: the controller's files live on Windows."""
-    for piece in pieces:
-        yield piece.replace("\n", "\r\n")

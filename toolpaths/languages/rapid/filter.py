@@ -11,15 +11,15 @@ import numpy.typing as npt
 
 from toolpaths.errors import WriteError
 from toolpaths.finding import merged
-from toolpaths.interpreting.moves import ARC, RobotMoves
 from toolpaths.interpreting.program_text import Declaration
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.languages.rapid.interpreter import RapidInterpreter
 from toolpaths.languages.rapid.moves import EXTERNAL, LITERAL
 from toolpaths.languages.rapid.reader import run_of
 from toolpaths.languages.rapid.writer import confdata
 from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
 from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
-from toolpaths.rewriting.placing import Placing
+from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.program import Floats, Program
@@ -37,17 +37,17 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     """
     run = run_of(source, str(path))
     moves = run.track.moves()
-    style = RapidStyle(run, moves)
-    placing = Placing(style, moves, program, row)
-    placing.place()
-    found = [*placing.changes, *calls_elsewhere(run.elsewhere)]
-    at = line_end(style.text, run.program.body_at)
-    marker = Edit(at, at, f"  ! {MARKER}{style.newline}")
-    text = edited(style.text, [marker, *placing.edits])
+    spelling = RapidSpelling(run, moves)
+    target_edits = TargetEdits(spelling, moves, program, row)
+    target_edits.place()
+    found = [*target_edits.changes, *calls_elsewhere(run.elsewhere)]
+    at = line_end(spelling.text, run.program.body_at)
+    marker = Edit(at, at, f"  ! {MARKER}{spelling.newline}")
+    text = edited(spelling.text, [marker, *target_edits.edits])
     return Rewritten(text.encode("latin-1"), merged(found))
 
 
-class RapidStyle:
+class RapidSpelling:
     """How RAPID spells poses and moves."""
 
     literal = LITERAL

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from toolpaths.errors import ReadError
 from toolpaths.interpreting.interpreter import Interpreter, ReturnedError
-from toolpaths.interpreting.names import Variable
 from toolpaths.interpreting.program_text import PLAIN, Statement
 from toolpaths.interpreting.values import ExpressionError, Runtime
+from toolpaths.interpreting.variables import Variable
 from toolpaths.languages.rapid.calls import (
     HARMLESS,
     SETTING,

@@ -7,15 +7,17 @@ import re
 
 import numpy as np
 
-from toolpaths.interpreting.moves import ARC, JOINTS, LINE, NOWHERE, PTP, RobotTrack, Span
+from toolpaths.frame import Frame
 from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, Span
+from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.rapid.expressions import RapidExpression
 from toolpaths.languages.rapid.names import RapidNames
 from toolpaths.languages.rapid.scan import RapidModule
 from toolpaths.languages.rapid.values import Value, fits, matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, RAPID, Floats
-from toolpaths.writing.program import ToolFrame
 
 _N = r"\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*"
 
@@ -48,7 +50,7 @@ class RapidMover:
 
     Attributes:
         track: the moves.
-        others: move -> configuration and external axes of a target that is no literal.
+        others: move -> configuration and external axes of a target that does not stand there as numbers.
     """
 
     def __init__(self, module: RapidModule, names: RapidNames) -> None:
@@ -258,7 +260,7 @@ class RapidMover:
             self.module.refuse(s.start, f"{name}: {e}")
         mass = tool[2][0] if tool[2][0] > _LIGHT else None
         com = None if mass is None else np.array(tool[2][1]) * 1e-3
-        self.track.tools[number] = ToolFrame(name, frame[:3, 3], frame[:3, :3], mass, com)
+        self.track.tools[number] = ToolFrame(name, Frame.of(frame), mass, com)
         return number
 
     def _frame(self, s: Statement, workobject: Value) -> int:

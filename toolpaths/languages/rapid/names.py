@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from toolpaths.interpreting.names import Variable, first_value
 from toolpaths.interpreting.values import ExpressionError, Runtime
+from toolpaths.interpreting.variables import Variable, first_value
 from toolpaths.languages.rapid.expressions import RapidExpression, component, item
 from toolpaths.languages.rapid.scan import RapidModule
 from toolpaths.languages.rapid.values import PREDEFINED, RECORDS, Value, fits

@@ -1,4 +1,4 @@
-"""Reads back the RAPID that rapid.py wrote, to verify the file on the disk; not RAPID in general."""
+"""Reads back the RAPID that writer.py wrote, to verify the file on the disk; not RAPID in general."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_quaternion
+from toolpaths.writing.lines import text_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _MOVE = re.compile(r"^ *MoveL \[\[(.*?)\],\[9E9(?:,9E9){5}\]\],([^,]*),", re.M)
@@ -19,8 +20,8 @@ _CALL = re.compile(r"^ *\w+_run_(\d{3,});", re.M)
 
 def read_back(path: Path) -> ReadBack:
     """Poses, feeds (mm/s as printed, in m/s), configuration (cfx) and start of the program at ``path``."""
-    main = _text(path)
-    parts = [main] + [_text(path.with_name(f"{path.stem}_{i}{path.suffix}")) for i in _CALL.findall(main)]
+    main = text_of(path)
+    parts = [main] + [text_of(path.with_name(f"{path.stem}_{i}{path.suffix}")) for i in _CALL.findall(main)]
     numbers, feeds = zip(*(_moves(text) for text in parts), strict=True)
     rows = np.concatenate(numbers)
     start = _START.search(main)
@@ -33,11 +34,6 @@ def read_back(path: Path) -> ReadBack:
         feed=np.concatenate(feeds),
         configuration=rows[:, 10].astype(np.int32),
     )
-
-
-def _text(path: Path) -> str:
-    with open(path, encoding="ascii", newline="") as stream:
-        return stream.read()
 
 
 def _moves(text: str) -> tuple[Floats, Floats]:

@@ -2,7 +2,7 @@
 
 Sources: ABB 3HAC050917 "RAPID Instructions, Functions and Data types" (confdata, robtarget, zonedata,
 speeddata, tooldata, loaddata, MoveL, MoveAbsJ, ConfL, SingArea), 3HAC16580 "RAPID overview" (identifiers of
-32 characters, reserved words). docs/rapid.md says why what is written the way it is.
+32 characters, reserved words). Reasons: docs/rapid.md.
 """
 
 from __future__ import annotations
@@ -17,12 +17,16 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.finding import ERROR, WARNING, Finding
+from toolpaths.frame import Frame
 from toolpaths.rotation import quaternion_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
-from toolpaths.writing.checks import load_findings
-from toolpaths.writing.names import legal_name, number, plain, words_of
-from toolpaths.writing.program import Floats, Program, ToolFrame
+from toolpaths.writing.checks import load_findings, six_joints
+from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.names import legal_name, plain, words_of
+from toolpaths.writing.numbers import number, printed
+from toolpaths.writing.program import Floats, Program
 
 #: Moves a module: what RoboDK's ABB IRC5 post takes for the same purpose. ABB publishes no figure.
 MOVES_PER_MODULE = 5000
@@ -51,7 +55,7 @@ _MOVE = "%s    MoveL [[%.4f,%.4f,%.4f],[%.8f,%.8f,%.8f,%.8f],[%d,%d,%d,%d]," + _
 
 @dataclass(frozen=True)
 class _Words:
-    """What the moves of one program are told with.
+    """The names that the moves of one program use.
 
     Attributes:
         module: legal name of the main module.
@@ -73,12 +77,8 @@ class _Words:
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What RAPID cannot say, and what the user should know."""
-    if program.joints.shape[1] != 6:
-        yield Finding(
-            ERROR, program.robot or "robot", f"{program.joints.shape[1]} joints: a robtarget of RAPID has 6",
-            "write CSV for this arm",
-        )  # fmt: skip
+    """What RAPID cannot express, and what the user should know."""
+    yield from six_joints(program, "a robtarget of RAPID has")
     if len(program) > MOVES_PER_MODULE and not re.fullmatch(r"[A-Za-z0-9_. -]+", path.name):
         yield Finding(
             ERROR, path.name, "a .pgf lists the modules of a program of more than "
@@ -100,22 +100,27 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     words = _words(program)
     n, per = len(program), MOVES_PER_MODULE
     if n <= per:
-        yield path.name, _crlf(_main(program, words, lambda: _moves(program, words, slice(0, n))))
+        yield path.name, with_crlf(_main(program, words, lambda: _moves(program, words, slice(0, n))))
         return
     parts = range(1, -(-n // per) + 1)
     calls = "".join(f"    {words.module}_run_{i:03d};\n" for i in parts)
-    yield path.name, _crlf(_main(program, words, lambda: iter((calls,))))
+    yield path.name, with_crlf(_main(program, words, lambda: iter((calls,))))
     for i in parts:
         block = slice((i - 1) * per, min(i * per, n))
-        yield f"{path.stem}_{i:03d}{path.suffix}", _crlf(_part(program, words, i, block))
-    yield f"{path.stem}.pgf", _crlf(_list_of_modules(path, parts))
+        yield f"{path.stem}_{i:03d}{path.suffix}", with_crlf(_part(program, words, i, block))
+    yield f"{path.stem}.pgf", with_crlf(_list_of_modules(path, parts))
 
 
 def _words(program: Program) -> _Words:
     module = legal_name(program.name, _NAME_LIMIT, _RESERVED)
     tools = {t: f"{module}_t{t}" for t in sorted({int(t) for t in np.unique(program.tool)})}
     speed, speeds, declared = _speeds(program)
-    return _Words(module, tools, _zones(program), speed, speeds, declared, _before(program, tools))
+    before = lines_before(program, lambda text: f"    ! {plain(text)}\n", lambda tool: _stop(program, tool))
+    return _Words(module, tools, _zones(program), speed, speeds, declared, before)
+
+
+def _stop(program: Program, tool: int) -> str:
+    return f"    ! mount tool {tool} ({plain(program.tools[tool].name)}), then go on\n    Stop;\n"
 
 
 def _zones(program: Program) -> npt.NDArray[np.intp]:
@@ -143,18 +148,6 @@ def _speeds(
     return index, (*names, "vrapid"), (("vrapid", rapid), *declared)
 
 
-def _before(program: Program, tools: dict[int, str]) -> dict[int, str]:
-    """Comments, and a stop where the tool changes: the operator has to see it before the arm moves on."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        before[pose] = before.get(pose, "") + f"    ! {plain(text)}\n"
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        tool = int(program.tool[pose])
-        name = plain(program.tools[tool].name)
-        before[pose] = before.get(pose, "") + f"    ! mount tool {tool} ({name}), then go on\n    Stop;\n"
-    return before
-
-
 def _main(program: Program, words: _Words, body: Callable[[], Iterator[str]]) -> Iterator[str]:
     """The main module; ``body`` gives the moves or the calls of the parts."""
     yield "%%%\n  VERSION:1\n  LANGUAGE:ENGLISH\n%%%\n\n"
@@ -164,7 +157,7 @@ def _main(program: Program, words: _Words, body: Callable[[], Iterator[str]]) ->
     for t, name in words.tools.items():
         yield f"  ! tool {t}: {plain(program.tools[t].name)}\n"
         yield f"  TASK PERS tooldata {name}:={_tooldata(program.tools[t])};\n"
-    frame = _pose(program.workobject[:3, 3], program.workobject[:3, :3])
+    frame = _pose(program.workobject)
     yield f'  TASK PERS wobjdata {words.module}_wobj:=[FALSE,TRUE,"",{frame},[[0,0,0],[1,0,0,0]]];\n'
     yield _speeds_and_zones(words, slice(0, len(program)))
     yield "\n  PROC main()\n"
@@ -178,7 +171,7 @@ def _to_start(program: Program, words: _Words) -> Iterator[str]:
     tool = words.tools[int(program.tool[0])]
     starts = () if program.start_joints is None else (program.start_joints,)
     for q in (*starts, program.joints[0]):
-        angles = ",".join(f"{a:.6f}" for a in _printed(np.degrees(q), 6).tolist())
+        angles = ",".join(f"{a:.6f}" for a in printed(np.degrees(q), 6).tolist())
         yield f"    MoveAbsJ [[{angles}],{_NO_AXES}],vrapid,fine,{tool}\\WObj:={words.module}_wobj;\n"
 
 
@@ -224,8 +217,8 @@ def _rows(program: Program, words: _Words, block: slice) -> Iterator[tuple[objec
     before = [""] * n
     for pose in words.before.keys() & range(block.start, block.stop):
         before[pose - block.start] = words.before[pose]
-    position = _printed(program.position[block] * 1e3, 4)
-    quaternion = _printed(quaternion_from_matrix(program.rotation[block]), 8)
+    position = printed(program.position[block] * 1e3, 4)
+    quaternion = printed(quaternion_from_matrix(program.rotation[block]), 8)
     branch = None if program.configuration is None else program.configuration[block]
     conf = confdata(program.joints[block], branch)
     return zip(
@@ -253,38 +246,27 @@ def confdata(joints: Floats, configuration: npt.NDArray[np.int32] | None) -> npt
     Source: 3HAC050917, data type confdata. cfx adds 4 for a wrist centre behind axis 1, 2 for behind the
     lower arm, 1 for a negative axis 5.
     """
-    degrees = _printed(np.degrees(joints[:, [0, 3, 5]]), 6)
+    degrees = printed(np.degrees(joints[:, [0, 3, 5]]), 6)
     quarters = np.floor(degrees / 90.0).astype(np.int64)
     cfx = np.zeros(len(joints), dtype=np.int64) if configuration is None else configuration.astype(np.int64)
     return np.column_stack((quarters, cfx))
 
 
 def _tooldata(tool: ToolFrame) -> str:
-    return f"[TRUE,{_pose(tool.xyz, tool.rotation)},{_load(tool)}]"
+    return f"[TRUE,{_pose(tool.frame)},{_load(tool)}]"
 
 
 def _load(tool: ToolFrame) -> str:
     """loaddata; ABB's own of tool0 (0.001 kg) where the mass is not known, half way to the TCP the centre."""
     if tool.mass is None or tool.mass < 1e-3:
         return "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
-    com = 0.5 * tool.xyz if tool.com is None else tool.com
+    com = 0.5 * tool.frame.origin if tool.com is None else tool.com
     return f"[{number(tool.mass, 3)},{_numbers(com * 1e3, 4)},[1,0,0,0],0,0,0]"
 
 
-def _pose(position: Floats, rotation: Floats) -> str:
-    return f"[{_numbers(position * 1e3, 4)},{_numbers(quaternion_from_matrix(rotation), 8)}]"
+def _pose(frame: Frame) -> str:
+    return f"[{_numbers(frame.origin * 1e3, 4)},{_numbers(quaternion_from_matrix(frame.rotation), 8)}]"
 
 
 def _numbers(values: Floats, digits: int) -> str:
     return "[" + ",".join(number(float(v), digits) for v in values) + "]"
-
-
-def _printed(values: Floats, digits: int) -> Floats:
-    """Values as they will be printed, without negative zeros."""
-    return np.asarray(np.round(values, digits) + 0.0)
-
-
-def _crlf(pieces: Iterator[str]) -> Iterator[str]:
-    """Line ends as the controller's Windows tools and the FlexPendant write them."""
-    for piece in pieces:
-        yield piece.replace("\n", "\r\n")

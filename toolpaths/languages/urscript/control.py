@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from toolpaths.languages.urscript.scan import FUNCTIONS, Node
+from toolpaths.languages.urscript.scan import FUNCTIONS, UrNode
 
 CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
 HARMLESS = re.compile(
@@ -33,7 +33,7 @@ LABEL = re.compile(r"(?:kill|join)\s+[A-Za-z_]\w*$")
 _MOST_CALLED = 100
 
 
-def moving(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Node | None:
+def moving(node: UrNode, functions: dict[str, UrNode], seen: set[str] | None = None) -> UrNode | None:
     """The first statement inside that moves the arm or sets how it moves, also in functions that are called."""
     seen = set() if seen is None else seen
     for inner in node.body:
@@ -46,7 +46,7 @@ def moving(node: Node, functions: dict[str, Node], seen: set[str] | None = None)
     return None
 
 
-def moving_call(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Node | None:
+def moving_call(node: UrNode, functions: dict[str, UrNode], seen: set[str] | None = None) -> UrNode | None:
     """The node itself, where its own line (a statement, a condition) calls a function that moves the arm."""
     seen = set() if seen is None else seen
     for name in () if node.word in FUNCTIONS else CALL.findall(node.text):
@@ -57,7 +57,7 @@ def moving_call(node: Node, functions: dict[str, Node], seen: set[str] | None = 
     return None
 
 
-def assigned(node: Node, functions: dict[str, Node], seen: set[str] | None = None) -> Iterator[tuple[str, int]]:
+def assigned(node: UrNode, functions: dict[str, UrNode], seen: set[str] | None = None) -> Iterator[tuple[str, int]]:
     """Names that a statement or a block sets, also in functions that it calls, with their lines."""
     seen = set() if seen is None else seen
     if not node.word and (m := ASSIGN.match(node.text) or _ITEM.match(node.text)):
@@ -67,7 +67,7 @@ def assigned(node: Node, functions: dict[str, Node], seen: set[str] | None = Non
         yield from assigned(inner, functions, seen)
 
 
-def called(node: Node, functions: dict[str, Node], seen: set[str]) -> Iterator[tuple[str, int]]:
+def called(node: UrNode, functions: dict[str, UrNode], seen: set[str]) -> Iterator[tuple[str, int]]:
     """Names that functions set which the line of ``node`` calls."""
     for name in () if node.word in FUNCTIONS else CALL.findall(node.text):
         if name in functions and name not in seen:

@@ -26,11 +26,11 @@ LARGEST = 1e9
 
 
 class _UnknownError(Exception):
-    """What an expression gives is not known before the program runs; the message says what of it."""
+    """The value is not known before the program runs; the message names the part that is not."""
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class UrPose:
     """Position m and rotation vector rad, in ``frame`` (4, 4) base -> frame, or in the base where that is None.
 
     ``start`` and ``end`` are the place of its ``p[...]`` in the text, -1 where it was computed.
@@ -52,11 +52,11 @@ def _matrix(numbers: tuple[float, ...]) -> Floats:
     out = np.eye(4)
     out[:3, 3] = numbers[:3]
     out[:3, :3] = matrix_from_ur(np.array(numbers[3:]))
-    out.flags.writeable = False
+    out.setflags(write=False)
     return out
 
 
-Value = float | bool | str | Pose | list["Value"]
+Value = float | bool | str | UrPose | list["Value"]
 
 
 class UrExpression:
@@ -180,7 +180,7 @@ class UrExpression:
         self._take("]")
         return out
 
-    def _pose(self, start: int) -> Pose:
+    def _pose(self, start: int) -> UrPose:
         if six := _SIX.match(self._text, self.at, self._end):
             self.at = six.end()
             numbers = tuple(_number(float(v)) for v in six.groups())
@@ -188,7 +188,7 @@ class UrExpression:
             numbers = tuple(_number(v) for v in self._list())
         if len(numbers) != 6:
             raise _UnknownError(f"a pose of {len(numbers)} numbers, 6 expected")
-        return Pose(numbers, start, self.at)
+        return UrPose(numbers, start, self.at)
 
     def _name(self, name: str) -> Value:
         if name in ("True", "False"):
@@ -210,7 +210,7 @@ class UrExpression:
         self._take("[")
         at = _number(self._value())
         self._take("]")
-        if isinstance(value, Pose) and value.frame is None:
+        if isinstance(value, UrPose) and value.frame is None:
             value = list(value.numbers)
         if not isinstance(value, list) or not 0 <= at < len(value) or at != int(at):
             raise _UnknownError(f"{name} has no element {at:g}")
@@ -219,26 +219,26 @@ class UrExpression:
 
 def _called(name: str, given: list[Value]) -> Value:
     frame, inner = (given[0], given[1]) if len(given) == 2 else (None, None)
-    if name == "pose_trans" and isinstance(frame, Pose) and isinstance(inner, Pose):
+    if name == "pose_trans" and isinstance(frame, UrPose) and isinstance(inner, UrPose):
         if inner.frame is None:
-            return Pose(inner.numbers, inner.start, inner.end, frame.matrix())
+            return UrPose(inner.numbers, inner.start, inner.end, frame.matrix())
         placed = frame.matrix() @ inner.matrix()
         return _computed(placed[:3, :3], placed[:3, 3])
-    if name == "pose_add" and isinstance(frame, Pose) and isinstance(inner, Pose):
+    if name == "pose_add" and isinstance(frame, UrPose) and isinstance(inner, UrPose):
         first, second = frame.matrix(), inner.matrix()
         return _computed(first[:3, :3] @ second[:3, :3], first[:3, 3] + second[:3, 3])
-    if name == "pose_inv" and len(given) == 1 and isinstance(given[0], Pose):
+    if name == "pose_inv" and len(given) == 1 and isinstance(given[0], UrPose):
         inverse: Floats = np.linalg.inv(given[0].matrix()).astype(np.float64)
         return _computed(inverse[:3, :3], inverse[:3, 3])
-    if name == "get_inverse_kin" and given and isinstance(given[0], Pose):
+    if name == "get_inverse_kin" and given and isinstance(given[0], UrPose):
         return given[0]
     if name in ("d2r", "r2d") and len(given) == 1:
         return _number(given[0]) * (math.pi / 180.0 if name == "d2r" else 180.0 / math.pi)
     raise _UnknownError(f"{name}() is computed while the program runs")
 
 
-def _computed(rotation: Floats, position: Floats) -> Pose:
-    return Pose((*position.tolist(), *ur_from_matrix(rotation).tolist()))
+def _computed(rotation: Floats, position: Floats) -> UrPose:
+    return UrPose((*position.tolist(), *ur_from_matrix(rotation).tolist()))
 
 
 def _number(value: Value) -> float:

@@ -16,19 +16,19 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.errors import WriteError
-from toolpaths.finding import WARNING, Finding, merged
-from toolpaths.interpreting.moves import ARC, RobotMoves
-from toolpaths.languages.urscript.interpreter import PARAMETERS
+from toolpaths.finding import merged
+from toolpaths.frame import Frame
+from toolpaths.interpreting.robot_moves import RobotMoves
+from toolpaths.languages.urscript.moves import PARAMETERS
 from toolpaths.languages.urscript.reader import moves_of
-from toolpaths.rewriting.arc_fit import Arcs
-from toolpaths.rewriting.corrections import Correction, corrections
+from toolpaths.rewriting.corrections import Correction, angles_of, corrections
 from toolpaths.rewriting.edits import Edit, edited
 from toolpaths.rewriting.filter import Filter, Rewritten
-from toolpaths.rewriting.kept_arcs import via_point
+from toolpaths.rewriting.move_edits import MoveEdits
 from toolpaths.rotation import ur_from_matrix
 from toolpaths.writing.blending import CUT_TOLERANCE
 from toolpaths.writing.marker import MARKER, refuse_compensated
-from toolpaths.writing.names import number
+from toolpaths.writing.numbers import number
 from toolpaths.writing.program import Floats, Program
 
 _NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -42,38 +42,31 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     refuse_compensated(source, str(path))
     moves = moves_of(source, str(path))
     work = _Work(source.decode("latin-1"), moves, program, row, path)
-    found = corrections(moves, program, row)
-    if found:
-        poses = np.concatenate([c.poses for c in found])
-        work.vectors[poses] = ur_from_matrix(np.concatenate([c.rotation for c in found]))
-    for c in found:
+    for c in work.found:
         work.move(c)
     return Rewritten(work.text_out().encode("latin-1"), merged(work.changes))
 
 
-class _Work:
-    """Edits of one file."""
+class _Work(MoveEdits):
+    """Edits of one .script."""
 
     def __init__(self, text: str, moves: RobotMoves, program: Program, row: Floats, path: Path) -> None:
-        self.text, self.moves, self.program, self.row, self.path = text, moves, program, row, path
-        self.arcs = Arcs(moves, program, row)
-        self.eol = "\r\n" if "\r\n" in text else "\n"
-        self.edits: list[Edit] = []
-        self.changes: list[Finding] = []
+        super().__init__(text, moves, program, row, path)
         self.limited: set[int] = set()
-        self.vectors = np.zeros((len(program), 3))
+        self.found = corrections(moves, program, row)
+        self.vectors = angles_of(self.found, len(program), ur_from_matrix)
         self.way, self.fly = _radii(program.position)
         self.uses = Counter(moves.mark["target_start"].tolist())
         self.runs = Counter(moves.mark["start"].tolist())
 
     def move(self, c: Correction) -> None:
         """The edits of one move."""
-        start, end = self._span(c.move, "start", "end")
+        start, end = self.span(c.move, "start", "end")
         if self.runs[start] > 1:
             problem = f"{self._place(c.move)}: this move runs more than once, and would need other poses each time"
             raise WriteError(f"{problem}. Write the function's moves out where it is called")
-        arc = self.moves.mark["word"][c.move] == ARC
-        via = via_point(c, self.arcs, self.row) if arc else None
+        arc = self.is_arc(c.move)
+        via = self.via_point(c) if arc else None
         if via is not None:
             self._through(c, via, start, end)
             if c.moved:
@@ -82,7 +75,7 @@ class _Work:
         if len(c.poses) > 1:
             if np.isnan(self.moves.feed[c.move]):
                 raise WriteError(f"{self._place(c.move)}: a move by time cannot be divided. Give it v instead of t")
-            self._note(c.move, "an arc became straight lines" if arc else "poses were put in", len(c.poses) - 1)
+            self.note(c.move, "an arc became straight lines" if arc else "poses were put in", len(c.poses) - 1)
         indent = self.text[self.text.rfind("\n", 0, start) + 1 : start]
         lines = [indent + self._like(c, k) + self.eol for k in range(len(c.poses) - 1)]
         if lines:
@@ -106,49 +99,42 @@ class _Work:
 
     def _end(self, c: Correction, start: int, end: int) -> None:
         """New numbers for the pose that the move has; where others use it, too, its own pose in the move."""
-        target = self._span(c.move, "target_start", "target_end")
+        target = self.span(c.move, "target_start", "target_end")
         if target[0] >= 0 and (self.uses[target[0]] == 1 or start <= target[0] < end):
-            literal = self._literal(self.text[slice(*target)], c.position[-1], self.vectors[c.poses[-1]])
+            literal = self._literal(self.text[slice(*target)], c.pose.origin[-1], self.vectors[c.poses[-1]])
             self.edits.append(Edit(*target, literal))
             return
-        self._note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
-        first, last = self._arguments(self.text[start:end])[int(self.moves.mark["word"][c.move] == ARC)]
+        self.note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
+        first, last = self._arguments(self.text[start:end])[int(self.is_arc(c.move))]
         self.edits.append(Edit(start + first, start + last, self._in_base(c, len(c.poses) - 1)))
 
     def _through(self, c: Correction, via: Floats, start: int, end: int) -> None:
         """The point ``via`` (3,) m as what an arc passes. Its turn is not used: that of a pose in the move stays."""
         first, last = self._arguments(self.text[start:end])[0]
         given = (start + first, start + last)
-        if given != self._span(c.move, "via_start", "via_end"):
-            self._note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
-            passed = replace(c, position=np.array([via]), rotation=c.rotation[-1:], poses=c.poses[-1:])
+        if given != self.span(c.move, "via_start", "via_end"):
+            self.note(c.move, "a pose that other moves use, too, or that is computed, was written into the move", 1)
+            passed = replace(c, pose=Frame(c.pose.rotation[-1:], np.array([via])), poses=c.poses[-1:])
             self.edits.append(Edit(*given, self._in_base(passed, 0)))
             return
         old = self.text[slice(*given)]
         vector = np.array([float(m[0]) for m in _NUMBER.finditer(old)][3:])
-        rotation, origin = self._frame(c)
-        self.edits.append(Edit(*given, self._literal(old, rotation @ via + origin, vector)))
-
-    def _span(self, move: int, first: str, last: str) -> tuple[int, int]:
-        return int(self.moves.mark[first][move]), int(self.moves.mark[last][move])
+        self.edits.append(Edit(*given, self._literal(old, self._frame(c).at(via), vector)))
 
     def _place(self, move: int) -> str:
-        return f"{self.path.name}:{int(self.moves.mark['line'][move])}"
-
-    def _note(self, move: int, what: str, count: int) -> None:
-        self.changes.append(Finding(WARNING, self._place(move), what, "", count))
+        return f"{self.path.name}:{self.line(move)}"
 
     def _like(self, c: Correction, k: int) -> str:
         """A move like this one to pose ``k``; an arc's as a movel."""
-        start, end = self._span(c.move, "start", "end")
+        start, end = self.span(c.move, "start", "end")
         statement = self.text[start:end]
         spans = self._arguments(statement)
-        target = self._span(c.move, "target_start", "target_end")
-        arc = self.moves.mark["word"][c.move] == ARC
+        target = self.span(c.move, "target_start", "target_end")
+        arc = self.is_arc(c.move)
         first, last = spans[1 if arc else 0]
         if start + first <= target[0] < start + last:
             inside = slice(target[0] - start, target[1] - start)
-            literal = self._literal(statement[inside], c.position[k], self.vectors[c.poses[k]])
+            literal = self._literal(statement[inside], c.pose.origin[k], self.vectors[c.poses[k]])
             pose = statement[first : inside.start] + literal + statement[inside.stop : last]
         else:
             pose = self._in_base(c, k)
@@ -192,19 +178,18 @@ class _Work:
 
     def _in_base(self, c: Correction, k: int) -> str:
         """Pose ``k`` as a literal in the base frame."""
-        rotation, origin = self._frame(c)
-        vector = ur_from_matrix(rotation @ c.rotation[k])
-        target = self._span(c.move, "target_start", "target_end")
-        plain = target[0] >= 0 and np.array_equal(rotation, np.eye(3))
+        frame = self._frame(c)
+        vector = ur_from_matrix(frame.rotation @ c.pose.rotation[k])
+        target = self.span(c.move, "target_start", "target_end")
+        plain = target[0] >= 0 and np.array_equal(frame.rotation, np.eye(3))
         old = _NUMBER.findall(self.text[slice(*target)]) if plain else []
         turned = _nearest(vector.tolist(), [float(v) for v in old[3:]]) if len(old) == 6 else vector.tolist()
-        values = [*(rotation @ c.position[k] + origin).tolist(), *turned]
+        values = [*frame.at(c.pose.origin[k]).tolist(), *turned]
         return "p[" + ", ".join(f"{round(v, 8) + 0.0:.8f}" for v in values) + "]"
 
-    def _frame(self, c: Correction) -> tuple[Floats, Floats]:
-        """Rotation and origin of the move's frame in the base."""
-        frame = self.moves.frames[int(self.moves.mark["frame"][c.move])]
-        return (np.eye(3), np.zeros(3)) if frame is None else (frame[:3, :3], frame[:3, 3])
+    def _frame(self, c: Correction) -> Frame:
+        """The move's frame in the base."""
+        return self.moves.frames[int(self.moves.mark["frame"][c.move])] or Frame.identity()
 
     def _literal(self, old: str, position: Floats, vector: Floats) -> str:
         """The literal ``p[...]`` with other numbers; no fewer digits, and the vector next to the one that was."""
@@ -225,7 +210,7 @@ class _Work:
             self._limit(c.move - 1, float(self.way[c.poses[0]]))
 
     def _limit(self, move: int, room: float) -> None:
-        start, end = self._span(move, "start", "end")
+        start, end = self.span(move, "start", "end")
         if float(self.moves.zone[move]) <= room or start in self.limited:
             return
         statement = self.text[start:end]
@@ -236,7 +221,7 @@ class _Work:
             if start + a not in self.limited:
                 self.limited.add(start + a)
                 self.edits.append(Edit(start + a, start + b, _with_radius(statement[a:b], room)))
-                self._note(move, "a blend radius became smaller, like the segment beside it", 1)
+                self.note(move, "a blend radius became smaller, like the segment beside it", 1)
 
 
 def _radii(position: Floats) -> tuple[Floats, Floats]:

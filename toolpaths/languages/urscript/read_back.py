@@ -1,4 +1,4 @@
-"""Reads back the URScript that urscript.py wrote, to verify the file on the disk; not URScript in general."""
+"""Reads back the URScript that writer.py wrote, to verify the file on the disk; not URScript in general."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_ur
+from toolpaths.writing.lines import text_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _MOVE = re.compile(r"^  movel\(pose_trans\(wobj, p\[(.*?)\]\), a=1\.2, v=([^,)]*)", re.M)
@@ -18,9 +19,9 @@ _NEXT = re.compile(r"^  # continued in: (.*)$", re.M)
 
 def read_back(path: Path) -> ReadBack:
     """Poses in the work object, feeds (NaN of rapids) and start of the programs that begin at ``path``."""
-    texts = [_text(path)]
+    texts = [text_of(path)]
     while following := _NEXT.search(texts[-1]):
-        texts.append(_text(path.with_name(following[1])))
+        texts.append(text_of(path.with_name(following[1])))
     rows, feeds = (np.concatenate(v) for v in zip(*(_moves(text) for text in texts), strict=True))
     start = _START.search(texts[0])
     if start is None or len(rows) == 0:
@@ -31,11 +32,6 @@ def read_back(path: Path) -> ReadBack:
         start_joints=np.array([float(a) for a in start[1].split(",")]),
         feed=feeds,
     )
-
-
-def _text(path: Path) -> str:
-    with open(path, encoding="ascii", newline="") as stream:
-        return stream.read()
 
 
 def _moves(text: str) -> tuple[Floats, Floats]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from toolpaths.interpreting.moves import RobotMoves
+from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.languages.urscript.interpreter import UrInterpreter
 from toolpaths.languages.urscript.scan import tree
 from toolpaths.reading.source_text import load_lines
@@ -15,7 +15,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     """Poses of a program; arcs become points within ``chord`` (m).
 
     Raises:
-        ReadError: what is no URScript, or is known only while the program runs, by line.
+        ReadError: not URScript, or something known only while the program runs; names the line.
     """
     load_lines(path, source)
     return moves_of(path.read_bytes(), source).toolpath(chord)

@@ -19,7 +19,7 @@ FUNCTIONS = ("def", "thread", "sec")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Node:
+class UrNode:
     """A statement (``word`` is ``""``), or a block.
 
     Attributes:
@@ -36,18 +36,18 @@ class Node:
     line: int
     start: int
     end: int
-    body: list[Node] = field(default_factory=list)
+    body: list[UrNode] = field(default_factory=list)
     name: str = ""
     parameters: tuple[str, ...] = ()
 
 
-def tree(text: str, source: str) -> Node:
+def tree(text: str, source: str) -> UrNode:
     """The file as one block.
 
     Raises:
         ReadError: names the line: an end without its block, a block without its end, a nesting that is too deep.
     """
-    root = Node("", "", 0, 0, 0)
+    root = UrNode("", "", 0, 0, 0)
     stack = [root]
     for number, m in enumerate(_LINE.finditer(text), 1):
         code = _CODE.match(m[1])
@@ -63,9 +63,9 @@ def tree(text: str, source: str) -> Node:
                 raise ReadError(source, number, "'end' without a block", "Give the file as it was posted.")
             stack.pop()
         elif said[-1] == ":" and (head := _HEAD.match(said)):
-            _open(stack, Node(head[0], said[head.end() : -1].strip(), number, start, end), source)
+            _open(stack, UrNode(head[0], said[head.end() : -1].strip(), number, start, end), source)
         else:
-            stack[-1].body.append(Node("", said, number, start, end))
+            stack[-1].body.append(UrNode("", said, number, start, end))
     if len(stack) > 1:
         open_ = stack[-1]
         problem = f"'{open_.word}' without its 'end'"
@@ -73,7 +73,7 @@ def tree(text: str, source: str) -> Node:
     return root
 
 
-def _open(stack: list[Node], head: Node, source: str) -> None:
+def _open(stack: list[UrNode], head: UrNode, source: str) -> None:
     """Take up the head of a block: ``text`` is what stands between its word and the colon."""
     if head.word in ("elif", "else"):
         if stack[-1].word != "if":

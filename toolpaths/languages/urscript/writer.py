@@ -2,7 +2,7 @@
 
 Sources: The URScript Programming Language (movej, movel, set_tcp, set_payload, pose_trans, blend radius, rotation
 vectors), UR10 manual ("blends cannot overlap"), RoboDK's open post Universal_Robots (blend at most 0.4 of a move, the
-call behind the function). docs/urscript.md says why what is written the way it is.
+call behind the function). Reasons: docs/urscript.md.
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.finding import ERROR, WARNING, Finding
+from toolpaths.finding import WARNING, Finding
+from toolpaths.frame import Frame
 from toolpaths.rotation import ur_from_matrix
+from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
-from toolpaths.writing.checks import load_findings
+from toolpaths.writing.checks import load_findings, six_joints, too_fast
+from toolpaths.writing.lines import lines_before
 from toolpaths.writing.marker import MARKER
-from toolpaths.writing.names import legal_name, number, plain, words_of
-from toolpaths.writing.program import Floats, Program, ToolFrame
+from toolpaths.writing.names import legal_name, plain, words_of
+from toolpaths.writing.numbers import number, printed
+from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: users met a UR5 that takes no more than about 2,500 targets (visose/Robots, issue 55).
@@ -56,20 +60,12 @@ class _Words:
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What URScript cannot say, and what the user should know."""
-    if program.joints.shape[1] != 6:
-        what = f"{program.joints.shape[1]} joints: movej of URScript takes 6"
-        yield Finding(ERROR, program.robot or "robot", what, "write CSV for this arm")
+    """What URScript cannot express, and what the user should know."""
+    yield from six_joints(program, "movej of URScript takes")
     name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
     if name != program.name:
         yield Finding(WARNING, "name", f"{program.name!r} is no URScript name: the function is called {name}")
-    with np.errstate(invalid="ignore"):
-        fast = (program.kind == CUT) & (program.feed > FASTEST)
-    what = f"faster than {FASTEST:g} m/s, the most that the controller lets through"
-    if fast.any():
-        yield Finding(ERROR, program.place(int(np.argmax(fast))), what, "lower the feed", int(fast.sum()))
-    if program.rapid_speed > FASTEST:
-        yield Finding(ERROR, "rapid speed", what, "lower the rapid speed")
+    yield from too_fast(program, FASTEST, "the most that the controller lets through")
     if len(program) > MOVES_PER_FILE:
         n = len(parts(program, MOVES_PER_FILE))
         what = f"{n} programs to be run one after the other: a controller takes about {MOVES_PER_FILE} moves at a time"
@@ -96,22 +92,15 @@ def _words(program: Program) -> _Words:
     rapid = program.kind != CUT
     texts = [number(v, 8) for v in np.where(rapid, program.rapid_speed, program.feed).tolist()]
     speed = ["v_rapid" if r else t for r, t in zip(rapid.tolist(), texts, strict=True)]
-    return _Words(
-        legal_name(program.name, _NAME_LIMIT, _RESERVED), speed, steps_within(_SHARE * bound, _RADII), _before(program)
-    )
+    before = lines_before(program, lambda text: f"  # {plain(text)}\n", lambda tool: _popup(program, tool))
+    name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
+    return _Words(name, speed, steps_within(_SHARE * bound, _RADII), before)
 
 
-def _before(program: Program) -> dict[int, str]:
-    """Comments, and a popup where the tool changes: the operator has to see it before the arm moves on."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        before[pose] = before.get(pose, "") + f"  # {plain(text)}\n"
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        tool = int(program.tool[pose])
-        text = plain(f"mount tool {tool} ({program.tools[tool].name}), then go on").replace('"', "'")
-        popup = f'  popup("{text}", title="tool change", warning=False, error=False, blocking=True)\n'
-        before[pose] = before.get(pose, "") + popup + _mount(program.tools[tool])
-    return before
+def _popup(program: Program, tool: int) -> str:
+    text = plain(f"mount tool {tool} ({program.tools[tool].name}), then go on").replace('"', "'")
+    popup = f'  popup("{text}", title="tool change", warning=False, error=False, blocking=True)\n'
+    return popup + _mount(program.tools[tool])
 
 
 def _text(program: Program, words: _Words, function: str, block: slice, following: str | None) -> Iterator[str]:
@@ -120,7 +109,7 @@ def _text(program: Program, words: _Words, function: str, block: slice, followin
     yield f"  # {plain('Source: ' + program.source)}\n  # {MARKER}\n"
     if following:
         yield f"  # continued in: {plain(following, 200)}\n"
-    yield f"  wobj = {_pose(program.workobject[:3, 3], program.workobject[:3, :3])}\n"
+    yield f"  wobj = {_pose(program.workobject)}\n"
     yield f"  v_rapid = {number(program.rapid_speed, 8)}\n"
     yield from _to_start(program, block.start)
     yield from _moves(program, words, block)
@@ -128,26 +117,27 @@ def _text(program: Program, words: _Words, function: str, block: slice, followin
 
 
 def _to_start(program: Program, first: int) -> Iterator[str]:
-    """Joint moves to the start; a later part begins where the one before it ended, which is no move then."""
+    """Joint moves to the start; a later part begins where the one before it ended, without a move."""
     at = max(first - 1, 0)
     yield _mount(program.tools[int(program.tool[at])])
     starts = () if first or program.start_joints is None else (program.start_joints,)
     for q in (*starts, program.joints[at]):
-        yield "  movej([" + ", ".join(f"{a:.9f}" for a in _printed(q, 9).tolist()) + "], a=1.4, v=0.35)\n"
+        yield "  movej([" + ", ".join(f"{a:.9f}" for a in printed(q, 9).tolist()) + "], a=1.4, v=0.35)\n"
 
 
 def _mount(tool: ToolFrame) -> str:
     """set_tcp, and set_payload where the mass is known; the centre half way to the TCP where that is not."""
-    lines = f"  # tool: {plain(tool.name)}\n  set_tcp({_pose(tool.xyz, tool.rotation)})\n"
+    lines = f"  # tool: {plain(tool.name)}\n  set_tcp({_pose(tool.frame)})\n"
     if tool.mass is not None:
-        com = 0.5 * tool.xyz if tool.com is None else tool.com
+        com = 0.5 * tool.frame.origin if tool.com is None else tool.com
         place = ", ".join(number(float(c), 7) for c in com)
         lines += f"  set_payload({number(tool.mass, 3)}, [{place}])\n"
     return lines
 
 
-def _pose(position: Floats, rotation: Floats) -> str:
-    numbers = [*(number(float(v), 8) for v in position), *(number(float(v), 9) for v in ur_from_matrix(rotation))]
+def _pose(frame: Frame) -> str:
+    vector = ur_from_matrix(frame.rotation)
+    numbers = [*(number(float(v), 8) for v in frame.origin), *(number(float(v), 9) for v in vector)]
     return "p[" + ", ".join(numbers) + "]"
 
 
@@ -158,14 +148,9 @@ def _moves(program: Program, words: _Words, block: slice) -> Iterator[str]:
 
 def _rows(program: Program, words: _Words, block: slice, end: int) -> Iterator[tuple[object, ...]]:
     before = [words.before.get(pose, "") for pose in range(block.start, block.stop)]
-    position = _printed(program.position[block], 7)
-    vector = _printed(ur_from_matrix(program.rotation[block]), 8)
+    position = printed(program.position[block], 7)
+    vector = printed(ur_from_matrix(program.rotation[block]), 8)
     blend = [_BLENDS[i] for i in words.blend[block].tolist()]
     if block.stop == end:
         blend[-1] = ""
     return zip(before, *position.T.tolist(), *vector.T.tolist(), words.speed[block], blend, strict=True)
-
-
-def _printed(values: Floats, digits: int) -> Floats:
-    """Values as they will be printed, without negative zeros."""
-    return np.asarray(np.round(values, digits) + 0.0)

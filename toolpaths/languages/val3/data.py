@@ -9,10 +9,11 @@ from itertools import chain
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.frame import Frame
 from toolpaths.rotation import staubli_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
-from toolpaths.writing.names import number
+from toolpaths.writing.numbers import number, printed
 from toolpaths.writing.program import Floats, Program
 
 #: Rounding, ``leave`` = ``reach``, m, rising.
@@ -31,7 +32,7 @@ _HEAD = (
 
 
 @dataclass(frozen=True)
-class Part:
+class Val3Part:
     """The moves of one program.
 
     Attributes:
@@ -46,14 +47,14 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Data:
+class Val3Data:
     """What the moves of an application refer to: numbers of the tools, parts."""
 
     tools: tuple[int, ...]
-    parts: tuple[Part, ...]
+    parts: tuple[Val3Part, ...]
 
 
-def data(program: Program, per: int) -> Data:
+def data(program: Program, per: int) -> Val3Data:
     """Movement descriptors of every part of ``per`` moves: each distinct pair of speed and rounding once."""
     speed = np.round(np.where(program.kind == CUT, program.feed, program.rapid_speed) * 1e3, 5)
     step = steps_within(blending(program).radius, _DISTANCES)
@@ -61,18 +62,18 @@ def data(program: Program, per: int) -> Data:
     for block in program.blocks(per):
         pairs = np.column_stack((speed[block], step[block]))
         rows, index = np.unique(pairs, axis=0, return_inverse=True)
-        parts.append(Part(block, tuple((float(v), int(k)) for v, k in rows), index.reshape(-1)))
-    return Data(tuple(sorted({int(t) for t in np.unique(program.tool)})), tuple(parts))
+        parts.append(Val3Part(block, tuple((float(v), int(k)) for v, k in rows), index.reshape(-1)))
+    return Val3Data(tuple(sorted({int(t) for t in np.unique(program.tool)})), tuple(parts))
 
 
-def data_text(program: Program, words: Data) -> Iterator[str]:
+def data_text(program: Program, words: Val3Data) -> Iterator[str]:
     """The .dtx file."""
     yield _HEAD
-    frame = _placed(program.workobject[:3, 3], program.workobject[:3, :3], "world[0]")
+    frame = _placed(program.workobject, "world[0]")
     yield _array("fWork", "frame", [frame])
     for n in words.tools:
         tool = program.tools[n]
-        yield _array(f"tTool{n}", "tool", [_placed(tool.xyz, tool.rotation, "flange[0]")])
+        yield _array(f"tTool{n}", "tool", [_placed(tool.frame, "flange[0]")])
     starts = [program.joints[0]] if program.start_joints is None else [program.start_joints, program.joints[0]]
     yield _array("jStart", "jointRx", [_joints(q) for q in starts])
     yield _array("mStart", "mdesc", [_mdesc(program.rapid_speed * 1e3, 0, 20)])
@@ -87,8 +88,8 @@ def data_text(program: Program, words: Data) -> Iterator[str]:
 def _points(program: Program, block: slice) -> Iterator[str]:
     for b in program.blocks(4096, block.start, block.stop):
         keys = range(b.start - block.start, b.stop - block.start)
-        position = _printed(program.position[b] * 1e3, 4)
-        angles = _printed(np.degrees(staubli_from_matrix(program.rotation[b])), 5)
+        position = printed(program.position[b] * 1e3, 4)
+        angles = printed(np.degrees(staubli_from_matrix(program.rotation[b])), 5)
         rows = zip(keys, *position.T.tolist(), *angles.T.tolist(), strict=True)
         yield _POINT * len(keys) % tuple(chain.from_iterable(rows))
 
@@ -102,15 +103,15 @@ def _array(name: str, kind: str, values: Iterable[str]) -> str:
     return _open(name, kind, len(lines)) + "".join(lines) + "    </Data>\n"
 
 
-def _placed(position: Floats, rotation: Floats, father: str) -> str:
-    values = (*(position * 1e3), *np.degrees(staubli_from_matrix(rotation)))
+def _placed(frame: Frame, father: str) -> str:
+    values = (*(frame.origin * 1e3), *np.degrees(staubli_from_matrix(frame.rotation)))
     digits = (4, 4, 4, 6, 6, 6)
     pairs = zip(("x", "y", "z", "rx", "ry", "rz"), values, digits, strict=True)
     return " ".join(f'{k}="{number(float(v), d)}"' for k, v, d in pairs) + f' fatherId="{father}"'
 
 
 def _joints(q: Floats) -> str:
-    return " ".join(f'j{i}="{a:.6f}"' for i, a in enumerate(_printed(np.degrees(q), 6).tolist(), 1))
+    return " ".join(f'j{i}="{a:.6f}"' for i, a in enumerate(printed(np.degrees(q), 6).tolist(), 1))
 
 
 def _mdesc(speed: float, step: int, percent: int) -> str:
@@ -121,8 +122,3 @@ def _mdesc(speed: float, step: int, percent: int) -> str:
         f'accel="100" vel="{percent}" decel="100" tmax="{number(speed, 5)}" rmax="500" '
         f'blend="{blend}" leave="{r}" reach="{r}"'
     )
-
-
-def _printed(values: Floats, digits: int) -> Floats:
-    """Values as they will be printed, without negative zeros."""
-    return np.asarray(np.round(values, digits) + 0.0)

@@ -1,4 +1,4 @@
-"""Reads back the VAL3 that val3.py wrote, to verify the files on the disk; not VAL3 in general."""
+"""Reads back the VAL3 that writer.py wrote, to verify the files on the disk; not VAL3 in general."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_staubli
+from toolpaths.writing.lines import text_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _CALL = re.compile(r"^ *call (\w+_\d{3,})\(\)", re.M)
@@ -21,10 +22,10 @@ _JOINTS = re.compile(r' j\d="([^"]*)"')
 
 def read_back(path: Path) -> ReadBack:
     """Poses, feeds and start of the application whose program is at ``path``."""
-    main = _text(path)
-    parts = [main] + [_text(path.with_name(name + path.suffix)) for name in _CALL.findall(main)]
+    main = text_of(path)
+    parts = [main] + [text_of(path.with_name(name + path.suffix)) for name in _CALL.findall(main)]
     moves = [m for text in parts for m in _MOVE.findall(text)]
-    data = dict(_DATA.findall(_text(path.with_suffix(".dtx"))))
+    data = dict(_DATA.findall(text_of(path.with_suffix(".dtx"))))
     joints = [float(a) for a in _JOINTS.findall(data.get("jStart", ""))]
     if len(moves) == 0 or len(joints) < 6:
         raise WriteError(f"{path}: no moves found in the written program")
@@ -42,8 +43,3 @@ def _numbers(text: str) -> Floats:
     """(N, 6) of points, (N, 1) mm/s of movement descriptors."""
     found = _POINT.findall(text) or [(v,) for v in _SPEED.findall(text)]
     return np.array(found, dtype=np.str_).astype(np.float64)
-
-
-def _text(path: Path) -> str:
-    with open(path, encoding="ascii", newline="") as stream:
-        return stream.read()

@@ -3,8 +3,7 @@
 NAME.pgx holds the moves (or calls NAME_001 ...), NAME.dtx tools, frame, speeds and points, NAME.pjx makes an
 application of them, with the start() and stop() that every application has. Sources: VAL3 Reference Manual
 (D28062804A; chapters applications, arm positions, movement control), VAL3 XML Format (pjx, pgx, dtx), and what
-the posts of RoboDK (Apache-2.0) and visose/Robots (MIT) write for VAL3 s7. docs/val3.md says why what is
-written the way it is.
+the posts of RoboDK (Apache-2.0) and visose/Robots (MIT) write for VAL3 s7. Reasons: docs/val3.md.
 """
 
 from __future__ import annotations
@@ -16,7 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.finding import ERROR, WARNING, Finding
-from toolpaths.languages.val3.data import Data, data, data_text
+from toolpaths.languages.val3.data import Val3Data, data, data_text
+from toolpaths.writing.checks import six_joints
+from toolpaths.writing.lines import lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain, words_of
 from toolpaths.writing.program import Program
 from toolpaths.writing.tool_load import load_words
@@ -46,12 +47,8 @@ _PROGRAM_END = "end\n    ]]></Code>\n  </Program>\n</Programs>\n"
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
-    """What VAL3 cannot say, and what the user should know."""
-    if program.joints.shape[1] != 6:
-        yield Finding(
-            ERROR, program.robot or "robot", f"{program.joints.shape[1]} joints: a jointRx of VAL3 has 6",
-            "write CSV for this arm",
-        )  # fmt: skip
+    """What VAL3 cannot express, and what the user should know."""
+    yield from six_joints(program, "a jointRx of VAL3 has")
     parts = -(-len(program) // MOVES_PER_PROGRAM)
     limit = _NAME_LIMIT - (len(f"_{parts:03d}") if parts > 1 else 0)
     if not is_legal(path.stem, limit, _RESERVED) or _TAKEN.fullmatch(path.stem):
@@ -94,18 +91,18 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     names = [f"{stem}_{i:03d}" for i in range(1, len(words.parts) + 1)] if len(words.parts) > 1 else []
     if names:
         calls = "".join(f"  call {name}()\n" for name in names)
-        yield path.name, _crlf(_main(program, words, stem, iter((calls,))))
+        yield path.name, with_crlf(_main(program, words, stem, iter((calls,))))
     else:
-        yield path.name, _crlf(_main(program, words, stem, _moves(program, words, 0)))
+        yield path.name, with_crlf(_main(program, words, stem, _moves(program, words, 0)))
     for i, name in enumerate(names):
-        yield name + suffix, _crlf(_program(name, _moves(program, words, i)))
-    yield f"{stem}.dtx", _crlf(data_text(program, words))
-    yield f"{stem}.pjx", _crlf(iter((_project(stem, [stem, *names], suffix),)))
-    yield "start.pgx", _crlf(_program("start", iter((f"  call {stem}()\n",))))
-    yield "stop.pgx", _crlf(_program("stop", iter(("  resetMotion()\n",))))
+        yield name + suffix, with_crlf(_program(name, _moves(program, words, i)))
+    yield f"{stem}.dtx", with_crlf(data_text(program, words))
+    yield f"{stem}.pjx", with_crlf(iter((_project(stem, [stem, *names], suffix),)))
+    yield "start.pgx", with_crlf(_program("start", iter((f"  call {stem}()\n",))))
+    yield "stop.pgx", with_crlf(_program("stop", iter(("  resetMotion()\n",))))
 
 
-def _main(program: Program, words: Data, stem: str, body: Iterator[str]) -> Iterator[str]:
+def _main(program: Program, words: Val3Data, stem: str, body: Iterator[str]) -> Iterator[str]:
     """The program of the file asked for: to the start, then ``body``, the moves or the calls of the parts."""
     tool = int(program.tool[0])
     head = f"  // {_comment('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
@@ -125,10 +122,12 @@ def _program(name: str, *bodies: Iterator[str]) -> Iterator[str]:
     yield _PROGRAM_END
 
 
-def _moves(program: Program, words: Data, part: int) -> Iterator[str]:
+def _moves(program: Program, words: Val3Data, part: int) -> Iterator[str]:
     """The lines of one part; its points and speeds are numbered from 0."""
     block, index = words.parts[part].block, words.parts[part].index
-    before = _before(program, block)
+    before = lines_before(
+        program, lambda text: f"  // {_comment(text)}\n", lambda tool: _halt(tool, program), block
+    )
     line = f"%s  movel(pMove{part + 1:03d}[%d],tTool%d[0],mMove{part + 1:03d}[%d])\n"
     for b in program.blocks(4096, block.start, block.stop):
         keys = range(b.start - block.start, b.stop - block.start)
@@ -137,20 +136,8 @@ def _moves(program: Program, words: Data, part: int) -> Iterator[str]:
         yield "".join(line % row for row in zip(said, keys, tools, speeds, strict=True))
 
 
-def _before(program: Program, block: slice) -> dict[int, str]:
-    """Comments, and a stop where the tool changes: the operator has to mount it before the arm moves on."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        if block.start <= pose < block.stop:
-            before[pose] = before.get(pose, "") + f"  // {_comment(text)}\n"
-    for pose in (np.flatnonzero(np.diff(program.tool)) + 1).tolist():
-        if block.start <= pose < block.stop:
-            before[pose] = before.get(pose, "") + _halt(int(program.tool[pose]), program)
-    return before
-
-
 def _halt(tool: int, program: Program) -> str:
-    """Stands still, says which tool to mount, waits for a key."""
+    """Stands still, shows which tool to mount, waits for a key."""
     text = _comment(f"mount tool {tool} ({program.tools[tool].name}), then press a key")
     text = text.replace('"', "'").replace("\\", "/")
     return f'  waitEndMove()\n  userPage()\n  cls()\n  putln("{text}")\n  get()\n'
@@ -170,9 +157,3 @@ def _project(stem: str, programs: list[str], suffix: str) -> str:
         f'  <Programs>\n{listed}    <Program file="start.pgx" />\n    <Program file="stop.pgx" />\n  </Programs>\n'
         f'  <Database>\n    <Data file="{stem}.dtx" />\n  </Database>\n  <Libraries />\n</Project>\n'
     )
-
-
-def _crlf(pieces: Iterator[str]) -> Iterator[str]:
-    """Line ends as Staubli Robotics Suite on Windows writes them."""
-    for piece in pieces:
-        yield piece.replace("\n", "\r\n")

@@ -1,0 +1,152 @@
+"""RobotMoves: the moves of a robot program, with the places where their poses stand in the text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.errors import ReadError
+from toolpaths.frame import Frame
+from toolpaths.interpreting.arcs import with_arc_points
+from toolpaths.reading.track import LIMIT
+from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
+from toolpaths.tool_frame import ToolFrame
+from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
+
+LINE, PTP, JOINTS, ARC = 0, 1, 2, 3  # straight line; joint move to a pose; joint move to angles; arc
+MARKS = (
+    "word", "kind", "tool", "line", "frame", "configuration", "start", "end",
+    "target_start", "target_end", "ref_start", "ref_end", "via_start", "via_end", "via_ref_start", "via_ref_end",
+)  # fmt: skip
+#: Where the numbers of a pose stand, and where the move names it: the same place twice for poses within the move.
+Span = tuple[int, int, int, int]
+NOWHERE: Span = (-1, -1, -1, -1)
+
+
+@dataclass(frozen=True, repr=False)
+class RobotMoves:
+    """Moves in the order of execution, one row each; arcs are not yet points.
+
+    Attributes:
+        source, language: as in Toolpath.
+        position: (N, 3) m in the move's own frame; NaN for moves to joint angles.
+        quaternion: (N, 4) w, x, y, z in the move's own frame.
+        via: (N, 3) m, the point that an arc passes, own frame; NaN for other moves.
+        feed, zone: (N,) m/s and m.
+        mark: name of MARKS -> (N,) integers. ``start`` and ``end`` are the statement's place in the text,
+            ``target_*`` and ``via_*`` those of the numbers of its target and via point, ``*ref_*`` those where the
+            statement gives or names them; -1 where there is none.
+        joints: move -> (n,) rad.
+        frames: in the base, by number; None: only the controller knows it.
+        tools, events, external: as in Setting and Toolpath; events and external axes count moves.
+    """
+
+    source: str
+    language: str
+    position: Floats
+    quaternion: Floats
+    via: Floats
+    feed: Floats
+    zone: Floats
+    mark: dict[str, npt.NDArray[np.int64]]
+    joints: dict[int, Floats]
+    frames: tuple[Frame | None, ...]
+    tools: dict[int, ToolFrame]
+    events: tuple[Event, ...]
+    external: Mapping[str, Floats] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def __repr__(self) -> str:
+        return f"RobotMoves({self.source!r}, {len(self)} moves)"
+
+    @property
+    def main_frame(self) -> int:
+        """The frame that the toolpath is given in: that of most cutting moves, of equals the first."""
+        cut = self.mark["kind"] == CUT
+        return int(np.argmax(np.bincount(self.mark["frame"][cut if cut.any() else slice(None)])))
+
+    def from_main(self) -> list[Frame]:
+        """Per frame: the main frame in it."""
+        main = self.frames[self.main_frame]
+        out: list[Frame] = []
+        for number, frame in enumerate(self.frames):
+            posed = (self.mark["frame"] == number) & (self.mark["word"] != JOINTS)
+            if number == self.main_frame or not posed.any():
+                out.append(Frame.identity())
+            elif frame is None or main is None:
+                at = int(np.argmax(posed))
+                raise ReadError(
+                    self.source, int(self.mark["line"][at]), "another frame, and one of the two is not in the file",
+                    "Give both frames in the program, or one frame for all moves.",
+                )  # fmt: skip
+            else:
+                out.append(Frame.of(np.linalg.inv(frame.matrix) @ main.matrix))
+        return out
+
+    def in_main(self, points: Floats) -> Floats:
+        """Points (N, 3), one a move in its own frame, in the main frame."""
+        out = points.copy()
+        for number, main in enumerate(self.from_main()):
+            rows = self.mark["frame"] == number
+            if number != self.main_frame and rows.any():
+                out[rows] = main.inward(points[rows])
+        return out
+
+    def turned_to_main(self) -> Floats:
+        """Quaternions (N, 4) in the main frame."""
+        out = self.quaternion.copy()
+        for number, main in enumerate(self.from_main()):
+            rows = (self.mark["frame"] == number) & np.isfinite(self.quaternion[:, 0])
+            if number != self.main_frame and rows.any():
+                out[rows] = quaternion_from_matrix(main.rotation.T @ matrix_from_quaternion(self.quaternion[rows]))
+        return out
+
+    def toolpath(self, chord: float) -> Toolpath:
+        """The poses in the main frame, arcs as points; ``row`` counts moves.
+
+        Arcs that start from joint angles stay one pose each, and are in ``Setting.arcs``: see ``with_arcs``.
+
+        Raises:
+            ReadError: an arc through points on a line, or as the first move.
+        """
+        position, quaternion = self.in_main(self.position), self.turned_to_main()
+        self._check_reach(position)
+        arcs = np.flatnonzero(self.mark["word"] == ARC)
+        if len(arcs) and arcs[0] == 0:
+            problem = "an arc whose start is not given"
+            raise ReadError(self.source, int(self.mark["line"][0]), problem, "Put a straight move before it.")
+        known = np.isfinite(position[arcs - 1]).all(axis=1)
+        via, mark = self.in_main(self.via), self.mark
+        ends = Toolpath(
+            source=self.source,
+            language=self.language,
+            position=position,
+            axis=tool_axis(quaternion),
+            quaternion=quaternion,
+            feed=self.feed,
+            kind=mark["kind"].astype(np.uint8),
+            tool=mark["tool"].astype(np.int32),
+            line=mark["line"].astype(np.int32),
+            row=np.arange(len(self), dtype=np.float64),
+            events=self.events,
+            setting=self._setting({int(k): (via[k], chord) for k in arcs[~known]}),
+        )
+        return with_arc_points(ends, arcs[known], via[arcs[known]], chord)
+
+    def _setting(self, arcs: dict[int, tuple[Floats, float]]) -> Setting:
+        configuration: Ints = self.mark["configuration"].astype(np.int32)
+        frame = self.frames[self.main_frame]
+        return Setting(self.tools, frame, self.joints, self.zone, configuration, self.external, arcs)
+
+    def _check_reach(self, position: Floats) -> None:
+        far = (np.abs(position) > LIMIT).any(axis=1)
+        if far.any():
+            at = int(np.argmax(far))
+            x, y, z = position[at]
+            problem = f"position {x:g}, {y:g}, {z:g} m is beyond {LIMIT:g} m"
+            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Check the number and the units.")

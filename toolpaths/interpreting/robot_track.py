@@ -1,0 +1,88 @@
+"""RobotTrack: where an interpreter collects moves, in flat arrays, until they become RobotMoves."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from toolpaths.errors import ReadError
+from toolpaths.frame import Frame
+from toolpaths.interpreting.robot_moves import MARKS, RobotMoves
+from toolpaths.tool_frame import ToolFrame
+from toolpaths.toolpath import Event, Floats
+
+NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
+
+
+class RobotTrack:
+    """Where a reader of a robot language appends moves.
+
+    Args:
+        quaternions: how the language's orientation numbers (N, 4) become quaternions (N, 4).
+        external: names of the external axes, in the order of ``stand``.
+    """
+
+    def __init__(
+        self, source: str, language: str, quaternions: Callable[[Floats], Floats], external: Sequence[str] = ()
+    ) -> None:
+        self.source, self.language, self._quaternions = source, language, quaternions
+        self.numbers, self.marks = array("d"), array("q")
+        self.joints: dict[int, Floats] = {}
+        self.frames: list[Floats | None] = []
+        self._unknown: dict[str, int] = {}
+        self.tools: dict[int, ToolFrame] = {}
+        self.events: list[Event] = []
+        self.external = tuple(external)
+        self.stands: list[tuple[int, tuple[float, ...]]] = []
+        self.count = 0
+
+    def event(self, word: str, line: int) -> None:
+        """Keep a remark of the file for its next move."""
+        self.events.append(Event(self.count, word, line))
+
+    def stand(self, values: tuple[float, ...]) -> None:
+        """Where the external axes stand from the end of the next move on, NaN where it is not given."""
+        self.stands.append((self.count, values))
+
+    def _external(self) -> dict[str, Floats]:
+        """As in Setting."""
+        if not self.stands:
+            return {}
+        table = np.array([(np.nan,) * len(self.external), *(values for _, values in self.stands)])
+        row = np.searchsorted([move for move, _ in self.stands], np.arange(self.count), side="right")
+        used = np.nan_to_num(table).any(axis=0)
+        return {name: table[row, k] for k, name in enumerate(self.external) if used[k]}
+
+    def frame(self, pose: Floats | None, name: str = "") -> int:
+        """The number of a frame (4, 4), the same for the same; those that only the controller knows go by name."""
+        if pose is None:
+            if name not in self._unknown:
+                self._unknown[name] = len(self.frames)
+                self.frames.append(None)
+            return self._unknown[name]
+        for number, known in enumerate(self.frames):
+            if known is pose or (known is not None and np.array_equal(known, pose)):
+                return number
+        self.frames.append(pose)
+        return len(self.frames) - 1
+
+    def move(self, numbers: tuple[float, ...], marks: tuple[int, ...]) -> None:
+        """Append a move: values of NUMBERS (lengths in mm, feed in mm/s) and of MARKS."""
+        self.numbers.extend(numbers)
+        self.marks.extend(marks)
+        self.count += 1
+
+    def moves(self) -> RobotMoves:
+        """All moves, in SI."""
+        if not self.count:
+            raise ReadError(self.source, None, "there is no move in the program", "Give one that moves the arm.")
+        table = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, len(NUMBERS))
+        marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
+        frames = tuple(None if pose is None else Frame.of(pose) for pose in self.frames)
+        return RobotMoves(
+            self.source, self.language, table[:, :3] * 1e-3, self._quaternions(table[:, 3:7]), table[:, 9:12] * 1e-3,
+            table[:, 7] * 1e-3, table[:, 8] * 1e-3, {name: marks[:, k] for k, name in enumerate(MARKS)},
+            self.joints, frames, self.tools, tuple(self.events), self._external(),
+        )  # fmt: skip

@@ -1,0 +1,60 @@
+"""What a TP program that another one calls does to the arm, as far as its .ls lies beside."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from toolpaths.languages.fanuc.scan import Listing, TpStatement
+
+#: Instructions that move nothing and change no frame.
+HARMLESS = re.compile(
+    r"(?:DO|RO|AO|GO|SO|UO|F|M|SR|TIMER|UALM|MESSAGE|PAYLOAD|LBL)\[|WAIT\b(?!.*TIMEOUT)|PAUSE$|OVERRIDE\s*=|"
+    r"COL (?:DETECT|GUARD)|(?:JOINT|LINEAR)_MAX_SPEED|(?:OFFSET|TOOL_OFFSET|SKIP) CONDITION|(?:Arc|Weld) (?:Start|End)|"
+    r"(?:UN)?LOCK PREG"
+)
+_REGISTER = re.compile(r"P?R\[")
+_CHOICE = re.compile(r"U(?:FRAME|TOOL)_NUM")
+_FRAME = re.compile(r"U(?:FRAME|TOOL)\[")
+
+
+@dataclass(frozen=True)
+class CalledProgram:
+    """A called program.
+
+    Attributes:
+        registers: whether it may set registers.
+        moves: the first statement that may move the arm, or decides what runs.
+        frames: a statement that sets a frame or tool to something.
+        chooses: whether it may choose another frame or tool.
+    """
+
+    registers: bool = False
+    moves: TpStatement | None = None
+    frames: TpStatement | None = None
+    chooses: bool = False
+
+
+def called(folder: Path, name: str) -> CalledProgram | None:
+    """The program ``name`` in ``folder``; None where it is not there.
+
+    Raises:
+        ReadError: it is not a Fanuc program.
+    """
+    beside = [p for p in folder.glob("*") if p.suffix.lower() == ".ls" and p.stem.upper() == name.upper()]
+    if not beside:
+        return None
+    registers, chooses = False, False
+    moves: TpStatement | None = None
+    for s in Listing(beside[0].read_bytes().decode("latin-1"), str(beside[0])).statements():
+        if s.text.startswith(("!", "//", "--eg:")) or s.text in ("END", "ABORT") or HARMLESS.match(s.text):
+            continue
+        if _FRAME.match(s.text):
+            return CalledProgram(True, s, s, True)
+        chooses = chooses or _CHOICE.match(s.text) is not None
+        registers = registers or _REGISTER.match(s.text) is not None
+        if not _CHOICE.match(s.text) and not _REGISTER.match(s.text):
+            moves = moves or s
+    nested = moves is not None  # a CALL in it, a condition: anything may happen there
+    return CalledProgram(registers or nested, moves, None, chooses or nested)

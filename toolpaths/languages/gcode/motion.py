@@ -1,0 +1,244 @@
+"""ToolMotion: what the blocks of a G-code file do to the tool: moves, arcs, cycles, shifts of the origin, retracts."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from toolpaths.frame import Vector
+from toolpaths.languages.gcode.arc import arc_geometry
+from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
+from toolpaths.languages.gcode.modal_state import UP, ModalState
+from toolpaths.languages.gcode.words import Words
+from toolpaths.machine import Machine
+from toolpaths.reading.track import CUT_MARK, RAPID_MARK
+
+NORMALS: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+MOST_TURNS = 100  # of one arc: more is a mistake, and would fill the memory
+
+
+class MovedBlock(NamedTuple):
+    """The modal state under which a block moved, for whoever writes the block again."""
+
+    line: int
+    first: int  # moves before the block
+    last: int  # moves after it
+    motion: G
+    unit: float
+    relative: bool
+    shift: Vector
+    inverse: bool
+    vectors: bool
+    end: Vector
+
+
+class ToolMotion(ModalState):
+    """The tool of one file; positions in m in the work object, nan where not known.
+
+    Attributes:
+        trace: the blocks that moved, for whoever writes them again; None where nobody does.
+    """
+
+    def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
+        super().__init__(source, machine)
+        self.trace: list[MovedBlock] | None = [] if trace else None
+
+    def shift(self, g: G, values: Words) -> None:
+        """G52, G92, G92.1, G92.2, G92.3."""
+        name = g.word
+        others = values.keys() & set("IJKRABC")
+        if others:
+            raise ValueError(f"{name} with {', '.join(sorted(others))}: it shifts X, Y and Z only")
+        named = {k: values[a] * self.scale() for k, a in enumerate("XYZ") if a in values}
+        if g in (G.LOCAL_ORIGIN, G.SHIFT) and not named:
+            raise ValueError(f"{name} without X, Y or Z")
+        if g is G.LOCAL_ORIGIN:
+            self.origin.local(named)
+        elif g is G.SHIFT:
+            lost = [a for k, a in enumerate("XYZ") if k in named and self.at[k] != self.at[k]]
+            if lost and len(self.track):
+                raise ValueError(f"G92 {lost[0]}{values[lost[0]]:g}, but where {lost[0]} is, is not known",
+                                 "Move there in G90 first.")  # fmt: skip
+            self.at = self.origin.declare(self.at, named)
+        elif g is G.SHIFT_RESTORED:
+            self.origin.restore()
+        else:
+            self.origin.drop(keep=g is G.SHIFT_SET_ASIDE)
+        self.cycle.forget()
+
+    def retract(self, g: G, values: Words) -> str:
+        """G28, G30, G53: a place of the machine, not of the work object; the words of the event."""
+        name = g.word
+        axes = [a for a in "XYZABC" if a in values]
+        self.rotary.check(values)
+        if not values.keys().isdisjoint("IJKR") or (g is G.MACHINE_PLACE and (self.motion is not G.RAPID or not axes)):
+            raise ValueError(f"{name}: read only as a rapid retract", f"Write G53 G0 Z.. or {name} G91 Z0.")
+        if g is not G.MACHINE_PLACE and axes and not (self.relative and all(values[a] == 0 for a in axes)):
+            raise ValueError(f"{name} by way of a point", f"Read is only the pure retract: {name} G91 Z0.")
+        x, y, z = (math.nan if a in (axes or "XYZ") else v for a, v in zip("XYZ", self.at, strict=True))
+        self.at = x, y, z
+        self.rotary.lose(axes)
+        return " ".join([name, *(f"{a}{values[a]:g}" for a in axes)])
+
+    def move(self, values: Words, line: int) -> None:
+        """One block with G0, G1, G2, G3 or a canned cycle in force."""
+        motion = self.motion
+        if motion is None:
+            raise ValueError("coordinates, but no G0, G1, G2 or G3 is in force", "Is the head of the file missing?")
+        first = len(self.track)
+        if motion in CYCLES:
+            self._drill(motion, values, line)
+        else:
+            self._go(motion, values, line)
+        if self.trace is not None:
+            self.trace.append(MovedBlock(
+                line, first, len(self.track), motion, self.scale(), self.relative, self.origin.shift,
+                self.feed.mode is G.INVERSE_TIME, self.tip and not self.rotary.used, self.at,
+            ))  # fmt: skip
+
+    def _go(self, motion: G, values: Words, line: int) -> None:
+        start, end = self.at, self._target(values)
+        feed = time = math.nan
+        if motion is not G.RAPID:
+            feed = self.feed.rate(self.scale(), "F" in values, motion)
+        length = -1.0
+        before = self.rotary.angles
+        if motion in ARCS:
+            length = self._arc(motion, values, start, end)
+        elif not values.keys().isdisjoint("IJKRABC"):
+            self._point_tool(motion, values)
+        if motion is not G.RAPID and (self.rotary.used or self.feed.mode is G.INVERSE_TIME):
+            length = math.dist(start, end) if length < 0 else length
+            feed, time = self._timed(feed, length, before)
+        if self.axis is not UP and not self.tip and self.axis != UP:
+            raise ValueError("a move while the tool stands tilted and G43.4 is off: where its tip is depends on the "
+                             "machine", "Move only in G43.4, or retract with G53 or G28.")  # fmt: skip
+        self.at = end
+        if end[0] == end[0] and end[1] == end[1] and end[2] == end[2] and not self.rotary.lost():
+            self._append(RAPID_MARK if motion is G.RAPID else CUT_MARK, end, feed, line, time)
+        else:
+            self._unknown(motion, values, line)
+
+    def _append(self, mark: int, end: Vector, feed: float, line: int, time: float = math.nan) -> None:
+        track = self.track
+        track.moves.extend((*end, *self.axis, feed))
+        track.marks.extend((mark, self.tool, line))
+        if self.rotary.used:
+            self.rotary.note(self.tip, time)
+
+    def _unknown(self, motion: G, values: Words, line: int) -> None:
+        words = " ".join(f"{a}{values[a]:g}" for a in "XYZABC" if a in values)
+        if motion is not G.RAPID and len(self.track):
+            names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v] or ["a rotary axis"]
+            problem = f"{words}: a cutting move, but where {', '.join(names)} is, is not known after the retract"
+            raise ValueError(problem, "Approach with a rapid that names all axes.")
+        self.track.event(f"{words}, before the position is known", line)
+
+    def _target(self, values: Words) -> Vector:
+        unit = self.unit or self.scale()
+        x, y, z = self.at
+        if self.relative:
+            for letter, value in zip("XYZ", self.at, strict=True):
+                if letter in values and value != value:
+                    problem = f"{letter}{values[letter]:g} in G91, but where {letter} starts is not known"
+                    raise ValueError(problem, "Move there in G90 first.")
+            get = values.get
+            return x + get("X", 0.0) * unit, y + get("Y", 0.0) * unit, z + get("Z", 0.0) * unit
+        dx, dy, dz = self.origin.shift
+        return (
+            values["X"] * unit + dx if "X" in values else x,
+            values["Y"] * unit + dy if "Y" in values else y,
+            values["Z"] * unit + dz if "Z" in values else z,
+        )
+
+    def _arc(self, motion: G, values: Words, start: Vector, end: Vector) -> float:
+        """Declares the arc; its length, m."""
+        if any(v != v for v in start) or not len(self.track):
+            unknown = "".join(letter for letter, v in zip("XYZ", start, strict=True) if v != v)
+            problem = f"an arc, but where it starts is not known ({unknown})"
+            raise ValueError(problem, "Name X, Y and Z in G0 or G1 first.")
+        if not values.keys().isdisjoint("ABC"):
+            raise ValueError("rotary words in an arc", "Post lines instead.")
+        unit = self.scale()
+        words = {k: v * unit for k, v in values.items() if k in "IJKR"}
+        try:
+            words = self._centre(words, start)
+            turns = _turns(values)
+            center, sweep = arc_geometry(words, start, end, self.normal, clockwise=motion is G.ARC_CLOCKWISE)
+        except ValueError as problem:
+            raise ValueError(str(problem), "Check the arc, or post lines instead.") from None
+        sweep += math.copysign((turns - 1) * math.tau, sweep)
+        self.track.arc(center, NORMALS[self.normal], sweep)
+        first = (self.normal + 1) % 3
+        radius = math.hypot(start[first] - center[first], start[first - 2] - center[first - 2])
+        return math.hypot(radius * sweep, end[self.normal] - start[self.normal])
+
+    def _centre(self, words: Words, start: Vector) -> Words:
+        """Centre words as offsets from the start, whichever of G90.1 and G91.1 is on."""
+        if not self.absolute_centre or "R" in words or words.keys().isdisjoint("IJK"):
+            return words
+        plane = [k for k in range(3) if k != self.normal]
+        missing = ["IJK"[k] for k in plane if "IJK"[k] not in words]
+        if missing:
+            raise ValueError(f"an arc without {missing[0]}: with G90.1 both centre words are needed")
+        shift = self.origin.shift
+        return {letter: words[letter] + shift[k] - start[k] for k, letter in enumerate("IJK") if letter in words}
+
+    def _point_tool(self, motion: G, values: Words) -> None:
+        """I, J, K as tool vector under G43.4, and A, B, C."""
+        letters = values.keys()
+        if not letters.isdisjoint("IJKR"):
+            if "R" in letters or not self.tip or self.rotary.used:
+                remedy = "They belong to G2 and G3" + (
+                    ", and I J K to G43.4 in files without A B C." if self.tip else "."
+                )
+                raise ValueError(f"I, J, K or R with {motion.word}", remedy)
+            i, j, k = (values.get(c, 0.0) for c in "IJK")  # Fanuc: what is left out beside another is 0
+            length = math.sqrt(i * i + j * j + k * k)
+            if length < 1e-6:
+                raise ValueError("the tool vector I J K has no length")
+            self.axis = i / length, j / length, k / length
+        if not letters.isdisjoint("ABC"):
+            self.rotary.go(values, self.relative, self.tip)
+
+    def _timed(self, rate: float, length: float, before: tuple[float, ...]) -> tuple[float, float]:
+        """Feed m/s, and time s where the feed of the tip follows from it."""
+        turn = sum(abs(a - b) for a, b in zip(self.rotary.angles, before, strict=True))
+        inverse = self.feed.mode is G.INVERSE_TIME
+        if not turn > 0:
+            return (self.feed.over(length, rate) if inverse else rate), math.nan
+        if inverse:
+            return rate, 1.0 / rate
+        if length > 0:
+            return rate, math.nan if self.tip else length / rate
+        # F counts degrees a minute when only rotary axes move
+        return rate, math.degrees(turn) * 60.0 / (self.feed.word or 1.0)
+
+    def _drill(self, key: G, values: Words, line: int) -> None:
+        """A block of a canned cycle."""
+        if values.keys().isdisjoint("XYZ"):
+            raise ValueError("words of a canned cycle, but no X, Y or Z")
+        if not values.keys().isdisjoint("IJABC") or self.axis != UP or any(self.rotary.angles):
+            raise ValueError("a canned cycle with rotary axes, tool vectors, I or J", "Post it expanded.")
+        if any(v != v for v in self.at):
+            raise ValueError("a canned cycle, but where it starts is not known", "Name X, Y and Z in G0 first.")
+        if self.feed.mode is G.INVERSE_TIME:
+            raise ValueError("a canned cycle in G93", "Post it with G94.")
+        unit, shift = self.scale(), self.origin.shift
+        offset = dict(zip("XYZ", (0.0, 0.0, 0.0) if self.relative else shift, strict=True))
+        offset["R"] = offset["XYZ"[self.normal]]
+        words = {c: v * (1.0 if c in "KLP" else unit) + offset.get(c, 0.0) for c, v in values.items()}
+        steps = self.cycle.steps(key, words, self.at, self.normal, self.relative, self.back)
+        feed = self.feed.rate(unit, True, G.LINE)
+        for kind, place in steps:
+            if place != self.at:
+                self._append(kind, place, feed if kind == CUT_MARK else math.nan, line)
+                self.at = place
+
+
+def _turns(values: Words) -> int:
+    """P of G2 and G3: how many turns are begun."""
+    turns = values.get("P", 1.0)
+    if turns != math.floor(turns) or not 1 <= turns <= MOST_TURNS:
+        raise ValueError(f"P{turns:g}: a whole number of turns from 1 to {MOST_TURNS} is expected")
+    return int(turns)

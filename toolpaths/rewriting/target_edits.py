@@ -1,0 +1,299 @@
+"""TargetEdits: edits of a program whose moves give or name targets one by one, as KRL and RAPID do.
+
+A language gives its ``Spelling``: how a pose is spelled, and what a line that is put in looks like.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.errors import WriteError
+from toolpaths.finding import WARNING, Finding
+from toolpaths.interpreting.program_text import Declaration
+from toolpaths.interpreting.robot_moves import ARC, RobotMoves
+from toolpaths.rewriting.arc_fit import ProgramArcs
+from toolpaths.rewriting.edits import Edit
+from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
+from toolpaths.rotation import matrix_from_quaternion
+from toolpaths.toolpath import CUT
+from toolpaths.writing.program import Floats, Program
+
+_ROW = 1e-9
+_WORDS = re.compile(r"[A-Za-z_$][\w$]*")
+
+
+class Spelling(Protocol):
+    """How a language spells poses and moves."""
+
+    text: str
+    #: A pose made of numbers; groups 1 to 3 are X, Y, Z.
+    literal: re.Pattern[str]
+    #: A line end of the file.
+    newline: str
+
+    def aggregate(self, move: int) -> str:
+        """The target of a move that is computed, as a literal."""
+
+    def turns(self, rotation: Floats) -> Floats:
+        """Rotations (K, 3, 3) as the numbers (K, m) that ``spelled`` takes."""
+
+    def spelled(self, literal: re.Match[str], position: Sequence[float], turn: Sequence[float] | None) -> str:
+        """A literal with other numbers: (3,) mm and (m,); without ``turn`` those of the orientation stay."""
+
+    def standing(self, literal: str, external: Mapping[str, float]) -> str:
+        """A literal with other values of external axes."""
+
+    def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
+        """(K,) whether a target of the language tells joint angles (K, 6) rad apart."""
+
+    def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
+        """A literal for joint angles ``commanded`` (6,), from one that holds for ``nominal``."""
+
+    def inserted(self, move: int, target: str) -> str:
+        """A straight move to ``target`` as it is put in before the move's statement."""
+
+    def straight(self, move: int) -> Iterator[Edit]:
+        """What makes the move a straight one to a target of its own: its word; of an arc the via point goes."""
+
+    def declared(self) -> Sequence[Declaration]:
+        """Declared targets by ``start``."""
+
+    def free_name(self, name: str, taken: set[str]) -> str:
+        """A legal name near ``name`` whose upper case is not in ``taken``."""
+
+
+@dataclass
+class _Use:
+    """A target that a statement gives or names: numbers as wanted, line, and where it is named."""
+
+    wanted: str
+    move: int
+    reference: tuple[int, int]
+
+
+@dataclass
+class TargetEdits:
+    """Edits and findings of one program.
+
+    Args:
+        program: commanded poses in the main frame of ``moves``.
+        row: of each pose.
+    """
+
+    spelling: Spelling
+    moves: RobotMoves
+    program: Program
+    row: Floats
+    edits: list[Edit] = field(default_factory=list)
+    changes: list[Finding] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        nearest = np.rint(self.row)
+        whole = np.abs(self.row - nearest) < _ROW
+        self._at = np.full(len(self.moves), -1, dtype=np.intp)
+        inside = whole & (nearest >= 0) & (nearest < len(self.moves))
+        self._at[nearest[inside].astype(np.intp)] = np.flatnonzero(inside)
+        self._between: dict[int, list[int]] = {}
+        for k in np.flatnonzero(~whole).tolist():
+            self._between.setdefault(int(np.ceil(self.row[k])), []).append(k)
+        self._work_out_poses()
+        self._arcs = ProgramArcs(self.moves, self.program, self.row)
+        self._uses: dict[tuple[int, int], dict[int, _Use]] = {}  # place of the numbers -> place of naming -> use
+        self._lines: dict[int, str] = {}  # statement -> lines put in before it
+        self._straight: set[int] = set()
+
+    def _work_out_poses(self) -> None:
+        """What ``spelled`` takes, for all poses at once: each in the frame of the move that it belongs to."""
+        move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
+        position, rotation = self.program.position.copy(), self.program.rotation.copy()
+        for number, main in enumerate(self.moves.from_main()):
+            mine = self.moves.mark["frame"][move] == number
+            if mine.any():
+                position[mine] = main.at(position[mine])
+                rotation[mine] = main.rotation @ rotation[mine]
+        off = np.linalg.norm(position - self.moves.position[move], axis=1)
+        with np.errstate(invalid="ignore"):  # moves to joint angles have no pose
+            turned = np.abs(rotation - matrix_from_quaternion(self.moves.quaternion[move])).max(axis=(1, 2)) > SAME_TURN
+        self._other = turned | (off > SAME_PLACE)
+        self._position, self._turned = (position * 1e3).tolist(), turned.tolist()
+        self._turns = self.spelling.turns(rotation).tolist()
+        nominal = self.program.nominal_joints
+        self._other_branch = np.zeros(len(self.row), dtype=bool)
+        if nominal is not None and nominal.shape[1] == 6:
+            self._nominal = nominal[np.maximum(self._at[move], 0)]  # of the end of the move
+            differ = self.spelling.branches_differ(self._nominal, self.program.joints)
+            self._other_branch = differ & (self._at[move] >= 0)
+
+    def place(self) -> None:
+        """Make all edits.
+
+        Raises:
+            WriteError: one line would need two poses.
+        """
+        cutting = np.flatnonzero(self.moves.mark["kind"] == CUT)
+        missing = cutting[self._at[cutting] < 0]
+        if len(missing):
+            raise WriteError(f"{self._line(int(missing[0]))}: no pose was worked out for this move")
+        arcs = self.moves.mark["word"][cutting] == ARC
+        for r, other, arc in zip(cutting.tolist(), self._other[self._at[cutting]].tolist(), arcs.tolist(), strict=True):
+            if arc:
+                self._arc(r, other)
+            else:
+                self._line_move(r, other)
+        for place, uses in self._uses.items():
+            self._settle(place, uses)
+
+    def _line(self, r: int) -> str:
+        return f"{self.moves.source}:{int(self.moves.mark['line'][r])}"
+
+    def _note(self, r: int, what: str, count: int = 1) -> None:
+        self.changes.append(Finding(WARNING, f"line {int(self.moves.mark['line'][r])}", what, "", count))
+
+    def _spelled(self, literal: re.Match[str], k: int) -> str:
+        out = self.spelling.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)
+        if self._other_branch[k]:
+            return self.spelling.configured(out, self._nominal[k], self.program.joints[k])
+        return out
+
+    def _literal(self, r: int, name: str = "target") -> re.Match[str]:
+        mark = self.moves.mark
+        literal = self.spelling.literal
+        match = literal.fullmatch(self.spelling.text, int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r]))
+        if match is None and (match := literal.fullmatch(self.spelling.aggregate(r))) is None:
+            raise WriteError(f"{self._line(r)}: this target cannot be written as numbers")
+        return match
+
+    def _line_move(self, r: int, other: bool) -> None:
+        between = self._between.get(r)
+        if not other and not between:
+            self._use(r, None, "target")
+            return
+        literal = self._literal(r)
+        if between:
+            self._insert(r, between, literal)
+        self._use(r, self._spelled(literal, int(self._at[r])) if other else None, "target")
+
+    def _insert(self, r: int, between: list[int], literal: re.Match[str]) -> None:
+        if not between:
+            return
+        start = int(self.moves.mark["start"][r])
+        poses = [self._standing(r, k, self._spelled(literal, k)) for k in between]
+        lines = [self.spelling.inserted(r, pose) for pose in poses]
+        begin = max(self.spelling.text.rfind("\n", 0, start), self.spelling.text.rfind("\r", 0, start)) + 1
+        indent = re.match(r"[ \t]*", self.spelling.text[begin:start])
+        text = "".join(line + self.spelling.newline + (indent[0] if indent else "") for line in lines)
+        if start in self._lines:
+            if self._lines[start] != text:
+                raise WriteError(f"{self._line(r)}: this line runs several times, with different poses: write it out")
+            return
+        self._lines[start] = text
+        self.edits.append(Edit(start, start, text))
+        self._note(r, "poses put in before the move", len(between))
+
+    def _standing(self, r: int, k: int, pose: str) -> str:
+        """The pose with external axes where they are on the way: they move evenly, together with the TCP."""
+        share = float(self.row[k]) - (r - 1)
+        stands: dict[str, float] = {}
+        for name, values in self.moves.external.items():
+            a, b = float(values[r - 1]) if r else np.nan, float(values[r])
+            known = values[np.isfinite(values)]
+            if a == b or np.isnan(b) or (np.isnan(a) and (known == b).all()):
+                continue
+            if np.isnan(a):
+                problem = f"poses have to be put in, but where {name} stands before the move is not known"
+                raise WriteError(f"{self._line(r)}: {problem}. Give it in the move before")
+            stands[name] = a + share * (b - a)
+        return self.spelling.standing(pose, stands) if stands else pose
+
+    def _use(self, r: int, wanted: str | None, name: str) -> None:
+        """Note that a move needs ``wanted`` where its target (or via point) stands; None: what stands there."""
+        mark = self.moves.mark
+        place = int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r])
+        prefix = "ref" if name == "target" else "via_ref"
+        reference = int(mark[f"{prefix}_start"][r]), int(mark[f"{prefix}_end"][r])
+        text = self.spelling.text[slice(*place)]
+        wanted = text if wanted is None else wanted
+        seen = self._uses.setdefault(place, {}).setdefault(reference[0], _Use(wanted, r, reference))
+        if seen.wanted != wanted:
+            raise WriteError(f"{self._line(r)}: this line runs several times, with different poses: write it out")
+
+    def _arc(self, r: int, other: bool) -> None:
+        between = self._between.get(r, [])
+        first = int(self._at[r - 1])
+        poses = np.array([first, *between, int(self._at[r])])
+        corrected = self._arcs.via(r, poses) if first >= 0 else None
+        if corrected is None:
+            self._insert(r, between, self._literal(r))
+            self._make_straight(r)
+            self._note(r, "an arc became short lines")
+        else:
+            via, moved = corrected
+            numbers: list[float] = (via * 1e3).tolist()
+            self._use(r, self.spelling.spelled(self._literal(r, "via"), numbers, None) if moved else None, "via")
+        self._use(r, self._spelled(self._literal(r), int(self._at[r])) if other else None, "target")
+
+    def _make_straight(self, r: int) -> None:
+        start = int(self.moves.mark["start"][r])
+        if start not in self._straight:
+            self._straight.add(start)
+            self.edits += self.spelling.straight(r)
+
+    def _settle(self, place: tuple[int, int], uses: dict[int, _Use]) -> None:
+        """One pose in the text and all moves that take it."""
+        text = self.spelling.text[slice(*place)]
+        first = next(iter(uses.values()))
+        if place[0] == first.reference[0]:  # it stands in the move itself
+            if first.wanted != text:
+                self.edits.append(Edit(*place, first.wanted))
+                if not self.spelling.literal.fullmatch(text):
+                    if self.moves.mark["word"][first.move] != ARC:  # a relative move becomes an absolute one
+                        self._make_straight(first.move)
+                    self._note(first.move, f"{' '.join(text.split())[:40]} became numbers")
+            return
+        kept = {u.wanted for u in uses.values()}
+        if kept == {text}:
+            return
+        target = self._declaration(place[0])
+        stays = text if self._others(target, len(uses)) or text in kept else first.wanted
+        if stays != text:
+            self.edits.append(Edit(*place, stays))
+        self._split(target, place, stays, uses)
+
+    def _split(self, target: Declaration, place: tuple[int, int], stays: str, uses: dict[int, _Use]) -> None:
+        names: dict[str, str] = {}
+        for use in uses.values():
+            if use.wanted == stays:
+                continue
+            if use.wanted not in names:
+                name = names[use.wanted] = self.spelling.free_name(target.name, self._taken)
+                self._taken.add(name.upper())
+                self._declare(target, place, name, use.wanted)
+                self._note(use.move, f"{target.name} is used by several moves: {name} was declared beside it")
+            self.edits.append(Edit(*use.reference, names[use.wanted]))
+
+    def _declare(self, target: Declaration, place: tuple[int, int], name: str, wanted: str) -> None:
+        text = self.spelling.text
+        begin = max(text.rfind("\n", 0, target.start), text.rfind("\r", 0, target.start)) + 1
+        head = re.sub(rf"(?<![\w$]){re.escape(target.name)}(?![\w$])", name, text[begin : place[0]], count=1)
+        line_end = re.compile(r"[\r\n\f]|$").search(text, target.end)
+        at = line_end.start() if line_end else len(text)
+        self.edits.append(Edit(at, at, self.spelling.newline + head + wanted + text[place[1] : target.end]))
+
+    def _declaration(self, at: int) -> Declaration:
+        if not hasattr(self, "_targets"):
+            self._targets = list(self.spelling.declared())
+            self._starts = np.array([d.start for d in self._targets])
+            self._counts = Counter(w.upper() for w in _WORDS.findall(self.spelling.text))
+            self._taken = set(self._counts)
+        return self._targets[int(np.searchsorted(self._starts, at, side="right")) - 1]
+
+    def _others(self, target: Declaration, uses: int) -> bool:
+        """Whether something else than these uses names the target: rapids, Offs(...), other routines."""
+        return self._counts[target.name.upper()] - 1 > uses

@@ -1,0 +1,122 @@
+"""Staging: several files that appear together or not at all."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+
+
+class StagingError(Exception):
+    """A file cannot be written or put in place; what stood there is as it was.
+
+    Args:
+        target: the file.
+        why: in the words of the operating system.
+    """
+
+    def __init__(self, target: Path, error: OSError) -> None:
+        self.target, self.why = target, str(error.strerror or error)
+        super().__init__(f"{target}: {self.why}")
+
+
+class Staging:
+    """Stages files in a hidden folder beside their target and renames them into place at the end.
+
+    Use as a context manager: leaving it without ``commit`` leaves nothing behind.
+    """
+
+    def __init__(self) -> None:
+        self._folders: dict[Path, Path] = {}
+        self._staged: list[tuple[Path, Path]] = []
+
+    def __enter__(self) -> Staging:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for folder in self._folders.values():
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def folder(self, target: Path) -> Path:
+        """Where files for the folder of ``target`` are staged; they keep their names.
+
+        Raises:
+            StagingError: nothing can be written there.
+        """
+        parent = target.parent
+        if parent not in self._folders:
+            try:
+                self._folders[parent] = Path(tempfile.mkdtemp(prefix=".compensator-", dir=parent))
+            except OSError as e:
+                raise StagingError(target, e) from e
+        return self._folders[parent]
+
+    def write(self, target: Path, pieces: Iterable[bytes]) -> None:
+        """Stage one file, flushed to the disk.
+
+        Raises:
+            StagingError: it cannot be written.
+        """
+        staged = self.folder(target) / target.name
+        try:
+            if target.is_dir():
+                raise IsADirectoryError(21, "a folder of this name is in the way")
+            with open(staged, "wb") as stream:
+                for piece in pieces:
+                    stream.write(piece)
+                stream.flush()
+                os.fsync(stream.fileno())
+        except OSError as e:
+            raise StagingError(target, e) from e
+        self.add(staged, target)
+
+    def add(self, staged: Path, target: Path) -> None:
+        """Take up a file that something else wrote into ``folder(target)``."""
+        self._staged.append((staged, target))
+
+    def commit(self) -> None:
+        """Rename everything into place; on a failure or an interrupt put back what stood there before.
+
+        Raises:
+            StagingError: a rename failed.
+        """
+        backups = self._set_aside() if len(self._staged) > 1 else {}
+        renamed: list[Path] = []
+        try:
+            for staged, target in self._staged:
+                renamed.append(target)
+                os.replace(staged, target)
+        except BaseException as e:
+            for place in renamed:
+                if place in backups:
+                    os.replace(backups[place], place)
+                elif len(self._staged) > 1:
+                    place.unlink(missing_ok=True)
+            if isinstance(e, OSError):
+                raise StagingError(renamed[-1], e) from e
+            raise
+
+    def _set_aside(self) -> dict[Path, Path]:
+        """Target -> second name (or copy, where the disk knows no links) of the file that stands there."""
+        backups: dict[Path, Path] = {}
+        for staged, target in self._staged:
+            if target.exists():
+                backup = staged.with_name(staged.name + ".old")
+                try:
+                    _second_name(target, backup)
+                except OSError as e:
+                    raise StagingError(target, e) from e
+                backups[target] = backup
+        return backups
+
+
+def _second_name(target: Path, backup: Path) -> None:
+    try:
+        os.link(target, backup)
+    except OSError:
+        shutil.copy2(target, backup)
