@@ -24,7 +24,7 @@ SETUPS = 12  # in the menu of the map
 
 
 @dataclass(frozen=True)
-class Addition:
+class AddedEffectWords:
     """An effect that was added, in words: the places it is in, the effects that these readings cannot distinguish from
     it ("" for none), and the ids of its figures."""
 
@@ -110,8 +110,8 @@ def _remainder(d: Diagnosis, residuals: tuple[SessionResiduals, ...]) -> dict[st
     return {} if rest is None else {"remainder": pattern_figure(rest)}
 
 
-def _addition(a: AddedEffect, figures: tuple[str, ...]) -> Addition:
-    return Addition(
+def _addition(a: AddedEffect, figures: tuple[str, ...]) -> AddedEffectWords:
+    return AddedEffectWords(
         effect=a.effect,
         where=joined(a.where),
         sentence=words.added_sentence(a),
