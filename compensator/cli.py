@@ -64,22 +64,15 @@ def main() -> None:
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
 @_refusals
-def compensate(
-    toolpath: Path,
-    cell: Path,
-    program: Path,
-    language: str | None,
-    report: Path | None,
-    json: Path | None,
-    verbose: bool,
-) -> None:
+def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **options: Any) -> None:
     """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
     from compensator.tasks.compensate import compensate_file
-    from compensator.terminal.tables import progress, show
+    from compensator.terminal.path import show_path
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
-        done = compensate_file(toolpath, cell, program, language=language, report=report, json=json, say=say)
-    show(done)
+        done = compensate_file(toolpath, cell, program, say=say, **options)
+    show_path(done)
 
 
 @main.command()
@@ -90,16 +83,15 @@ def compensate(
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
 @_refusals
-def preview(
-    toolpath: Path, cell: Path, csv: Path | None, report: Path | None, json: Path | None, verbose: bool
-) -> None:
+def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
     from compensator.tasks.compensate import preview_file
-    from compensator.terminal.tables import progress, show
+    from compensator.terminal.path import show_path
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
-        done = preview_file(toolpath, cell, csv=csv, report=report, json=json, say=say)
-    show(done)
+        done = preview_file(toolpath, cell, say=say, **options)
+    show_path(done)
 
 
 @main.command()
@@ -112,25 +104,15 @@ def preview(
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
 @_refusals
-def identify(
-    sessions: tuple[Path, ...],
-    output: Path,
-    method: str,
-    effects: str | None,
-    prior: Path | None,
-    html: Path | None,
-    json: Path | None,
-    verbose: bool,
-) -> None:
+def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verbose: bool, **options: Any) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
     from compensator.tasks.identify import identify_files
-    from compensator.terminal.tables import progress, show_fit
+    from compensator.terminal.fit import show_fit
+    from compensator.terminal.screen import progress
 
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
-        done = identify_files(
-            sessions, output, method=method, effects=names, prior=prior, json=json, html=html, say=say
-        )
+        done = identify_files(sessions, output, effects=names, say=say, **options)
     show_fit(done)
 
 
@@ -148,7 +130,7 @@ def diagnose(
     """Say what MODEL lacks in the readings of SESSIONS, add it, and say how much better that is."""
     from compensator.report.words.diagnosis import diagnosis_lines
     from compensator.tasks.diagnose import diagnose_files
-    from compensator.terminal.tables import progress, show_lines
+    from compensator.terminal.screen import progress, show_lines
 
     with progress(verbose) as say:
         done = diagnose_files(sessions, model, output, json=json, html=html, say=say)
@@ -165,7 +147,8 @@ def diagnose(
 def evaluate(session: Path, model: Path, register: int | None, json: Path | None, verbose: bool) -> None:
     """Say how well a model predicts the readings of SESSION."""
     from compensator.tasks.identify import evaluate_file
-    from compensator.terminal.tables import progress, show_evaluation
+    from compensator.terminal.fit import show_evaluation
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
         _, report = evaluate_file(session, model, register=register, json=json, say=say)
@@ -202,8 +185,8 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
     from compensator.tasks.stiffness_map import map_file, tool_of
-    from compensator.terminal.models import show_map
-    from compensator.terminal.tables import progress
+    from compensator.terminal.screen import progress
+    from compensator.terminal.stiffness_map import show_map
 
     held = {key: options.pop(f"tool_{key}") for key in ("xyz", "rpy", "name", "mass", "com")}
     with progress(verbose) as say:
@@ -233,16 +216,14 @@ def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
 @_refusals
-def clamped(
-    readings: Path, robot: str, model: Path, above: float, scale_sd: float, json: Path | None, verbose: bool
-) -> None:
+def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
     from compensator.tasks.models import clamped_file
-    from compensator.terminal.models import show_made
-    from compensator.terminal.tables import progress
+    from compensator.terminal.made_model import show_made
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
-        done = clamped_file(readings, robot, model, above=above, scale_sd=scale_sd, json=json, say=say)
+        done = clamped_file(readings, robot, model, say=say, **options)
     show_made(done)
 
 
@@ -255,8 +236,8 @@ def clamped(
 def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
     from compensator.tasks.models import datasheet_file
-    from compensator.terminal.models import show_made
-    from compensator.terminal.tables import progress
+    from compensator.terminal.made_model import show_made
+    from compensator.terminal.screen import progress
 
     with progress(verbose) as say:
         done = datasheet_file(robot, model, json=json, say=say)
@@ -275,27 +256,13 @@ def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
 @click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
 @_refusals
-def plan(
-    model: Path,
-    output: Path,
-    sessions: tuple[Path, ...],
-    count: int,
-    force: float | None,
-    toolpath: Path | None,
-    cell: Path | None,
-    seed: int,
-    json: Path | None,
-    verbose: bool,
-) -> None:
+def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
     """Say which set-ups to measure next, so that MODEL is known best."""
     from compensator.tasks.plan import plan_file
-    from compensator.terminal.tables import progress, show_lines
+    from compensator.terminal.screen import progress, show_lines
 
     with progress(verbose) as say:
-        done = plan_file(
-            model, output, sessions=sessions, count=count, force=force, toolpath=toolpath, cell=cell, seed=seed,
-            json=json, say=say,
-        )  # fmt: skip
+        done = plan_file(model, output, say=say, **options)
     show_lines([*done.report["notes"], done.sentence, *(f"wrote {file}" for file in done.files)])
 
 
@@ -316,7 +283,7 @@ def effects(name: str | None, verbose: bool) -> None:
 @_refusals
 def robots(name: str | None, verbose: bool) -> None:
     """List the built-in robots; with NAME (built-in, .toml or .urdf) show one."""
-    from compensator.terminal.tables import show_robot, show_robots
+    from compensator.terminal.robots import show_robot, show_robots
 
     if name is None:
         show_robots()

@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 
 from compensator.cli import main
 from stiffness.robot.load import builtin_robots, load_robot
-from tests.compensator.small_jobs import Files, files
+from tests.compensator.small_job import Files, files
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -187,7 +187,7 @@ def test_version() -> None:
     assert done.returncode == 0 and version in done.stdout
 
 
-HEAVY = ("casadi", "pinocchio", "numpy", "scipy", "plotly", "trimesh", "pydantic", "rich", "tomli_w", "coal")
+HEAVY = ("casadi", "pinocchio", "numpy", "scipy", "plotly", "trimesh", "pydantic", "rich", "tomli_w", "coal", "jinja2")
 
 
 @pytest.mark.parametrize(
@@ -201,9 +201,9 @@ def test_nothing_heavy_is_imported_to_ask_for_help(code: str) -> None:
 
 
 def test_a_preview_does_not_load_what_only_a_fit_needs() -> None:
-    """scipy, plotly and matplotlib take longer to import than a thousand poses to predict."""
-    slow = ("scipy", "plotly", "matplotlib", "trimesh")
+    """scipy, plotly and matplotlib take longer to import than a thousand poses to predict; jinja2 is of reports."""
+    slow = ("scipy", "plotly", "matplotlib", "trimesh", "jinja2")
     loaded = f"sorted(set(sys.modules) & set({slow!r}))"
-    show = f"import compensator.terminal.tables, compensator.tasks.compensate, sys\nprint('#', *{loaded})"
+    show = f"import compensator.terminal.path, compensator.tasks.compensate, sys\nprint('#', *{loaded})"
     done = subprocess.run([sys.executable, "-c", show], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "#"

@@ -137,7 +137,7 @@ def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath
 
 
 def with_external_findings(program: Program, placement: Placement, toolpath: Toolpath, language: Language) -> Program:
-    """The program with what is to be said when it is written in another language."""
+    """The program with findings about the external axes that it loses when it is written in another language."""
     return replace(program, findings=(*program.findings, *external_findings(placement, toolpath, language)))
 
 

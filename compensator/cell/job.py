@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from compensator.cell.arm import Arm, load_arm
+from compensator.cell.assumptions import assumptions
 from compensator.cell.cell_file import load_cell
 from compensator.cell.equipped_arm import EquippedArm, equipped
 from compensator.cell.placement import Placement, placement_of
@@ -78,10 +79,7 @@ def job_of(arm: Arm, placement: Placement, notes: tuple[Finding, ...] = ()) -> J
 
 def _notes(arm: EquippedArm, placement: Placement, sag: str) -> list[Finding]:
     model = arm.model
-    notes = [Finding(NOTE, arm.robot.name, text) for text in arm.robot.assumptions]
-    if model.provenance.get("kind") == "assumption":
-        what = f"the stiffness values are an assumption: {model.provenance.get('source', '')}"
-        notes.append(Finding(NOTE, model.source, what))
+    notes = assumptions(arm.robot, model)
     if not any(model.sd.get(e.name) for e in arm.effects):
         what = "no standard deviations: how sure the prediction is cannot be said"
         notes.append(Finding(NOTE, model.source, what))

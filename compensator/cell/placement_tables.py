@@ -54,7 +54,7 @@ class ToolTable(TomlTable):
         """In SI."""
         com = None if self.com is None else np.array(self.com) / 1e3
         rotation = matrix_from_rpy(np.radians(self.rpy))
-        return Tool(rotation, np.array(self.xyz) / 1e3, self.mass or 0.0, com, self.name)
+        return Tool(rotation, np.array(self.xyz) / 1e3, mass=self.mass or 0.0, com=com, name=self.name)
 
 
 class WorkObjectTable(TomlTable):

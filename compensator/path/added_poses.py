@@ -24,8 +24,8 @@ def with_poses_between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> T
         segment, fraction: (M,) each, ascending; 0 < fraction < 1.
 
     Returns:
-        The new toolpath; pose m of those put in is at ``put_in(segment)[m]``. What the file says between two poses
-        stays right before the second.
+        The new toolpath; pose m of those put in is at ``rows_between(segment)[m]``. Events stay right before the pose
+        of the file that follows them.
     """
     end = segment + 1
     t = fraction[:, None]

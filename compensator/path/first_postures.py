@@ -22,7 +22,7 @@ BEST = 6  # candidates that are worth following
 
 
 @dataclass(frozen=True)
-class Candidate:
+class PathStart:
     """A constant ``turn`` (rad), a branch, joint angles ``seed`` (n,) rad of the first pose; the best score first."""
 
     turn: float
@@ -45,7 +45,7 @@ class FirstPostures:
     start: Floats | None
     turn_is_open: bool
 
-    def for_path(self, toolpath: Toolpath, reference: Frame) -> list[Candidate]:
+    def for_path(self, toolpath: Toolpath, reference: Frame) -> list[PathStart]:
         """Turns and configurations for the whole path, the best first.
 
         Args:
@@ -57,7 +57,7 @@ class FirstPostures:
         for turn, branch, q in self._of_first_pose(some, at):
             batch = self.inverse.along(some, about_tool_axis(at, turn), branch, q)
             if batch.ok.all():
-                found.append(Candidate(turn, branch, q, self._score(q, self.turns_in_limits(batch.q, batch.ok))))
+                found.append(PathStart(turn, branch, q, self._score(q, self.turns_in_limits(batch.q, batch.ok))))
         return sorted(found, key=lambda c: -c.score)[:BEST]
 
     def _score(self, first: Floats, q: Floats) -> float:

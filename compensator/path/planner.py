@@ -63,7 +63,8 @@ class Planner:
         first: PathError | None = None
         for c in choice.for_path(toolpath, reference):
             try:
-                return self._follow(toolpath, reference, np.full(len(toolpath), c.turn), c.branch, c.seed)
+                turn = np.full(len(toolpath), c.turn)
+                return self._follow(toolpath, reference, turn=turn, branch=c.branch, seed=c.seed)
             except PathError as e:
                 first = first or e
         if choice.turn_is_open:
@@ -77,7 +78,7 @@ class Planner:
     def again(self, path: PlannedPath, toolpath: Toolpath) -> PlannedPath:
         """Follow the path again after poses were put in between, with the same choices."""
         turn = np.interp(toolpath.row, path.toolpath.row, path.turn)
-        return self._follow(toolpath, self._reference(toolpath), turn, path.branch, path.q[0])
+        return self._follow(toolpath, self._reference(toolpath), turn=turn, branch=path.branch, seed=path.q[0])
 
     def tcp(self, path: PlannedPath, toolpath: Toolpath) -> Frame:
         """(N) TCP in the base after poses were put into ``path``: same turns."""
@@ -89,7 +90,7 @@ class Planner:
         some, tcp = toolpath.take(rows), self.tcp(path, toolpath).take(rows)
         seed = np.array([np.interp(some.row, path.toolpath.row, column) for column in path.q.T]).T
         batch = self.inverse.along(some, tcp, path.branch, seed)
-        return PlannedPath(some, tcp, batch.q, np.zeros(len(rows)), path.branch)
+        return PlannedPath(toolpath=some, tcp=tcp, q=batch.q, turn=np.zeros(len(rows)), branch=path.branch)
 
     def _reference(self, toolpath: Toolpath) -> Frame:
         """(N) TCP in the base, before it is turned about the tool axis."""
@@ -114,7 +115,9 @@ class Planner:
             )
         return start
 
-    def _follow(self, toolpath: Toolpath, reference: Frame, turn: Floats, branch: int, seed: Floats) -> PlannedPath:
+    def _follow(
+        self, toolpath: Toolpath, reference: Frame, *, turn: Floats, branch: int, seed: Floats
+    ) -> PlannedPath:
         tcp = reference if not turn.any() else about_tool_axis(reference, turn)
         batch = self.inverse.along(toolpath, tcp, branch, seed)
         q = self._choice(toolpath).turns_in_limits(batch.q, batch.ok)
@@ -126,7 +129,7 @@ class Planner:
                 f"{mm(toolpath.position[k])} mm in the work object); move [workobject] or choose another [start]"
             )
         self.bounds.check(toolpath, q, "nominal")
-        return PlannedPath(toolpath, tcp, q, turn, branch)
+        return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branch)
 
     def _with_varying_turn(self, toolpath: Toolpath, reference: Frame) -> PlannedPath | None:
         start, inverse = self._checked_start(), self.inverse.inverse
@@ -140,7 +143,7 @@ class Planner:
                 if b != branch:
                     continue
                 try:
-                    return self._follow(toolpath, reference, turn, branch, seed)
+                    return self._follow(toolpath, reference, turn=turn, branch=branch, seed=seed)
                 except PathError:
                     continue
         return None
@@ -157,7 +160,7 @@ class Planner:
         return out
 
     def _out_of_reach(self, toolpath: Toolpath, reference: Frame, choice: FirstPostures) -> str:
-        """The first pose that no configuration reaches, by bisection over single poses."""
+        """Why: the first pose that no configuration reaches, of up to 500 evenly over the path."""
         for k in np.unique(np.linspace(0, len(toolpath) - 1, 500).astype(int)):
             pose, at = toolpath.take([k]), reference.take(slice(k, k + 1))
             turned = (about_tool_axis(at, turn) for turn in choice.turns(toolpath, reference))
@@ -166,11 +169,10 @@ class Planner:
                 return (
                     f"{place(toolpath, int(k))}: out of reach of {self.robot.name}: TCP "
                     f"{mm(toolpath.position[k])} mm in the work object is {away * 1e3:.0f} mm from the base origin "
-                    "and no arm configuration within the joint "
-                    "limits gets there; check [workobject], [tool] and their units (mm, deg)"
+                    "and no arm configuration within the joint limits gets there; check [workobject], [tool] and "
+                    "their units (mm, deg)"
                 )
         return (
             f"{toolpath.source}: every pose can be reached, but {self.robot.name} cannot keep one arm configuration "
-            "along "
-            "the whole path; move [workobject], allow solve.free_tool_axis, or split the file"
+            "along the whole path; move [workobject], allow solve.free_tool_axis, or split the file"
         )

@@ -48,7 +48,7 @@ class GivenWrench(Process):
         return tcp.rotation if self.axes == "tool" else path_axes(tcp.origin, tcp.rotation, motion.toolpath.kind)
 
     def _refuse_lateral(self, motion: ToolMotion, given: Floats) -> None:
-        """A turn about the tool axis that nobody fixes turns a lateral wrench in tool axes along."""
+        """Where the turn about the tool axis is free, the direction of a lateral wrench in tool axes is not known."""
         path = motion.toolpath
         open_turn = self.context.turn_is_chosen or path.quaternion is None
         if open_turn and np.any(given[path.kind == CUT][:, [0, 1, 3, 4]]):

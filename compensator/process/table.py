@@ -55,7 +55,7 @@ def wrenches_along(source: Path, path: Toolpath) -> Floats:
     index, wrench = read_table(source)
     cutting = path.kind == CUT
     if LANGUAGES[path.language].table:
-        return _interpolated(source, index, wrench, path, cutting)
+        return _interpolated(source, path, index, wrench)
     at = np.searchsorted(index, path.line)
     at = np.minimum(at, len(index) - 1)
     missing = cutting & (index[at] != path.line)
@@ -65,9 +65,8 @@ def wrenches_along(source: Path, path: Toolpath) -> Floats:
     return np.where(cutting[:, None], wrench[at], 0.0)
 
 
-def _interpolated(
-    source: Path, index: Numbers, wrench: Floats, path: Toolpath, cutting: npt.NDArray[np.bool_]
-) -> Floats:
+def _interpolated(source: Path, path: Toolpath, index: Numbers, wrench: Floats) -> Floats:
+    cutting = path.kind == CUT
     before, after = np.floor(path.row).astype(np.int64), np.ceil(path.row).astype(np.int64)
     fraction = (path.row - before)[:, None]
     at = [np.minimum(np.searchsorted(index, side), len(index) - 1) for side in (before, after)]

@@ -78,7 +78,7 @@ def _aligned(done: FilteredProgram, read: Toolpath) -> tuple[Floats, Index]:
     rows: list[float] = []
     poses: list[int] = []
     written = done.program
-    end = np.abs(done.row - np.rint(done.row)) < 1e-9  # others need not stand there: an arc may still say them
+    end = np.abs(done.row - np.rint(done.row)) < 1e-9  # others need not stand there: an arc may still pass them
     ends = np.flatnonzero(np.abs(read.row - np.rint(read.row)) < 1e-9)
     cutting = read.kind[ends] == CUT
     starts = np.concatenate([cutting[1:], [False]])

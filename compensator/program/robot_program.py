@@ -1,4 +1,4 @@
-"""A robot program as toolpath: its own tool and work object, and moves that are given in joint angles."""
+"""A robot program as toolpath: the placement that it brings, and moves that are given in joint angles."""
 
 from __future__ import annotations
 
@@ -12,21 +12,18 @@ from compensator.cell.cell_file import Cell
 from compensator.cell.external_axes import as_programmed, external_notes, seen_from_base
 from compensator.cell.job import Job, job_of
 from compensator.cell.placement import Placement, placement_of
-from compensator.cell.placement_tables import ToolTable, WorkObjectTable
 from compensator.errors import CellError
 from compensator.path.tcp_inverse import TcpInverse
+from compensator.program.program_frames import with_program_frames
 from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
 from toolpaths.interpreting.arcs import with_arcs
-from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, rpy_from_matrix, turn_between
-from toolpaths.tool_frame import ToolFrame
+from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
 
 Floats = npt.NDArray[np.float64]
 
-SAME_FRAME = 1e-5  # m: frames of cell and program that are nearer are the same
-SAME_TURN = 1e-4  # rad
 JOINT_STEP = np.radians(10.0)  # poses along a joint move are at most so far apart
 
 
@@ -37,88 +34,19 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     often singular) does not matter to the cut.
 
     Raises:
-        CellError: cell and program contradict each other, or none of them says what is needed.
+        CellError: cell and program contradict each other, or neither has what is needed.
     """
     setting = toolpath.setting
     if setting is None:
         placement = placement_of(cell)
         return job_of(load_arm(cell), placement), toolpath
-    place = {"workobject": _workobject(cell, toolpath, setting)}
-    placement = placement_of(cell.model_copy(update={**place, **_tools(cell, toolpath, setting)}))
+    placement = placement_of(with_program_frames(cell, toolpath, setting))
     arm = load_arm(cell)
     path = _needed(seen_from_base(placement, with_joint_poses(placement, arm.robot, toolpath)))
     if placement.start is None and len(path):
         placement = replace(placement, start=_start(arm, placement, path, setting))
     job = job_of(arm, placement, external_notes(placement.external, toolpath))
     return job, _with_joint_moves(arm, placement, path, setting)
-
-
-def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectTable:
-    given = "workobject" in cell.model_fields_set
-    frame = setting.workobject
-    if frame is None:
-        if not given:
-            raise CellError(f"{cell.source}: workobject is missing, and {toolpath.source} only names it: give it here")
-        return cell.workobject
-    if given:
-        what = f"{cell.source}: [workobject] is not the work object of {toolpath.source}"
-        _refuse_other(what, cell.workobject.frame(), frame)
-    rpy = np.degrees(rpy_from_matrix(frame.rotation))
-    return WorkObjectTable.model_construct(xyz=_three(frame.origin * 1e3), rpy=_three(rpy))
-
-
-def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[str, object]:
-    """[tools.N] by the numbers of the toolpath."""
-    tools: dict[int, ToolTable] = {}
-    for number in np.unique(toolpath.tool[toolpath.kind == CUT]).tolist():
-        own = _cell_tool(cell, number, setting.tools.get(number))
-        tools[number] = _tool(cell, toolpath, own, setting.tools.get(number), number)
-    return {"tool": None, "tools": tools}
-
-
-def _cell_tool(cell: Cell, number: int, program: ToolFrame | None) -> ToolTable | None:
-    if cell.tool is not None:
-        return cell.tool
-    named = [t for t in cell.tools.values() if program and t.name.lower() == program.name.lower()]
-    return named[0] if named else cell.tools.get(number)
-
-
-def _tool(cell: Cell, toolpath: Toolpath, own: ToolTable | None, program: ToolFrame | None, number: int) -> ToolTable:
-    if program is None:
-        if own is None:
-            raise CellError(
-                f"{cell.source}: no tool: {toolpath.source} cuts with tool {number}, whose frame is not in the "
-                f"program: give [tools.{number}]"
-            )
-        return own
-    if own is not None:
-        tool = own.tool()
-        what = f"{cell.source}: tool {own.name!r} is not {program.name} of {toolpath.source}"
-        _refuse_other(what, Frame(tool.rotation, tool.position), program.frame)
-    mass, com = (own.mass, own.com) if own is not None and own.mass is not None else (program.mass, None)
-    if com is None and program.com is not None and mass == program.mass:
-        com = _three(program.com * 1e3)
-    rpy = np.degrees(rpy_from_matrix(program.frame.rotation))
-    return ToolTable.model_construct(
-        xyz=_three(program.frame.origin * 1e3), rpy=_three(rpy), mass=mass, com=com,
-        name="tool" if own is None else own.name,
-    )
-
-
-def _refuse_other(what: str, own: Frame, program: Frame) -> None:
-    off = float(np.linalg.norm(own.origin - program.origin))
-    turned = float(turn_between(np.array([own.rotation, program.rotation]))[0])
-    if off > SAME_FRAME or turned > SAME_TURN:
-        shown = [", ".join(f"{v * 1e3:.3f}" for v in frame.origin) for frame in (own, program)]
-        raise CellError(
-            f"{what}: ({shown[0]}) mm against ({shown[1]}) mm, {np.degrees(turned):.4f} deg apart; the program's "
-            "holds: correct the cell"
-        )
-
-
-def _three(values: Floats) -> tuple[float, float, float]:
-    x, y, z = (float(v) for v in values)
-    return x, y, z
 
 
 def with_joint_poses(placement: Placement, robot: Robot, toolpath: Toolpath) -> Toolpath:
@@ -204,7 +132,7 @@ def _with_joint_moves(arm: Arm, placement: Placement, path: Toolpath, setting: S
     rapid = [k for k in np.flatnonzero(path.kind != CUT).tolist() if k > 0]
     end, row, position, orientation = [], [], [], []
     for k in rapid:
-        angles = _joint_move(arm, placement, path, k, setting.joints.get(round(float(path.row[k]))))
+        angles = _joint_move(arm, placement, path, k, joints=setting.joints.get(round(float(path.row[k]))))
         for part, q in enumerate(angles, start=1):
             where, turned = _tcp(placement, arm.robot, q, int(path.tool[k]))
             end.append(k)
@@ -216,7 +144,7 @@ def _with_joint_moves(arm: Arm, placement: Placement, path: Toolpath, setting: S
     return path.with_points(np.array(end), np.array(row), np.array(position), np.array(orientation))
 
 
-def _joint_move(arm: Arm, placement: Placement, path: Toolpath, k: int, joints: Floats | None) -> Floats:
+def _joint_move(arm: Arm, placement: Placement, path: Toolpath, k: int, *, joints: Floats | None) -> Floats:
     """(M, n) rad inside the shortest joint move to pose ``k``; ``joints``: what the program has there, if it has."""
     ends = [q for _, q in _postures(arm, placement, path.take([k]))] if joints is None else [joints]
     begins = [q for _, q in _postures(arm, placement, path.take([k - 1]))]

@@ -50,7 +50,7 @@ def agreed(
         SolveError: a pose has no command, or state and command do not agree; names the poses.
     """
     first, moves = arm.unknown_state, partial(commanded_moves, start=start)
-    state = walk(arm.effects, arm.values, moves(path.q), np.zeros_like(path.q), first)
+    state = walk(arm.effects, arm.values, moves(path.q), torque=np.zeros_like(path.q), start=first)
     command: Command | None = None
     rows = np.arange(len(path))
     for rounds in range(1, STATE_ROUNDS + 1):

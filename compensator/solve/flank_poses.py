@@ -57,7 +57,7 @@ def with_flank_poses(c: Compensation) -> PlannedPath | None:
         return None
     length = np.linalg.norm(np.diff(toolpath.position, axis=0), axis=1)
     tau, q = c.command.torque[1:], c.command.q[1:]
-    worth = _worth(c.job.arm, q, tau, state.middle[:-1], state.middle[1:]).any(axis=1)
+    worth = _worth(c.job.arm, q, tau, before=state.middle[:-1], after=state.middle[1:]).any(axis=1)
     known = state.known[:-1].all(axis=1)  # from an unknown flank nothing can be located
     rows = np.flatnonzero(worth & known & (length > SHORTEST) & (toolpath.kind[1:] == CUT))
     if not len(rows):
@@ -76,7 +76,7 @@ def with_flank_poses(c: Compensation) -> PlannedPath | None:
     return c.job.planner.again(c.path, finer)
 
 
-def _worth(arm: EquippedArm, q: Floats, tau: Floats, before: Floats, after: Floats) -> Bools:
+def _worth(arm: EquippedArm, q: Floats, tau: Floats, *, before: Floats, after: Floats) -> Bools:
     """(N, n) whether a change of state moves a joint by more than WORTH_A_POSE."""
     change = arm.joint_deflection(q, tau, after) - arm.joint_deflection(q, tau, before)
     return np.asarray(np.abs(change) > WORTH_A_POSE)
@@ -88,7 +88,7 @@ def _bends(c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bo
     n, m, count = c.job.arm.robot.n, state.low.shape[-1], len(intervals)
     worth = _worth(
         c.job.arm, command.q[1:].reshape(-1, n), command.torque[1:].reshape(-1, n),
-        state.middle[:-1].reshape(-1, m), state.middle[1:].reshape(-1, m),
+        before=state.middle[:-1].reshape(-1, m), after=state.middle[1:].reshape(-1, m),
     ).reshape(PARTS, count, n)  # fmt: skip
     edge = np.zeros((1, count, n), dtype=bool)
     before, after = np.concatenate([edge, worth]), np.concatenate([worth, edge])

@@ -49,7 +49,9 @@ def settled_state(
             command.q.reshape(flat), command.torque.reshape(flat), middle.reshape(-1, middle.shape[-1])
         )
         without = command.actual - (dq - arm.joint_states(middle.reshape(-1, middle.shape[-1]))).reshape(*shape, -1)
-        new = walk(arm.effects, arm.values, moves(without), command.torque, first, corrected=True)
+        new = walk(
+            arm.effects, arm.values, moves(without), torque=command.torque, start=first, corrected=True
+        )
         if not np.any(np.abs(new.middle - middle) > SAME_STATE):
             break
         state = new
@@ -75,10 +77,10 @@ def equilibrium_along(
         q: (N, n) rad, commands. wrench: (N, 6) on the robot, base axes, about the TCP.
     """
     first, moves = arm.unknown_state, commanded_moves(q, start)
-    state = guess or walk(arm.effects, arm.values, moves, np.zeros_like(q), first)
+    state = guess or walk(arm.effects, arm.values, moves, torque=np.zeros_like(q), start=first)
     prediction = arm.forward(toolpath, q, wrench, state.middle)
     for _ in range(FOLLOW_ROUNDS if state.low.shape[1] else 0):
-        new = walk(arm.effects, arm.values, moves, prediction.torque, first)
+        new = walk(arm.effects, arm.values, moves, torque=prediction.torque, start=first)
         rows = np.flatnonzero(np.abs(new.middle - state.middle).max(axis=1) > SAME_STATE)
         state = new
         if not len(rows):

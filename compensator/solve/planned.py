@@ -36,7 +36,7 @@ def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
 
 
 def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:
-    """A tool call that there is no [tools.N] for."""
+    """Refuse a tool call without a [tools.N]."""
     tools = placement.tools
     missing = ~np.isin(toolpath.tool, list(tools.by_number))
     if missing.any() and not tools.any_number:

@@ -1,9 +1,10 @@
-"""What effects leave open along a path: those learned over part of a joint's range know nothing outside it."""
+"""Uncertainty along a path of effects that were identified over part of a joint's range only."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -27,12 +28,12 @@ PROBE = np.radians(0.5)  # between two poses the joint's angles are looked at in
 
 @dataclass(frozen=True)
 class NotLearned:
-    """Angles of a path at which an effect says nothing.
+    """Angles of a path at which an effect was not identified.
 
     Attributes:
         effect: its name. joint: counted from 1.
         low, high: rad, the commanded angles there.
-        poses: how many. sd: m, the most that it leaves open at the TCP, one standard deviation.
+        poses: how many. sd: m, the largest standard deviation of the TCP there.
     """
 
     effect: str
@@ -63,14 +64,13 @@ class NotLearned:
 
 
 class AngleUncertainty:
-    """What ``effects`` with these values and standard deviations leave open on a robot."""
+    """Standard deviation that ``effects`` with these values leave at joints and TCP, angle by angle."""
 
     def __init__(
         self, robot: Robot, effects: Sequence[Effect], values: Mapping[str, Numbers], sd: Mapping[str, Numbers]
     ) -> None:
         self.robot, self.values, self.sd = robot, values, sd
         self.effects = tuple(e for e in effects if e.angle_sd)
-        self._laws: dict[str, Kernel] = {}
 
     def __repr__(self) -> str:
         return f"AngleUncertainty({', '.join(e.name for e in self.effects) or 'nothing'})"
@@ -89,7 +89,7 @@ class AngleUncertainty:
         return np.asarray(np.sqrt(np.sum(levers(self.robot, q, tcp) ** 2 * variance, axis=1)))
 
     def not_learned(self, q: Floats, tcp: Floats) -> list[NotLearned]:
-        """Angles that poses stand at and that no reading told of, by effect, joint and angle."""
+        """Angles of poses that no reading covered, by effect, joint and angle."""
         if not self.effects or not len(q):
             return []
         lever = levers(self.robot, q, tcp)
@@ -97,44 +97,56 @@ class AngleUncertainty:
 
     def _of(self, effect: Effect, q: Floats, own: Floats, lever: Floats) -> list[NotLearned]:
         out = []
-        untold, sd = self._untold(effect, q, own), own * lever
-        for j in np.flatnonzero(untold.any(axis=0)).tolist():
-            for rows in self._stretches(effect, j, q, untold[:, j]):
+        unlearned, sd = self._unlearned(effect, q, own), own * lever
+        for j in np.flatnonzero(unlearned.any(axis=0)).tolist():
+            for rows in self._stretches(effect, j, q, unlearned[:, j]):
                 angle = q[rows, j]
-                ends = float(angle.min()), float(angle.max())
-                out.append(NotLearned(effect.name, j + 1, *ends, len(rows), float(sd[rows, j].max())))
+                out.append(
+                    NotLearned(
+                        effect=effect.name, joint=j + 1, low=float(angle.min()), high=float(angle.max()),
+                        poses=len(rows), sd=float(sd[rows, j].max()),
+                    )
+                )  # fmt: skip
         return out
 
-    def _untold(self, effect: Effect, q: Floats, own: Floats) -> Bools:
-        """(N, n) where the data told next to nothing and the effect does next to nothing; ``own``: its ``angles``."""
+    def _unlearned(self, effect: Effect, q: Floats, own: Floats) -> Bools:
+        """(N, n) where data hardly reduced the prior standard deviation and the effect is negligible.
+
+        Args:
+            own: (N, n) rad, its ``angles``.
+        """
         if effect.angle_sd is None:
             return np.zeros(q.shape, dtype=bool)
-        nothing = effect.angle_sd(q, effect.neutral(self.robot.n), {})
-        untold = (nothing > 0) & (own >= UNLEARNED * nothing)
-        rows = np.flatnonzero(untold.any(axis=1))
-        if effect.angle and len(rows):
-            untold[rows] &= np.abs(self._errors(effect, q[rows])) <= NEGLIGIBLE * own[rows]
-        return untold
+        prior = effect.angle_sd(q, effect.neutral(self.robot.n), {})
+        unlearned = (prior > 0) & (own >= UNLEARNED * prior)
+        rows = np.flatnonzero(unlearned.any(axis=1))
+        if effect.name in self._errors and len(rows):
+            (error,) = self._errors[effect.name].run(q[rows])
+            unlearned[rows] &= np.abs(error) <= NEGLIGIBLE * own[rows]
+        return unlearned
 
-    def _errors(self, effect: Effect, q: Floats) -> Floats:
-        """(N, n) rad that the effect makes of the angles alone."""
-        if effect.angle and effect.name not in self._laws:
-            symbol = ca.SX.sym("q", self.robot.n)
-            values = {k: ca.SX(ca.DM(v)) for k, v in self.values[effect.name].items()}
-            error = ca.densify(effect.angle(symbol, values))
-            self._laws[effect.name] = Kernel(ca.Function("errors", [symbol], [error]))
-        return self._laws[effect.name].run(q)[0]
+    @cached_property
+    def _errors(self) -> dict[str, Kernel]:
+        """By effect: joint angles (n,) rad -> what it adds to them (n,) rad."""
+        out = {}
+        for effect in self.effects:
+            if effect.angle:
+                symbol = ca.SX.sym("q", self.robot.n)
+                values = {k: ca.SX(ca.DM(v)) for k, v in self.values[effect.name].items()}
+                error = ca.densify(effect.angle(symbol, values))
+                out[effect.name] = Kernel(ca.Function("errors", [symbol], [error]))
+        return out
 
-    def _stretches(self, effect: Effect, joint: int, q: Floats, untold: Bools) -> list[Index]:
+    def _stretches(self, effect: Effect, joint: int, q: Floats, unlearned: Bools) -> list[Index]:
         """Poses of every stretch of angles that was not learned, in the order of the angle."""
-        rows = np.flatnonzero(untold)
+        rows = np.flatnonzero(unlearned)
         rows = rows[np.argsort(q[rows, joint], kind="stable")]
         angle = q[rows, joint]
         probes = np.zeros((int(np.ceil((angle[-1] - angle[0]) / PROBE)), self.robot.n))
         probes[:, joint] = angle[0] + PROBE * np.arange(len(probes))
-        learned = ~self._untold(effect, probes, self.angles(effect, probes))[:, joint]
-        told = np.r_[probes[learned, joint], q[~untold, joint]]
-        cuts = np.unique(np.searchsorted(angle, told))
+        learned = ~self._unlearned(effect, probes, self.angles(effect, probes))[:, joint]
+        ends = np.r_[probes[learned, joint], q[~unlearned, joint]]
+        cuts = np.unique(np.searchsorted(angle, ends))
         return [part for part in np.split(rows, cuts) if len(part)]
 
 

@@ -42,7 +42,7 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     """Invert every printed pose as the controller will, and let the model deflect it.
 
     Raises:
-        SolveError: the file does not say what was solved.
+        SolveError: the file does not hold what was solved.
     """
     text = read_back(path, language)
     toolpath = c.path.toolpath

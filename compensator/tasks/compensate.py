@@ -15,7 +15,8 @@ from compensator.cell.job import Job
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
 from compensator.program.robot_program import job_for, with_joint_poses
-from compensator.report.json.path import as_json, summary
+from compensator.report.json.path import path_report
+from compensator.report.json.text import as_json
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
@@ -86,7 +87,7 @@ def compensate_file(
         for file in made.files:
             outputs.add(file, program.parent / file.name)
         found = open_angles(made.result, made.result.command.q)
-        numbers = summary(made.result, checked.error, found, seconds=time.monotonic() - began)
+        numbers = path_report(made.result, checked.error, found, seconds=time.monotonic() - began)
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
         _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
@@ -117,7 +118,7 @@ def preview_file(
     result = uncompensated(given.job, path)
     found = open_angles(result, path.q)
     error = np.linalg.norm(result.error_before, axis=1)
-    numbers = summary(result, error, found, seconds=time.monotonic() - began, corrected=False)
+    numbers = path_report(result, error, found, seconds=time.monotonic() - began, corrected=False)
     with Outputs() as outputs:
         if csv:
             with outputs.writing(csv) as staged:
@@ -165,9 +166,9 @@ def _write_reports(
 ) -> None:
     """HTML and JSON, those that are asked for; ``after``: (N,) m left with the written program, None: nothing is."""
     if report:
-        from compensator.report.html.path import page
+        from compensator.report.html.path import path_page
 
         say("drawing the report")
-        outputs.text(report, page(result, numbers, after))
+        outputs.text(report, path_page(result, numbers, after))
     if json:
         outputs.text(json, as_json(numbers))

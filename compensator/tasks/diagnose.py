@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
-from compensator.report.json.path import as_json
+from compensator.report.json.text import as_json
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
 from compensator.tasks.say import Say, quiet

@@ -9,25 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from compensator.report.json.path import as_json
+from compensator.report.json.evaluation import evaluation_report
+from compensator.report.json.fit import fit_report, local_fit_report
+from compensator.report.json.text import Report, as_json
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
 from compensator.version import version
-from stiffness.effects import BASE
 from stiffness.errors import StiffnessError
-from stiffness.identification import scores
-from stiffness.identification.evaluate import Evaluation, evaluate, predicted_rigid
+from stiffness.identification.evaluate import Evaluation, evaluate
 from stiffness.identification.fit import Fit
 from stiffness.identification.identify import identify
-from stiffness.identification.scores import Score
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.identify import identify_local
-from stiffness.local_method.text import local_text
 from stiffness.model.model import ComplianceModel, load_model, model_text
 from stiffness.session.session import Session, load_session
-
-MM = 1e3
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +62,7 @@ def identify_files(
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
     say("fitting")
     fit = identify(loaded, effects, known)
-    report = identify_report(fit)
+    report = fit_report(fit)
     robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     page = None if html is None else (html, _page(fit, report))
@@ -82,7 +78,8 @@ def _page(fit: Fit, report: dict[str, Any]) -> str:
 def _written(
     model: ComplianceModel,
     output: Path,
-    report: dict[str, Any],
+    report: Report,
+    *,
     json: Path | None,
     page: tuple[Path, str] | None = None,
 ) -> tuple[Path, ...]:
@@ -100,19 +97,8 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
     fit = identify_local(*loaded)
     robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
-    known = fit.identified
-    report: dict[str, Any] = {
-        "effects": list(model.values),
-        "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(fit.stiffness, known, strict=True)],
-        "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(fit.sd, known, strict=True)],
-        "identifiable": [bool(ok) for ok in known],
-        "rms_mm": {"displacement": None, "absolute": None},
-        "n_readings": sum(len(s.samples) for s in loaded),
-        "outlier_rows": [],
-        "not_identified": [],
-        "notes": local_text(fit).splitlines(),
-    }
-    return Identified(fit, report, _written(model, output, report, json))
+    report = local_fit_report(fit, model)
+    return Identified(fit, report, _written(model=model, output=output, report=report, json=json))
 
 
 def evaluate_file(
@@ -129,7 +115,7 @@ def evaluate_file(
     _same_kind(loaded, values.gravity, values.source)
     say("predicting")
     result = evaluate(loaded, values, register)
-    report = {"displacement": _as_dict(result.displacement), "absolute": _as_dict(result.absolute)}
+    report = evaluation_report(result)
     if json:
         with Outputs() as outputs:
             outputs.text(json, as_json(report))
@@ -143,58 +129,6 @@ def _same_kind(session: Session, gravity: str, source: str) -> None:
             f"{session.source}: gravity = {session.gravity!r}, but the model {source} was made with {gravity!r}: "
             "what its stiffness carries is not the same"
         )
-
-
-def identify_report(fit: Fit) -> dict[str, Any]:
-    """The JSON report of ``identify``."""
-    n = fit.unknowns.joints
-    known = np.ones(n, dtype=bool)
-    for u, ok in zip(fit.unknowns.free, fit.determined(), strict=True):
-        if u.effect == BASE.name:
-            known[u.index] = ok
-    k = fit.values()[BASE.name]["k_nm_per_rad"]
-    sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
-    return {
-        "effects": [e.name for e in fit.unknowns.effects],
-        "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(k, known, strict=True)],
-        "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(sd, known, strict=True)],
-        "identifiable": [bool(ok) for ok in known],
-        "rms_mm": _rms(fit),
-        "n_readings": int(sum(len(s.samples) for s in fit.sessions)),
-        "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
-        "condition_number": fit.condition_number(),
-        "observability": fit.observability(),
-        "not_identified": fit.not_identified(),
-        "notes": list(fit.notes),
-    }
-
-
-def _rms(fit: Fit) -> dict[str, Any]:
-    out: dict[str, Any] = {}
-    rigid = [predicted_rigid(s.session, s.used).predicted for s in fit.sessions]
-    for name, score in (("displacement", scores.displacement), ("absolute", scores.absolute)):
-        fitted = scores.pooled([score(s.session, s.predicted, s.used, s.used) for s in fit.sessions])
-        before = scores.pooled(
-            [score(s.session, seen, s.used, s.used) for s, seen in zip(fit.sessions, rigid, strict=True)]
-        )
-        out[name] = (
-            None
-            if fitted is None or before is None
-            else {"rigid": before.rms * MM, "fitted": fitted.rms * MM, "noise_floor": fitted.noise_floor * MM}
-        )
-    return out
-
-
-def _as_dict(score: Score | None) -> dict[str, Any] | None:
-    if score is None:
-        return None
-    return {
-        "rms_mm": score.rms * MM,
-        "p95_mm": score.p95 * MM,
-        "max_mm": score.largest * MM,
-        "noise_floor_mm": score.noise_floor * MM,
-        "by_reflector": {name: value * MM for name, value in score.by_reflector.items()},
-    }
 
 
 def _approached(sessions: Sequence[Session]) -> bool:

@@ -1,54 +1,22 @@
-"""Grid: two joints that vary, the others fixed; read from the words of the command line, in deg."""
+"""The grid of a stiffness map from the words of the command line, in deg."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.errors import CompensatorError
 from stiffness.robot.robot import Robot
+from stiffness.statics.joint_grid import JointGrid
 
 Floats = npt.NDArray[np.float64]
 
 _STEP = 5.0  # deg
 _MOST = 250_000
-_WRIST = 45.0  # deg: joints 4 to 6 where nothing is said, away from a stretched wrist, as in the paper
+_WRIST = 45.0  # deg: joints 4 to 6 where none is given, away from a stretched wrist, as in the paper
 
 
-@dataclass(frozen=True, repr=False)
-class Grid:
-    """Postures over two joints.
-
-    Attributes:
-        joints: the two, counted from 0.
-        first, second: (A,) and (B,) deg of the two.
-        fixed: (n,) deg of the others.
-    """
-
-    joints: tuple[int, int]
-    first: Floats
-    second: Floats
-    fixed: Floats
-
-    def __repr__(self) -> str:
-        return f"Grid(joints {self.joints[0] + 1} and {self.joints[1] + 1}, {len(self.first)} x {len(self.second)})"
-
-    @property
-    def q(self) -> Floats:
-        """(A * B, n) rad; the second joint runs fastest."""
-        q = np.tile(self.fixed, (len(self.first) * len(self.second), 1))
-        q[:, self.joints[0]] = np.repeat(self.first, len(self.second))
-        q[:, self.joints[1]] = np.tile(self.second, len(self.first))
-        return np.asarray(np.radians(q))
-
-    def over(self, values: Floats) -> Floats:
-        """(A * B,) -> (A, B)."""
-        return values.reshape(len(self.first), len(self.second))
-
-
-def grid_of(robot: Robot, joints: str, spans: str | None, fixed: str | None) -> Grid:
+def grid_of(robot: Robot, joints: str, spans: str | None, fixed: str | None) -> JointGrid:
     """A grid on a robot.
 
     Args:
@@ -57,14 +25,14 @@ def grid_of(robot: Robot, joints: str, spans: str | None, fixed: str | None) -> 
         fixed: ``1=0,4=45``: angles of other joints in deg; 0 for joints 1 to 3 and 45 for the others where not given.
 
     Raises:
-        CompensatorError: names the option, what it says and what was expected.
+        CompensatorError: names the option, its value and what was expected.
     """
     i, j = _pair(robot, joints)
     first, second = _axes(robot, (i, j), spans)
     count = len(first) * len(second)
     if count > _MOST:
         raise CompensatorError(f"--grid: {count} postures are more than {_MOST}: take larger steps")
-    return Grid((i, j), first, second, _fixed(robot, (i, j), fixed))
+    return JointGrid((i, j), first, second, _fixed(robot, (i, j), fixed))
 
 
 def _pair(robot: Robot, text: str) -> tuple[int, int]:

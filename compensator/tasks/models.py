@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import json as json_text
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from compensator.errors import CompensatorError
+from compensator.report.json.made_model import clamped_report, datasheet_report
+from compensator.report.json.text import as_json
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
 from compensator.version import version
-from stiffness.effects import BASE, backlash
-from stiffness.model.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
+from stiffness.model.clamped import ABOVE, SCALE_SD, clamped_model, fit_clamped
 from stiffness.model.clamped_readings import read_clamped
 from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
@@ -63,7 +61,7 @@ def clamped_file(
         "software": f"toolpath-compensator {version()}",
     }
     made = clamped_model(arm, robot_beside(Path(), robot, model), fits, provenance)
-    return _write(made, model, _clamped_report(arm, made, fits), json)
+    return _write(made, model, clamped_report(made, fits, arm.n), json)
 
 
 def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = quiet) -> Made:
@@ -75,7 +73,7 @@ def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Sa
     arm = _robot(robot, (), (model, json))
     say(f"reducers of {arm.name}")
     made = datasheet_model(arm, robot_beside(Path(), robot, model))
-    return _write(made, model, _report(made), json)
+    return _write(made, model, datasheet_report(made), json)
 
 
 def _robot(robot: str, inputs: tuple[Path, ...], outputs: tuple[Path | None, ...]) -> Robot:
@@ -91,46 +89,6 @@ def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Pat
     with Outputs() as outputs:
         outputs.text(model, model_text(made))
         if json:
-            outputs.text(json, json_text.dumps(report, indent=2, allow_nan=False) + "\n")
+            outputs.text(json, as_json(report))
         outputs.commit()
     return Made(made, report, tuple(f for f in (model, json) if f))
-
-
-def _report(made: ComplianceModel) -> dict[str, Any]:
-    stiffness = made.values[BASE.name]["k_nm_per_rad"]
-    known = made.identified.get(BASE.name, np.ones(len(stiffness), dtype=bool))
-    sd = made.sd[BASE.name]["k_nm_per_rad"]
-    report: dict[str, Any] = {
-        "effects": [e.name for e in made.effects],
-        "stiffness_nm_per_rad": [float(v) if ok else None for v, ok in zip(stiffness, known, strict=True)],
-        "stiffness_sd_nm_per_rad": [float(v) if ok else None for v, ok in zip(sd, known, strict=True)],
-        "identifiable": known.tolist(),
-    }
-    play = backlash.EFFECT.name
-    if play in made.values:
-        report["gap_rad"] = made.values[play]["gap_rad"].tolist()
-        report["gap_sd_rad"] = made.sd[play]["gap_rad"].tolist()
-    return report
-
-
-def _clamped_report(robot: Robot, made: ComplianceModel, fits: tuple[JointFit, ...]) -> dict[str, Any]:
-    by_joint = {f.joint: f for f in fits}
-
-    def each(name: str) -> list[Any]:
-        return [getattr(by_joint[k], name) if k in by_joint else None for k in range(robot.n)]
-
-    return {
-        "effects": [e.name for e in made.effects],
-        "stiffness_nm_per_rad": each("stiffness"),
-        "stiffness_sd_nm_per_rad": each("sd"),
-        "identifiable": [k in by_joint for k in range(robot.n)],
-        "stiffness_unloading_nm_per_rad": each("unloading"),
-        "gap_rad": each("gap"),
-        "gap_sd_rad": each("gap_sd"),
-        "friction_in_gap": each("friction_in_gap"),
-        "hysteresis_rad": each("hysteresis"),
-        "largest_torque_nm": each("largest"),
-        "misfit_nm": each("misfit"),
-        "n_used": each("used"),
-        "n_left_out": each("left_out"),
-    }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv as csv_text
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +12,9 @@ import numpy.typing as npt
 
 from compensator.cell.job import Job, load_job
 from compensator.errors import CompensatorError
-from compensator.report.json.path import as_json
+from compensator.report.csv.plan import plan_csv
+from compensator.report.json.plan import plan_report
+from compensator.report.json.text import as_json
 from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
 from compensator.tasks.outputs import Outputs, refuse_clashes
@@ -24,7 +24,7 @@ from stiffness.errors import ModelError, StiffnessError
 from stiffness.identification.readings import ReadingModel
 from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.planning.design import Design, Loading, planned_layout
-from stiffness.planning.plan import Plan, choose, condition_number
+from stiffness.planning.plan import Plan, choose
 from stiffness.planning.postures import reachable_postures
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.file import Instruments, Reflector
@@ -35,13 +35,12 @@ from toolpaths.files import read_toolpath
 Floats = npt.NDArray[np.float64]
 
 POSTURES = 300  # to choose from
-FORCE = 100.0  # N, where nobody says how hard the arm may be pulled
+FORCE = 100.0  # N, where neither the command line nor a session has one
 LEVELS = (1.0,)
 TWO_LEVELS = (0.4, 1.0)  # a gap and a softer flank are told apart by two
 INSTRUMENTS = Instruments(2e-5, None, 0.3, 0.1)  # the paper's tracker and force sensor
 OFFSET_POINT, ON_LINK_3 = (0.15, 0.0, 0.0), (0.1, 0.1, 0.1)  # m from the TCP, m in link 3
 POSES = 1000  # of a toolpath that are looked at
-WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
 @dataclass(frozen=True, repr=False)
@@ -102,14 +101,16 @@ def plan_file(
     plan = choose(design=design, postures=postures, loading=loading, count=count, before=before, matters=matters)
     report = plan_report(plan, seed, [*notes, *more])
     with Outputs() as outputs:
-        outputs.text(output, plan_table(plan))
+        outputs.text(output, plan_csv(plan))
         if json:
             outputs.text(json, as_json(report))
         outputs.commit()
     return Planned(plan, report, report["sentence"], tuple(p for p in (output, json) if p))
 
 
-def _check_options(count: int, force: float | None, toolpath: Path | None, cell: Path | None, seed: int) -> None:
+def _check_options(
+    *, count: int, force: float | None, toolpath: Path | None, cell: Path | None, seed: int
+) -> None:
     if not 1 <= count <= 1000:
         raise CompensatorError(f"--count {count}: expected 1 ... 1000 set-ups")
     if force is not None and not 0 < force < 1e6:
@@ -127,7 +128,7 @@ def _check_masses(model: ComplianceModel, robot: Robot) -> None:
         )
 
 
-def _check_same(model: ComplianceModel, robot: Robot, other: Robot, gravity: str, source: str) -> None:
+def _check_same(model: ComplianceModel, robot: Robot, other: Robot, *, gravity: str, source: str) -> None:
     if not robot.same_kinematics(other):
         raise StiffnessError(f"{source}: robot {other.name} is not that of the model {model.source} ({robot.name})")
     if gravity != model.gravity:
@@ -169,7 +170,7 @@ def _reflectors(measured: Sequence[Session], tool: Tool, joints: int) -> tuple[R
 
 
 def _design(
-    model: ComplianceModel, robot: Robot, tool: Tool, reflectors: Sequence[Reflector], from_model: bool
+    model: ComplianceModel, robot: Robot, tool: Tool, reflectors: Sequence[Reflector], *, from_model: bool
 ) -> Design:
     effects, _ = model.applied(tool.name)
     values = {e.name: model.values[e.name] for e in effects}
@@ -222,74 +223,3 @@ def _flanks(design: Design, job: Job, state: Floats) -> Floats:
         return np.zeros((len(state), design.model.statics.n_state))
     half = [e.memory.bounds(job.arm.values[e.name]) for e in theirs if e.memory]
     return np.asarray(state / np.maximum(np.concatenate(half), 1e-12)) if half else state
-
-
-def plan_report(plan: Plan, seed: int, notes: Sequence[str]) -> dict[str, Any]:
-    """The JSON report of ``plan``."""
-    layout, design = plan.design.layout, plan.design
-    value = np.where(layout.inverse, 1 / np.where(layout.inverse, design.vector, 1.0), design.vector)
-    per_unit = design.scale * np.where(layout.inverse, value**2, 1.0)
-    before, after = (plan.sd(m) * per_unit for m in (plan.before, plan.after))
-    unsaid, open_ = plan.undetermined(plan.before), plan.undetermined(plan.after)
-    parameters = []
-    for k, u in enumerate(layout.free):
-        name = f"{u.parameter.meaning} ({u.effect}) of joint {u.index + 1}"
-        parameters.append({
-            "effect": u.effect, "parameter": u.parameter.name, "joint": u.index + 1, "unit": u.parameter.unit,
-            "value": float(value[k]), "sd_before": None if name in unsaid else float(before[k]),
-            "sd_after": None if name in open_ else float(after[k]),
-        })  # fmt: skip
-    out: dict[str, Any] = {
-        "criterion": "D" if plan.matters is None else "V",
-        "n_setups": len(plan.chosen),
-        "n_readings": plan.readings,
-        "force_n": plan.loading.force,
-        "levels": list(plan.loading.levels),
-        "seed": seed,
-        "parameters": parameters,
-        "condition_number": {"before": condition_number(plan.before), "after": condition_number(plan.after)},
-        "path_deflection_sd_mm": None,
-        "undetermined": open_,
-        "notes": list(notes),
-        "sentence": sentence(plan),
-    }
-    if plan.matters is not None:
-        sds = {"before": plan.path_sd(plan.before), "after": plan.path_sd(plan.after)}
-        out["path_deflection_sd_mm"] = {k: None if v is None else v * 1e3 for k, v in sds.items()}
-    return out
-
-
-def sentence(plan: Plan) -> str:
-    """What the plan will bring, for people."""
-    some = "1 set-up" if len(plan.chosen) == 1 else f"{len(plan.chosen)} set-ups"
-    begin = f"{some}, {plan.readings} readings up to {plan.loading.force:.0f} N"
-    open_ = plan.undetermined(plan.after)
-    if open_:
-        remedy = "allow more force, more set-ups or other reflectors"
-        return f"{begin}: these stay undetermined: {', '.join(open_)}; {remedy}"
-    sd = plan.sd(plan.after)
-    worst = int(np.argmax(sd))
-    u = plan.design.layout.free[worst]
-    what = f"{u.parameter.meaning} of joint {u.index + 1}"
-    return f"{begin}: every parameter is determined; known least is the {what}, to {100 * sd[worst]:.2g} %"
-
-
-def plan_table(plan: Plan) -> str:
-    """The plan as CSV: a row per reading, in the order of the day."""
-    n = plan.postures.q.shape[1]
-    text = io.StringIO()
-    writer = csv_text.writer(text, lineterminator="\n")
-    writer.writerow([
-        "setup", "state", "reflector", *(f"q{k + 1}_deg" for k in range(n)), *(f"approach{k + 1}" for k in range(n)),
-        *WRENCH, "pull_x_mm", "pull_y_mm", "pull_z_mm",
-    ])  # fmt: skip
-    pool = plan.candidates
-    for setup, c in enumerate(plan.chosen):
-        q = np.degrees(plan.postures.q[pool.posture[c]])
-        approach = plan.postures.approach[pool.posture[c]].astype(int)
-        name = plan.design.reflectors[pool.reflector[c]].name
-        for state, share in enumerate(plan.loading.steps):
-            load = [f"{v + 0.0:.4f}" for v in pool.wrench[c] * share]
-            at = [f"{v * 1e3:g}" for v in pool.pulled_at[c]]
-            writer.writerow([setup + 1, state, name, *(f"{v:.4f}" for v in q), *approach.tolist(), *load, *at])
-    return text.getvalue()

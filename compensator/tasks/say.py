@@ -1,4 +1,4 @@
-"""How a task tells what it is doing."""
+"""Progress: how a task reports what it is doing."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ Say = Callable[[str], None]
 
 
 def quiet(_: str) -> None:
-    """Tells nobody."""
+    """Report no progress."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_text
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,15 +10,20 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
 
+from compensator.cell.assumptions import assumptions
 from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
-from compensator.tasks.joint_grid import Grid, grid_of
+from compensator.report.csv.stiffness_map import map_csv
+from compensator.report.json.stiffness_map import map_report
+from compensator.report.json.text import as_json
+from compensator.tasks.joint_grid import grid_of
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.say import Say, quiet
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
+from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
 
 Floats = npt.NDArray[np.float64]
@@ -30,7 +34,7 @@ PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
 class Mapped:
     """What a map made: the postures, its JSON report, the files."""
 
-    grid: Grid
+    grid: JointGrid
     result: StiffnessMap
     report: dict[str, Any]
     files: tuple[Path, ...]
@@ -91,47 +95,43 @@ def map_file(
     _usable(loaded, robot, effects, weight)
     say(f"{len(grid.first)} x {len(grid.second)} postures")
     result = stiffness_map(
-        robot, effects, {e.name: loaded.values[e.name] for e in effects}, held, grid.q, np.array(wrench, dtype=float),
-        gravity=np.array(STANDARD_GRAVITY) * weight, tool_axes=frame == "tool", min_singular_value=min_singular_value,
-    )  # fmt: skip
+        robot,
+        effects,
+        {e.name: loaded.values[e.name] for e in effects},
+        tool=held,
+        q=grid.q,
+        wrench=np.array(wrench, dtype=float),
+        gravity=np.array(STANDARD_GRAVITY) * weight,
+        tool_axes=frame == "tool",
+        min_singular_value=min_singular_value,
+    )
     if not np.any(result.status == OK):
         raise CompensatorError(f"{model}: nothing to map: {_counted(result)}; give other --grid or --fixed angles")
-    report = summary(grid, result, left_out, _notes(loaded, robot, effects, weight, held.mass))
+    notes = _notes(loaded, robot, effects, weight=weight, tool_mass=held.mass)
+    report = map_report(result, grid.joints, left_out, notes)
     load = ", ".join(f"{v:g}" for v in wrench)
     title = f"{loaded.source}: {robot.name}, wrench {load} N, N·m in {frame} axes at the TCP\n{_others(grid)}"
-    _write(grid, result, report, title, png, csv, json, say)
+    with Outputs() as outputs:
+        if png:
+            say("drawing")
+            _draw(outputs, png, grid, result, title=title)
+        if csv:
+            outputs.text(csv, map_csv(result))
+        if json:
+            outputs.text(json, as_json(report))
+        outputs.commit()
     return Mapped(grid, result, report, tuple(f for f in (png, csv, json) if f))
 
 
-def _write(
-    grid: Grid,
-    result: StiffnessMap,
-    report: dict[str, Any],
-    title: str,
-    png: Path | None,
-    csv: Path | None,
-    json: Path | None,
-    say: Say,
-) -> None:
-    """The outputs that were asked for, all or none."""
-    with Outputs() as outputs:
-        if png:
-            from compensator.report.figures.stiffness_map import draw
+def _draw(outputs: Outputs, png: Path, grid: JointGrid, result: StiffnessMap, *, title: str) -> None:
+    from compensator.report.figures.stiffness_map import draw
 
-            say("drawing")
-            staged = outputs.folder(png) / png.name
-            draw(grid, result, title, staged)
-            outputs.add(staged, png)
-        if csv:
-            from compensator.report.figures.stiffness_map import table
-
-            outputs.text(csv, table(grid, result))
-        if json:
-            outputs.text(json, json_text.dumps(report, indent=2, allow_nan=False) + "\n")
-        outputs.commit()
+    staged = outputs.folder(png) / png.name
+    draw(grid, result, title, staged)
+    outputs.add(staged, png)
 
 
-def _others(grid: Grid) -> str:
+def _others(grid: JointGrid) -> str:
     return ", ".join(f"joint {k + 1} {a:g}" for k, a in enumerate(grid.fixed) if k not in grid.joints) + " deg"
 
 
@@ -152,11 +152,9 @@ def _usable(model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], w
 
 
 def _notes(
-    model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], weight: bool, tool_mass: float
+    model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], *, weight: bool, tool_mass: float
 ) -> list[str]:
-    notes = [f"{robot.name}: {text}" for text in robot.assumptions]
-    if model.provenance.get("kind") == "assumption":
-        notes.append(f"{model.source}: the stiffness values are an assumption: {model.provenance.get('source', '')}")
+    notes = [str(note) for note in assumptions(robot, model)]
     memory = [e.name for e in effects if e.memory]
     if memory:
         notes.append(f"{', '.join(memory)}: no path, no flank: joints stand mid-gap, with the mean of both sides")
@@ -173,33 +171,3 @@ def _counted(result: StiffnessMap) -> str:
     words = {LIMIT: "beyond a joint limit", SINGULAR: "singular", NO_EQUILIBRIUM: "without equilibrium"}
     counts = {words[s]: int(np.sum(result.status == s)) for s in words}
     return f"{len(result.q)} postures, " + ", ".join(f"{n} {word}" for word, n in counts.items() if n)
-
-
-def summary(grid: Grid, result: StiffnessMap, left_out: tuple[str, ...], notes: list[str]) -> dict[str, Any]:
-    """The report as JSON; where extremes lie, and what is blank."""
-    low, high, direction = result.softest
-    low_rigid, _, _ = result.softest_rigid
-
-    def at(values: Floats, key: str, largest: bool) -> dict[str, Any]:
-        k = int(np.nanargmax(values) if largest else np.nanargmin(values))
-        return {key: float(values[k]), "q_deg": np.degrees(result.q[k]).round(9).tolist()}
-
-    softest = at(low * 1e-6, "n_per_um", False)
-    k = int(np.nanargmin(low))
-    softest |= {"direction": direction[k].tolist(), "without_kc_n_per_um": float(low_rigid[k] * 1e-6)}
-    return {
-        "joints": [f"joint-{j + 1}" for j in grid.joints],
-        "n_postures": len(result.q),
-        "n_ok": int(np.sum(result.status == OK)),
-        "n_limit": int(np.sum(result.status == LIMIT)),
-        "n_singular": int(np.sum(result.status == SINGULAR)),
-        "n_no_equilibrium": int(np.sum(result.status == NO_EQUILIBRIUM)),
-        "stiffness_min": softest,
-        "stiffness_max": at(high * 1e-6, "n_per_um", True),
-        "deflection_max": at(result.deflection * 1e3, "mm", True),
-        "kc_shift_max": at(result.shift * 1e6, "um", True),
-        "nu_p_max": at(result.nu_p, "ratio", True),
-        "nu_r_max": at(result.nu_r * 1e6, "urad", True),
-        "not_applied": list(left_out),
-        "notes": notes,
-    }

@@ -60,7 +60,7 @@ def with_sites(addition: Addition, joints: int) -> Addition:
 def merged(
     old: Sequence[Addition], term: Term, columns: Sequence[Column], weight: Floats, joints: int
 ) -> list[Addition]:
-    """Additions with one term more, its numbers begun where the linear fit found them."""
+    """Additions with one term more, its numbers started where the linear fit found them."""
     begun = started(term, columns, weight, joints)
     extras = frozenset({term.site}) if term.extras else frozenset()
     before = next((a for a in old if a.effect is term.effect), None)

@@ -1,8 +1,8 @@
 """Attribution: where a residual sits and what it follows, without the catalogue.
 
 Every joint may turn, and every place may move, by any linear combination of the regressors of a reading. The fraction
-of the structure (chi-square above the noise) that a place explains that way on held-out set-ups is its share; what one
-column explains, wherever it acts, is the share of the column. In cross-validation a column of noise explains nothing.
+of the structure (chi-square above the noise) that a place explains that way in cross-validation is attributed to it; so
+is what one column explains, wherever it acts. In cross-validation a column of noise explains nothing.
 """
 
 from __future__ import annotations
@@ -25,22 +25,23 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
 RIDGES = (1e-3, 1e-2, 1e-1)  # prior precision of a weight over that of the data, all columns scaled alike
-SIX = 0.8  # factor on the share of a place: it has six coordinates, one of which moves as the joint beside it
-LEAST = 0.02  # a share below is not reported
+SIX = 0.8  # factor on the fraction of a place: it has six coordinates, one of which moves as the joint beside it
+LEAST = 0.02  # a smaller fraction is not reported
 SECOND = 0.1  # of what the best family leaves: so much more a second family has to explain to be named
 
 
 @dataclass(frozen=True)
-class Share:
-    """``what``: a place or ``column:NAME``; ``share`` of the structure; ``follows``: regressors that carry it."""
+class ResidualSource:
+    """``what``: a place or ``column:NAME``; ``fraction`` of the structure that it explains; ``follows``: the regressors
+    that carry it."""
 
     what: str
-    share: float
+    fraction: float
     follows: str = ""
 
 
-def attribution(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[Share]:
-    """Shares of places and of columns, largest first."""
+def residual_sources(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[ResidualSource]:
+    """Places where the residual of a fit sits and columns that it follows, the largest fraction first."""
     layouts = [regressors(s) for s in fit.sessions]
     common = [f for f in range(len(layouts[0].family)) if all(layouts[0].family == o.family for o in layouts)]
     if not common:  # sessions with different columns: those that they have in common can be compared
@@ -51,15 +52,15 @@ def attribution(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[Share]
     places = [f"joint-{j + 1}" for j in range(n)] + [place_name(k, n) for k in range(n + 1)]
     out = []
     for k, place in enumerate(places):
-        share, follows = _carried(structure, index[k], first)
-        share *= 1.0 if k < n else SIX
-        if share > LEAST:
-            out.append(Share(place, share, follows))
+        fraction, follows = _carried(structure, index[k], first)
+        fraction *= 1.0 if k < n else SIX
+        if fraction > LEAST:
+            out.append(ResidualSource(place, fraction, follows))
     for name in sorted({c for c in first.column if c}):
-        share = structure.share(np.concatenate([_of_column(index[k], first, name) for k in range(n)]))
-        if share > LEAST:
-            out.append(Share(f"column:{name}", share))
-    return sorted(out, key=lambda s: -s.share)
+        fraction = structure.explained(np.concatenate([_of_column(index[k], first, name) for k in range(n)]))
+        if fraction > LEAST:
+            out.append(ResidualSource(f"column:{name}", fraction))
+    return sorted(out, key=lambda s: -s.fraction)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -76,7 +77,7 @@ class _Structure:
         noise = np.array([f.count for f in equations.folds], dtype=float)
         return cls(equations, chi2, max(float((chi2 - noise).sum()), 1e-9))
 
-    def share(self, columns: Index) -> float:
+    def explained(self, columns: Index) -> float:
         """Fraction that some columns explain in held-out folds; 0 where it is not steady."""
         if not len(columns):
             return 0.0
@@ -99,21 +100,21 @@ def _ridge(fold: HeldOutFold, columns: Index, ridge: float) -> float:
 
 
 def _carried(structure: _Structure, index: Index, first: Regressors) -> tuple[float, str]:
-    """The share of a place, and what carries it: all regressors at once, one family, or the best two."""
+    """The fraction that a place explains, and what carries it: all regressors at once, one family, or the best two."""
     repeat = len(index) // len(first.family)
     families = {}
     for family in dict.fromkeys(first.family):
         mine = [i for i, f in zip(index, first.family * repeat, strict=True) if f == family and i >= 0]
         families[family] = np.array(mine, dtype=np.intp)
-    alone = {f: structure.share(at) for f, at in families.items()}
+    alone = {f: structure.explained(at) for f, at in families.items()}
     best = max(alone, key=lambda f: alone[f])
     if alone[best] <= LEAST:
         return 0.0, ""
     pairs = {
-        f: structure.share(np.concatenate([families[best], at])) for f, at in families.items() if f != best
+        f: structure.explained(np.concatenate([families[best], at])) for f, at in families.items() if f != best
     }
     second = max(pairs, key=lambda f: pairs[f])
-    whole = structure.share(index[index >= 0])
+    whole = structure.explained(index[index >= 0])
     if pairs[second] > alone[best] + SECOND * (1 - alone[best]):
         return max(pairs[second], whole), f"{best}; {second}"
     return max(alone[best], whole), best

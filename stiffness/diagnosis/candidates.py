@@ -1,8 +1,8 @@
-"""Candidates: every effect of the catalogue at every site where it can be, and where a search for its shape begins.
+"""Candidates: the terms that a search may add: every effect of the catalogue at each of its sites.
 
-Numbers that scale an effect have slopes at their neutral value; the others only shape it, and a slope at one of their
-values says nothing of the rest. They are tried: values that blend (an angle, a place along a link) stand side by side
-as columns, values that exclude each other (a flank's side, a knee) are alternatives.
+Numbers that scale an effect have derivatives at their neutral value. The others only shape it, and a derivative at one
+of their values tells nothing about the rest: they are tried. Values that blend (an angle, a place along a link) are
+columns side by side; values that exclude each other (a flank's side, a knee) make terms of their own.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Column:
-    """One slope: ``number`` in run ``run`` of the screen, with the shapes of ``trial``."""
+    """One column of the Jacobian: the derivative by ``number`` with the shapes of ``trial``, from run ``run``."""
 
     run: int
     number: Unknown
@@ -119,7 +119,7 @@ def _filled(p: Parameter, value: float, joints: int, torque: Floats) -> Floats:
 
 
 def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[list[Column], list[Term]]:
-    """Every column that a screen has to give, and the terms made of them."""
+    """Every column that sensitivities have to give, and the terms made of them."""
     columns: list[Column] = []
     terms: list[Term] = []
     for effect in effects:
@@ -160,7 +160,7 @@ def _one_sided(p: Parameter) -> bool:
 
 
 def started(term: Term, columns: Sequence[Column], weight: Floats, joints: int) -> dict[str, Floats]:
-    """Values to begin a fit with: columns weighted (K,) as the linear fit found them, neutral at all other sites."""
+    """Values that a fit starts with: columns weighted (K,) as the linear fit found them, neutral at all other sites."""
     values = term.effect.neutral(joints)
     picked = [columns[k] for k in term.columns]
     heaviest = max(range(len(picked)), key=lambda i: abs(weight[i]))

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alternatives
-from stiffness.diagnosis.attribution import Share
+from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.held_out import FEWEST, held_out, held_out_scores
-from stiffness.diagnosis.moved_parameters import changed_numbers
+from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.refined_model import refined_model
-from stiffness.diagnosis.result import Added, Candidate, Changed, Diagnosis, Verdict
+from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, Verdict
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
@@ -74,9 +74,9 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= FEWEST
     found = _searched(Search(fits, say), base) if enough else _Found(Judged(base, [], Structure(False, [])))
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
-    # beside structure that nobody understands, the model's own numbers bend: no shift of theirs is believed
+    # structure that no effect explains biases the model's own numbers: none of them is reported as moved
     known = enough and not structure.left
-    changed = changed_numbers(fits=fits, model=model, base=base, fit=fit, additions=additions) if known else []
+    changed = moved_parameters(fits=fits, model=model, base=base, fit=fit, additions=additions) if known else []
     verdict, more = _verdict(sessions=sessions, enough=enough, outcome=found.judged, changed=changed, base=base)
     say("scoring on readings that took no part")
     whole = replace(
@@ -92,10 +92,10 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         verdict=verdict,
         added=tuple(_added(a, allowed, last, found.alternatives) for a in additions),
         changed=tuple(changed),
-        lines=held_out_scores(model, base, refined, [s.used for s in last.sessions]),
+        scores=held_out_scores(model, base, refined, [s.used for s in last.sessions]),
         candidates=found.ranking,
-        points_at=tuple(structure.shares),
-        next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.shares)),
+        residual_sources=tuple(structure.sources),
+        next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
         notes=(*notes, *structure.notes, *more),
         model=refined_model(model, allowed, last, additions) if moved else model,
@@ -128,7 +128,7 @@ def _searched(search: Search, base: Fit) -> _Found:
 
 
 def _verdict(
-    sessions: Sequence[Session], enough: bool, outcome: Judged, changed: Sequence[Changed], base: Fit
+    sessions: Sequence[Session], enough: bool, outcome: Judged, changed: Sequence[MovedParameter], base: Fit
 ) -> tuple[Verdict, list[str]]:
     """The verdict, and what the report has to note on it."""
     if not enough:
@@ -155,13 +155,15 @@ def _mute(sessions: Sequence[Session], base: Fit) -> bool:
     return not any(told)
 
 
-def _next_setups(verdict: Verdict, fit: Fit, found: Sequence[Alternatives], shares: Sequence[Share]) -> list[NextSetup]:
+def _next_setups(
+    verdict: Verdict, fit: Fit, found: Sequence[Alternatives], sources: Sequence[ResidualSource]
+) -> list[NextSetup]:
     for own in found:
         for name, other in own.fits.items():
             return splitting(fit, other, f"tells {own.addition.effect.name} from {name}")
     session = fit.sessions[0].session
     if verdict == "unexplained":
-        top = next((s.what for s in shares if s.what.startswith("joint-")), None)
+        top = next((s.what for s in sources if s.what.startswith("joint-")), None)
         joint = int(top.removeprefix("joint-")) - 1 if top else None
         return spread(session, joint, f"covers the range of {top or 'all joints'}, where structure is left")
     if verdict == "insufficient-data":
@@ -169,7 +171,7 @@ def _next_setups(verdict: Verdict, fit: Fit, found: Sequence[Alternatives], shar
     return []
 
 
-def _added(a: Addition, allowed: Fit, last: Fit, found: Sequence[Alternatives]) -> Added:
+def _added(a: Addition, allowed: Fit, last: Fit, found: Sequence[Alternatives]) -> AddedEffect:
     values, sd = allowed.values()[a.effect.name], last.deviations()[a.effect.name]
     parameters = {}
     for p in a.effect.parameters:
@@ -181,7 +183,7 @@ def _added(a: Addition, allowed: Fit, last: Fit, found: Sequence[Alternatives]) 
         at = list(dict.fromkeys(k for s in a.sites if s.kind == p.site for k in every[p.of_site(s.index)]))
         parameters[p.name] = (values[p.name][at], sd[p.name][at], p.unit)
     own = next((r for r in found if r.addition.effect is a.effect), None)
-    return Added(
+    return AddedEffect(
         effect=a.effect.name,
         where=a.where,
         parameters=parameters,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.result import Line
+from stiffness.diagnosis.result import HeldOutScores
 from stiffness.identification import scores
 from stiffness.identification.evaluate import predicted_by
 from stiffness.identification.fit import Fit
@@ -38,7 +38,7 @@ def held_out(session: Session) -> Bools:
 
 def held_out_scores(
     model: ComplianceModel, base: Fit, refined: Fit | None, sound: Sequence[Bools]
-) -> dict[str, Line | None]:
+) -> dict[str, HeldOutScores | None]:
     """Scores of the model as it was, refitted, and refined, on set-ups that took no part.
 
     Args:
@@ -58,6 +58,6 @@ def held_out_scores(
     return {kind: _pooled(found) for kind, found in every.items()}
 
 
-def _pooled(found: Sequence[tuple[Score | None, ...]]) -> Line | None:
+def _pooled(found: Sequence[tuple[Score | None, ...]]) -> HeldOutScores | None:
     before, refitted, after = (scores.pooled(column) for column in zip(*found, strict=True))
-    return None if before is None or refitted is None or after is None else Line(before, refitted, after)
+    return None if before is None or refitted is None or after is None else HeldOutScores(before, refitted, after)

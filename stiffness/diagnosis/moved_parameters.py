@@ -1,4 +1,4 @@
-"""Changes: numbers of a model that have moved since it was made."""
+"""Moved parameters: numbers of a model that differ from those that a fit finds now."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
-from stiffness.diagnosis.result import Changed
+from stiffness.diagnosis.result import MovedParameter
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import part_of
 from stiffness.identification.fit import Fit
@@ -18,12 +18,12 @@ from stiffness.model.model import ComplianceModel
 
 Floats = npt.NDArray[np.float64]
 
-CHANCE = 1e-3  # that a number which did not move is said to have
+CHANCE = 1e-3  # false-positive rate: of a model none of whose numbers has moved
 
 
-def changed_numbers(
+def moved_parameters(
     fits: ModelFits, model: ComplianceModel, base: Fit, fit: Fit, additions: Sequence[Addition]
-) -> list[Changed]:
+) -> list[MovedParameter]:
     """Numbers that differ from the model beyond what it and the data leave open.
 
     A model that was made with an effect undeclared has its numbers bent by it: where something was added, a number has
@@ -35,14 +35,14 @@ def changed_numbers(
         return []
     first, last = _distance(base, model), _distance(fit, model)
     least = float(stats.norm.isf(CHANCE / 2 / max(len(first), 1)))
-    # an effect added at a joint, or at a link beside it, shares out what its spring was
+    # an effect added at a joint, or at a link beside it, takes over part of its spring
     beside = {part_of(w, fits.joints) for a in additions for w in a.where}
     out = []
     for key, z in first.items():
         still = last.get(key, 0.0)  # no longer determined: not moved either
         if abs(z) < least or (additions and (abs(still) < least or still * z < 0)):
             continue
-        found = _changed(key, fit, model, fits.joints)
+        found = _moved(key, fit, model, fits.joints)
         if not any(abs(part_of(w, fits.joints) - b) <= 1 for w in found.where for b in beside if b >= 0):
             out.append(found)
     return out
@@ -64,7 +64,7 @@ def _distance(fit: Fit, model: ComplianceModel) -> dict[tuple[str, str, int], fl
     return out
 
 
-def _changed(key: tuple[str, str, int], fit: Fit, model: ComplianceModel, joints: int) -> Changed:
+def _moved(key: tuple[str, str, int], fit: Fit, model: ComplianceModel, joints: int) -> MovedParameter:
     effect, name, index = key
     parameter = next(p for p in BY_NAME[effect].parameters if p.name == name)
     sites = BY_NAME[effect].sites(joints)
@@ -76,7 +76,7 @@ def _changed(key: tuple[str, str, int], fit: Fit, model: ComplianceModel, joints
         ),
         (),
     )
-    return Changed(
+    return MovedParameter(
         effect=effect,
         where=where,
         parameter=name,

@@ -1,4 +1,4 @@
-"""Diagnosis: what measured data say of a model: adequate, lacking an effect, moved, or more than anyone can tell."""
+"""Diagnosis: the outcome: a model is adequate, lacks an effect, has moved, or leaves structure that none explains."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.attribution import Share
+from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.identification.fit import Fit
 from stiffness.identification.scores import Score
 from stiffness.model.model import ComplianceModel
@@ -20,13 +20,14 @@ Verdict = Literal["unexplained", "explained", "parameters-changed", "insufficien
 
 
 @dataclass(frozen=True)
-class Added:
-    """An effect that the model lacked: ``where`` it is, and ``parameters`` name -> (values, sd, unit) of its sites.
+class AddedEffect:
+    """An effect that the model lacked.
 
-    ``sites``: the places one by one, in the order of the numbers.
-
-    ``explains``: share of what was above the noise that leaves with it; ``confused_with``: effects that these readings
-    do not tell from it.
+    Attributes:
+        where: its places. sites: the places one by one, in the order of the numbers.
+        parameters: name -> (values, standard deviations, unit) at its sites.
+        explains: fraction of the chi-square above the noise that it takes away.
+        confused_with: effects that these readings do not tell from it.
     """
 
     effect: str
@@ -38,8 +39,8 @@ class Added:
 
 
 @dataclass(frozen=True)
-class Changed:
-    """A number of the model that has moved since the model was made."""
+class MovedParameter:
+    """A number of the model that has moved since the model was made, with its standard deviation."""
 
     effect: str
     where: tuple[str, ...]
@@ -52,7 +53,7 @@ class Changed:
 
 @dataclass(frozen=True)
 class Candidate:
-    """How well the model with one effect more predicts set-ups left out: RMS per axis, m, weighted by the noise."""
+    """The cross-validated residual of the model with one effect more: RMS per axis, m, weighted by the noise."""
 
     effect: str
     where: tuple[str, ...]
@@ -61,11 +62,9 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Line:
-    """Before and after on readings that took no part, for one kind of evidence; scores in m.
-
-    ``refitted``: the model's own parameters fitted anew, nothing added: what is between it and the noise is structure.
-    """
+class HeldOutScores:
+    """Residuals on held-out set-ups, of displacements or of absolute positions: of the model as it was, with its own
+    parameters ``refitted`` (what it leaves above the noise is structure), and refined."""
 
     before: Score
     refitted: Score
@@ -77,9 +76,9 @@ class Diagnosis:
     """The outcome.
 
     Attributes:
-        lines: ``displacement`` and ``absolute``, None where a session has no such evidence.
+        scores: on held-out set-ups, of ``displacement`` and ``absolute``, None where a session cannot tell.
         candidates: every effect that could be tried, best first.
-        points_at: where what is left sits, largest first; before anything was added where nothing is left.
+        residual_sources: where what is left sits, largest first; before anything was added where nothing is left.
         outliers: (session, line of samples.csv).
         notes: in words, for the report.
         model: refined.
@@ -89,11 +88,11 @@ class Diagnosis:
     """
 
     verdict: Verdict
-    added: tuple[Added, ...]
-    changed: tuple[Changed, ...]
-    lines: Mapping[str, Line | None]
+    added: tuple[AddedEffect, ...]
+    changed: tuple[MovedParameter, ...]
+    scores: Mapping[str, HeldOutScores | None]
     candidates: tuple[Candidate, ...]
-    points_at: tuple[Share, ...]
+    residual_sources: tuple[ResidualSource, ...]
     next_setups: tuple[NextSetup, ...]
     outliers: tuple[tuple[str, int], ...]
     notes: tuple[str, ...]

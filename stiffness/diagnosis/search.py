@@ -33,7 +33,7 @@ Say = Callable[[str], None]
 FOLDS = 10
 ROUNDS = 4  # of linearisation and fit
 WARMED = 0.1  # K; a smaller range of temperature tells nothing
-SETTLED = 1.1  # residual over noise below which a fit need not be begun elsewhere
+SETTLED = 1.1  # residual over noise below which a fit is not started anew from elsewhere
 NOT_THERE = 1e-3  # chance above which a site of a fitted effect counts as empty
 
 
@@ -48,7 +48,7 @@ class Linearised:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Search:
-    """The search of one diagnosis: ``fits`` of the model at hand; ``say`` tells of progress."""
+    """The search of one diagnosis: ``fits`` of the model at hand; ``say`` reports progress."""
 
     fits: ModelFits
     say: Say
@@ -85,7 +85,7 @@ class Search:
     def adopted(
         self, linear: Linearised, chosen: Selection, additions: Sequence[Addition]
     ) -> tuple[list[Addition], Fit]:
-        """Chosen terms as additions, fitted; where much is left, started from every shape on trial."""
+        """Chosen terms as additions, fitted; where much is left, the fit is started from every shape on trial."""
         weights = {u.key: chosen.weights(u) for u in chosen.terms}
         begun = self._merged(linear, chosen.terms, weights, additions)
         fit = self.fits.fit(begun, linear.fit)
@@ -139,7 +139,7 @@ class Search:
             additions = at_values_of(fit, additions)
 
     def _chance(self, fit: Fit, addition: Addition, site: Site) -> float:
-        """That noise alone makes what the fit finds at a site."""
+        """Probability that noise alone gives what the fit finds at a site (Wald test)."""
         mine = set(replace(addition, sites=(site,)).numbers(self.fits.joints))
         at = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is not None]
         neutral = np.array([fit.unknowns.free[k].parameter.neutral for k in at], dtype=float)
@@ -158,7 +158,7 @@ class Search:
         return float(stats.chi2.sf(score, len(at)))
 
     def linearised(self, fit: Fit, additions: Sequence[Addition]) -> Linearised:
-        """What every term would add to a fit."""
+        """The model linearised at a fit, with the columns of all terms that may be added."""
         torque = np.zeros(self.fits.joints)
         for s in fit.sessions:
             torque = np.maximum(torque, np.abs(s.predicted.torque).max(axis=0))
@@ -255,7 +255,7 @@ def _remaining(term: Term, columns: Sequence[Column], additions: Sequence[Additi
 
 
 def _weak(fit: Fit) -> Floats:
-    """Precision that keeps what the data do not determine near the fit: a thousandth of what the fit knows of it."""
+    """(V,) prior precision that keeps what the data do not determine near the fit: 1000 of its standard deviations."""
     return np.asarray(1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300))
 
 
@@ -274,7 +274,7 @@ def fold_of(session: Session, row: int) -> int:
 
 
 def _can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
-    """Whether anything in the sessions could tell of an effect."""
+    """Whether the sessions have what an effect shows in: enough set-ups, a wrench, a time, a range of temperature."""
     setups = sum(len(np.unique(s.samples.setup)) for s in sessions)
     if effect.is_base or any(p.each > setups for p in effect.parameters):
         return False

@@ -111,11 +111,11 @@ class Sensitivities:
         return np.asarray(fit.predicted.back @ out)
 
     def _by_coordinate(self, x: Floats, rows: Index, places: Floats) -> Floats:
-        samples, sight, k = self.data.samples, self._model.sight, int(self.data.link[rows[0]])
-        frames = sight.frames(samples.q[rows], x[rows])
+        samples, motion, k = self.data.samples, self._model.motion, int(self.data.link[rows[0]])
+        frames = motion.frames(samples.q[rows], x[rows])
         at = places[samples.reflector[rows]]
         point = frames.origin[:, k] + np.einsum("nij,nj->ni", frames.rotation[:, k], at)
-        return sight.slopes(frames, k, point)
+        return motion.slopes(frames, k, point)
 
     def _coordinates(self, fit: SessionFit) -> Floats:
         """(N, n_x) elastic coordinates of a fit, in the order of all effects."""

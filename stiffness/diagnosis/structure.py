@@ -10,7 +10,7 @@ from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.alternatives import Alternatives
-from stiffness.diagnosis.attribution import Share, attribution
+from stiffness.diagnosis.attribution import ResidualSource, residual_sources
 from stiffness.diagnosis.coherence import coherent
 from stiffness.diagnosis.search import Search
 from stiffness.effects.effect import part_of
@@ -29,7 +29,7 @@ class Structure:
     """What a fit leaves: whether structure is ``left``, where it sits, and ``notes`` for the report."""
 
     left: bool
-    shares: list[Share]
+    sources: list[ResidualSource]
     notes: tuple[str, ...] = ()
 
 
@@ -70,8 +70,8 @@ def judged(search: Search, base: Fit, fit: Fit, additions: list[Addition]) -> Ju
         fit = search.fits.fit(kept, now.fit)
         now = Judged(fit, at_values_of(fit, kept), _structure(search, base, fit))
         notes = (*notes, note, *now.structure.notes)
-    shares = now.structure.shares if now.structure.left else _shares(search, base)
-    return replace(now, structure=Structure(now.structure.left, shares, notes))
+    sources = now.structure.sources if now.structure.left else _sources(search, base)
+    return replace(now, structure=Structure(now.structure.left, sources, notes))
 
 
 def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
@@ -83,18 +83,18 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
     if fit is not base and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
         note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
         return Structure(False, [], (note,))
-    shares = _shares(search, fit)
-    if shares or (fit is not base and above > PARTLY * first) or any(coherent(s) for s in fit.sessions):
-        return Structure(True, shares)
+    sources = _sources(search, fit)
+    if sources or (fit is not base and above > PARTLY * first) or any(coherent(s) for s in fit.sessions):
+        return Structure(True, sources)
     note = (
         f"the residual is {misfit:.2f} times the noise, but readings of one state do not agree on it and it "
         "follows nothing that was looked at: the instruments scatter more than their data sheet says"
     )
-    return Structure(False, shares, (note,))
+    return Structure(False, sources, (note,))
 
 
-def _shares(search: Search, fit: Fit) -> list[Share]:
-    return [] if _like_noise(fit) else attribution(fit, search.sensitivities)
+def _sources(search: Search, fit: Fit) -> list[ResidualSource]:
+    return [] if _like_noise(fit) else residual_sources(fit, search.sensitivities)
 
 
 def _like_noise(fit: Fit) -> bool:
@@ -105,13 +105,13 @@ def _like_noise(fit: Fit) -> bool:
 def _doubtful(search: Search, base: Fit, now: Judged) -> Addition | None:
     """The first addition that only took the nearest name beside structure that is left."""
     joints = search.fits.joints
-    places = [s.what for s in now.structure.shares if not s.what.startswith("column:")]
+    places = [s.what for s in now.structure.sources if not s.what.startswith("column:")]
     for a in now.additions:
         without = search.fits.fit([b for b in now.additions if b is not a], now.fit)
-        share = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)
+        explained = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)
         beside = {part_of(w, joints) for w in a.where}
         there = not places or part_of(places[0], joints) in beside
-        if share < PARTLY or (share < 1 - PARTLY and there):
+        if explained < PARTLY or (explained < 1 - PARTLY and there):
             return a
     return None
 

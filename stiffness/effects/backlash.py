@@ -74,7 +74,13 @@ EFFECT = Effect(
         ),
     ),
     joint=_law,
-    memory=Memory("rad", _rule, lambda p: p["gap_rad"] / 2, lambda p: p["side"]),
+    memory=Memory(
+        unit="rad",
+        rule=_rule,
+        bounds=lambda p: p["gap_rad"] / 2,
+        gain=lambda p: p["side"],
+        meaning="where the joint stands in its gap, from its lowest to its highest angle",
+    ),
     needs_torque_sign=True,
     fitted_where="approach",
 )

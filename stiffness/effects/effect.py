@@ -174,12 +174,14 @@ class Memory:
         gain: parameters -> (n,): change of deflection per commanded move while the state moves
             freely. Not zero for a state that is itself a deflection: a correction then acts back
             on it, and the walk along a corrected path has to solve for both.
+        meaning: what the state is, for whoever looks at its curve in a report.
     """
 
     unit: str
     rule: Callable[[Floats, Floats, Numbers], Clamp]
     bounds: Callable[[Numbers], Floats]
     gain: Callable[[Numbers], Floats]
+    meaning: str = ""
 
 
 def _nothing_wrong(values: Numbers) -> str:

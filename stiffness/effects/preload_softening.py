@@ -56,7 +56,13 @@ EFFECT = Effect(
         ),
     ),
     joint=_law,
-    memory=Memory("1", _rule, lambda p: 1 + 0 * p["ratio"], lambda p: 0 * p["ratio"]),
+    memory=Memory(
+        unit="1",
+        rule=_rule,
+        bounds=lambda p: 1 + 0 * p["ratio"],
+        gain=lambda p: 0 * p["ratio"],
+        meaning="the direction of the last rotation, up is positive",
+    ),
     needs_torque_sign=True,
     fitted_where="approach",
 )

@@ -21,7 +21,7 @@ from stiffness.numerics.least_squares import Solution
 Floats = npt.NDArray[np.float64]
 
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
-LOADED = 30.0  # typical sizes of compliance that a reading has to tell before it is said to load a joint
+LOADED = 30.0  # typical sizes of compliance: a joint whose data have a larger standard deviation is not loaded
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -154,7 +154,7 @@ class Fit:
         return [(s.session.source, int(line)) for s in self.sessions for line in s.samples.line[~s.used]]
 
     def model(self, robot: str, provenance: Mapping[str, object]) -> ComplianceModel:
-        """The fit as a model of ``robot`` (name or path as the model file shall say)."""
+        """The fit as a model of ``robot`` (name or path, as it shall stand in the model file)."""
         first = self.sessions[0].session
         known = self.determined()
         identified = {}

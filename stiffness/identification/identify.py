@@ -1,7 +1,7 @@
 """Global identification: all readings of all sessions at once, on the statics that prediction uses.
 
 The robot's parameters are shared, tracker poses and roughly known reflectors are each session's own. Wrong rows are
-found and left out; what the data do not determine is said and not invented.
+found and left out; what the data do not determine is reported as such.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
 
-CHANCE = 1e-3  # chance that an effect is taken up which is not there
+CHANCE = 1e-3  # false-positive rate of backlash and preload softening together
 OFFSET = 0.02  # m; kinematics that are not fitted are not better known than this
 
 
@@ -38,8 +38,8 @@ def identify(
     """Fit a model to sessions of one robot.
 
     Args:
-        effects: names that fix the set; None: joint stiffness, kinematic offsets where positions say
-            something of them, and backlash or preload softening where the data ask for it.
+        effects: names that fix the set; None: joint stiffness, kinematic offsets where absolute positions tell
+            of them, and backlash or preload softening where the data ask for it.
         prior: values to start from; its standard deviations are prior knowledge.
 
     Raises:

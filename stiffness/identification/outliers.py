@@ -16,7 +16,7 @@ from stiffness.identification.session_fit import SessionFit
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
-FALSE_ALARM = 1e-4  # chance that a clean session loses a row
+FALSE_ALARM = 1e-4  # false-positive rate: of a clean session that loses a row
 ROUNDS = 8
 MOST_RECONSIDERED = 60  # rows left out that are looked at again one by one
 WRONG_SETUPS = 0.02  # of all set-ups that may be wrong as a whole
@@ -45,7 +45,7 @@ def reconsidered(fit: Fit) -> Fit:
 
 
 def with_whole_setups(fit: Fit) -> tuple[Bools, ...]:
-    """Per session (N,) rows in use, with those back that are most of their set-up: that is structure, no wrong row."""
+    """Per session (N,) rows in use, with those back that are most of their set-up: structure, and no wrong rows."""
     return tuple(_with_whole_setups(s) for s in fit.sessions)
 
 

@@ -163,7 +163,7 @@ class ReadingModel:
         return self.statics.n_x * (3 if self.calibrated_out else 1)
 
     @cached_property
-    def sight(self) -> PointMotion:
+    def motion(self) -> PointMotion:
         """Its kinematics."""
         return PointMotion(self.statics)
 
@@ -223,10 +223,10 @@ class ReadingModel:
 
     def _position(self, q: Floats, x: Floats, link: int, reflector: Floats) -> tuple[Floats, Floats, Floats]:
         """Position (N, 3), its slopes (N, 3, n_x), and the rotation (N, 3, 3) of the link."""
-        frames = self.sight.frames(q, x)
+        frames = self.motion.frames(q, x)
         rotation = frames.rotation[:, link]
         position = frames.origin[:, link] + np.einsum("nij,nj->ni", rotation, reflector)
-        return position, self.sight.slopes(frames, link, position), rotation
+        return position, self.motion.slopes(frames, link, position), rotation
 
     def _built(self, kind: LoadKind) -> Kernel:
         n, s = self.robot.n, self.statics

@@ -1,4 +1,4 @@
-"""The geometry of the local method: where links, axes and reflectors are, and what a load does to the joints."""
+"""Geometry of the local method: links, axes and reflectors of the rigid arm, and joint torques of a load."""
 
 from __future__ import annotations
 

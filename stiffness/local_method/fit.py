@@ -111,7 +111,7 @@ class LocalFit:
         return ~np.isnan(self.stiffness)
 
     def model(self, robot: str, provenance: Mapping[str, object] | None = None) -> ComplianceModel:
-        """As a model of ``robot`` (name or path as the model file shall say).
+        """As a model of ``robot`` (name or path, as it shall stand in the model file).
 
         A joint that is not identified is written as rigid, 1e12 N*m/rad with sd 0, and identified = false.
 

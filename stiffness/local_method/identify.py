@@ -38,7 +38,7 @@ WORTH_A_WORD = 1e-3  # share of a reading below which a joint that was taken off
 def identify_local(*sessions: Session) -> LocalFit:
     """Stiffness joint by joint, 1 to n, each with the motion of the joints before it taken off.
 
-    A joint without a complete set-up is not identified, nor is one that needs it: the record says why. Two more
+    A joint without a complete set-up is not identified, nor is one that needs it: the record has the reason. Two more
     rounds take off the little that later joints and the sag under gravity do: half a percent on a heavy arm.
 
     Raises:
@@ -159,7 +159,7 @@ def _record(
 
 
 def _noisy(e: Estimate, covariance: Floats) -> str:
-    """Why an estimate says nothing, in words; empty when it does."""
+    """Why an estimate is not usable, in words; empty when it is."""
     sd = float(np.sqrt(e.variance(covariance)))
     if abs(e.stiffness) < NOISE * sd:
         return (

@@ -144,8 +144,8 @@ def reading(setup: LocalSetup, state: StateReadings, weight: dict[str, Floats]) 
 
 
 def angles(setup: LocalSetup, stiffness: Floats) -> tuple[list[Angle], str]:
-    """What the loaded states of a set-up say, with the joints of ``stiffness`` (n,), NaN: not known, taken off;
-    or, in words, why they do not.
+    """The turns of a joint under the loaded states of a set-up, with those of the joints of ``stiffness`` (n,) N*m/rad,
+    NaN: not known, taken off; or, in words, why there are none.
 
     Raises:
         SessionError: the load or the points have nothing to do with the joint that the set-up is for.

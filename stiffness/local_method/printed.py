@@ -1,4 +1,4 @@
-"""What the paper's equations give as they are printed, beside the right ones. Never used for a model.
+"""Printed: the paper's equations as they are printed, for comparison with the right ones. Never used for a model.
 
 Berntsen, Bertheussen, Tyapin, Combined Stiffness Identification of 6-DoF Industrial Robot. Where the print departs:
 Eq. 2, 3 and 22 take the norm of a displacement (any noise adds to it), Eq. 4 and 24 print tau = J W, Eq. 22 and 23

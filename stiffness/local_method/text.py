@@ -1,4 +1,4 @@
-"""A fit of the local method in words, for terminals and protocols."""
+"""Text: a local fit in words, for terminals and protocols."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Generalised least squares with a prior, and what it says about the data.
+"""Generalised least squares with a Gaussian prior and bounds, and the statistics of the fit.
 
 Residuals come in blocks; inside a block they are correlated (a wrench reading is shared by all reflectors, an unknown
 offset by all states), between blocks they are not. Every block is whitened by the Cholesky factor of its covariance.
@@ -20,13 +20,13 @@ State = TypeVar("State")
 
 STEPS = 40
 STACKED = 256  # blocks per product
-NOTHING = 1e-5  # a gain in cost that no data can tell, relative
+NOTHING = 1e-5  # relative gain in cost that ends the iteration
 SETTLED = 1e-3  # standard deviations: a smaller step ends the iteration
 
 
 @dataclass(frozen=True, repr=False)
 class Whitened:
-    """One block: whitened ``residual`` (k,), ``jacobian`` (k, P), and the factor to look back with."""
+    """One block: whitened ``residual`` (k,) and ``jacobian`` (k, P), and the Cholesky ``factor`` of its covariance."""
 
     rows: Index
     residual: Floats

@@ -1,4 +1,4 @@
-"""The information of set-ups that could be measured: what they would say of a model's parameters.
+"""Design: the information that set-ups which could be measured would give on a model's parameters.
 
 A candidate is a set-up as a lab makes it: a posture, its unloaded state, then a pull and a push along one line, read at
 one reflector. Its information is worked out from the readings' derivatives by the parameters and from the noise, as
@@ -30,7 +30,7 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
 PLANNED = ("load", "approach")  # springs of the joints, and what joints remember of their approach
-OFFSET = 0.02  # m; as in identification: absolute positions say nothing here
+OFFSET = 0.02  # m, as in identification: absolute positions are not used
 FAR = 1.0  # rad: the last move before a set-up is longer than any gap
 FARTHEST = 0.1  # rad: no lab bends an arm so far
 ROUNDS = 3  # of equilibrium and flanks

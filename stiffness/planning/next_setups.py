@@ -1,4 +1,4 @@
-"""Next set-ups: what to measure so that explanations that look alike come apart."""
+"""Next set-ups: what to measure so that two explanations predict different readings."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ DETERMINED = 0.5  # as in identification
 EXCHANGES = 4
 ENOUGH = 1e-6  # gain in log det or log variance that is worth an exchange
 SHORTLIST = 4000  # candidates that an exchange chooses from
-BESIDES = 1e-4  # weight of a parameter that the toolpath hardly asks for: a joint that nobody measured stops a path
+BESIDES = 1e-4  # weight of a parameter that hardly matters to the toolpath: it still has to be determined
 
 
 @dataclass(frozen=True, repr=False)
@@ -112,7 +112,7 @@ def choose(
 
 @dataclass(frozen=True, repr=False, eq=False)
 class _Criterion:
-    """What a choice of set-ups is worth beside the information ``before`` (P, P): its log determinant, or with
+    """The criterion of a choice of set-ups, with the information ``before`` (P, P): its log determinant, or with
     ``weight`` (P, P) less the logarithm of the weighted variance."""
 
     pool: SetupPool

@@ -1,4 +1,4 @@
-"""What must agree between the readings of a session, and between the session and its robot."""
+"""Checks: what must agree between the readings of a session, and between the session and its robot."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def check_fit(
     registered after the best placement of every tracker station.
 
     Raises:
-        SessionError: says which change of unit or frame would make it fit.
+        SessionError: names the change of unit or frame with which it would fit.
     """
     allowed = _FAR[0] if all(r.exact for r in reflectors) else _FAR[1]
     rows = np.unique(np.linspace(0, len(samples) - 1, min(len(samples), _MANY)).astype(int))

@@ -260,7 +260,7 @@ def purposes(label: str, file: SessionFile, known: tuple[Reflector, ...], joints
 
 
 def instruments(label: str, file: SessionFile, forces: bool) -> Instruments:
-    """The noise in SI; with forces in the samples their noise has to be said."""
+    """The noise in SI; with forces in the samples their noise must be given."""
     given = file.instruments
     missing = [key for key, value in (("force", given.force), ("torque", given.torque)) if value is None]
     if forces and missing:

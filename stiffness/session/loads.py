@@ -1,4 +1,4 @@
-"""What pulls at every reading: the wrench columns, their axes, their point and their link."""
+"""Loads: the wrench of every reading, its axes, the point it is taken about, and the link it acts on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Noise: what repeated readings say of it, beside the data sheet."""
+"""Repeats: the noise as repeated readings show it, compared with the data sheet."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ APART = 1e-3  # chance below which repeats and data sheet disagree
 
 @dataclass(frozen=True)
 class Repeats:
-    """Scatter of repeated readings over what the data sheet says.
+    """Scatter of repeated readings over that of the data sheet.
 
     Attributes:
         ratio: of standard deviations; 1 where there are no repeats.

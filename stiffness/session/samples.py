@@ -163,7 +163,7 @@ def _angles(table: CsvTable, names: Sequence[str], header: SessionHeader) -> Flo
 
 
 def _approach(table: CsvTable, signs: Sequence[str], sizes: Sequence[str], radian: float) -> tuple[Ints, Floats]:
-    """Sign and size of the last move; a size without a sign says the sign too."""
+    """Sign and size of the last move; where the size alone is given, the sign is its own."""
     shape = (len(table.line), len(signs))
     step = table.numbers(sizes) * radian if table.has(sizes) else np.full(shape, np.nan)
     if not table.has(signs):

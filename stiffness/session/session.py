@@ -50,16 +50,16 @@ class Session:
         source: session.toml, as the user named it.
         samples_file: samples.csv, the same.
         sha256: of both files, by ``session`` and ``samples``.
-        robot: the arm; ``robot_name`` as the file says.
-        base, tip: as the file says; None: the robot's own.
+        robot: the arm; ``robot_name`` as in the file.
+        base, tip: as in the file; None: the robot's own.
         gravity: ``uncompensated`` or ``calibrated-out``.
         registered: positions are in the base; else in the tracker's frame, one per block.
-        reference_temperature: deg C; None: not said.
+        reference_temperature: deg C; None: not given.
         tool: without [tool] the bare flange, of unknown mass.
         wrench_frame, wrench_about: as in [wrench]; None where the samples have no wrench.
         reflectors: in the order of the file.
         instruments: noise.
-        purposes: set-up -> what it is for, where the file says.
+        purposes: set-up -> what it is for, where the file has it.
         samples: the readings.
         not_numeric: columns that are no regressors because cells of theirs are no finite numbers.
     """
@@ -118,7 +118,7 @@ class Session:
 
     @cached_property
     def pairs(self) -> Pairs:
-        """The displacement evidence."""
+        """The displacements: pairs of readings."""
         return pairs_of(self.samples)
 
     @property
@@ -128,7 +128,7 @@ class Session:
 
     @cached_property
     def has_absolute(self) -> bool:
-        """Whether positions say more than the tracker poses and reflectors that they have to place."""
+        """Whether there are more positions than it takes to place the trackers and reflectors that are not known."""
         stations = 0 if self.registered else 6 * len(np.unique(self.samples.block))
         seen = [self.reflectors[k] for k in np.unique(self.samples.reflector)]
         single = sum(not r.exact and r.group is None for r in seen)

@@ -71,7 +71,7 @@ class CsvTable:
         return values if np.isfinite(values).all() else None
 
     def refuse(self, bad: Bools, names: Sequence[str], why: str) -> None:
-        """Refuse the first bad cell of bad (N, len(names)) or (N,); ``why`` says what to do."""
+        """Refuse the first bad cell of bad (N, len(names)) or (N,); ``why``: what to do."""
         rows, columns = np.nonzero(bad.reshape(len(self.line), -1))
         if len(rows):
             more = len(np.unique(rows)) - 1

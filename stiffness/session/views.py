@@ -44,7 +44,7 @@ class LoadStates:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Pairs:
-    """Displacement evidence: every reading of a loaded state beside one reading of state 0.
+    """Displacements: every reading of a loaded state with one reading of state 0.
 
     Both are of the same set-up, reflector and block. Repeats are matched, not averaged, so that a wrong row
     is one wrong pair: repeat r goes with repeat r of state 0; where state 0 has no such repeat, its repeats
@@ -54,7 +54,7 @@ class Pairs:
         row, reference: (P,) indices of the two readings.
         displacement: (P, 3) m, position minus reference, in the axes of the positions.
         sd: (P, 3) m.
-        alone: indices of loaded readings without a reference (a beam was broken): absolute evidence only.
+        alone: indices of loaded readings without a reference (a beam was broken): absolute positions only.
     """
 
     row: Ints
@@ -92,7 +92,7 @@ def load_states(s: Samples) -> LoadStates:
 
 
 def pairs_of(s: Samples) -> Pairs:
-    """The displacement evidence of readings."""
+    """The displacements that readings make."""
     keys = list(zip(s.setup.tolist(), s.reflector.tolist(), s.block.tolist(), strict=True))
     state, repeat = s.state.tolist(), s.repeat.tolist()
     references: dict[tuple[int, int, int], dict[int, int]] = {}

@@ -21,7 +21,7 @@ from stiffness.diagnosis.result import Diagnosis
 from stiffness.identification.identify import identify
 from stiffness.model.model import ComplianceModel, load_model, save_model
 from stiffness.session.session import load_session
-from tests.compensator.jobs import MM, STILL, Table, write_poses
+from tests.compensator.plant_bench import MM, STILL, Table, write_poses
 from tests.plant import Memory, Walk, WornPlant
 from tests.plant.cell_design import CELLS, design, form
 from tests.plant.cells import SCENARIOS, SESSIONS, SETUPS, Case, write

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.compensator.jobs import MM, Bench, Table
+from tests.compensator.plant_bench import MM, Bench, Table
 from tests.plant import Memory, Walk
 from tests.plant.geometry import Array
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.compensator.jobs import Bench
+from tests.compensator.plant_bench import Bench
 from tests.plant import Walk
 from tests.plant.geometry import Array
 

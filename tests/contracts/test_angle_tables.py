@@ -23,7 +23,7 @@ from stiffness.poses import PoseArray
 from stiffness.session.session import load_session
 from stiffness.statics.predictor import Predictor
 from stiffness.statics.tool import Tool
-from tests.compensator.small_jobs import ABB, files
+from tests.compensator.small_job import ABB, files
 from tests.contracts.effect_laws import N, sample
 from tests.contracts.test_effects_files import model_of
 from tests.oracles.effects import ORACLES

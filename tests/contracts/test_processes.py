@@ -17,8 +17,8 @@ from compensator.errors import CellError
 from compensator.path.added_poses import with_poses_before_corners, with_poses_between
 from compensator.process.catalogue import PROCESSES
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion, WrenchAxes
-from tests.compensator.paths import DOWN, toolpath
-from tests.compensator.small_jobs import files
+from tests.compensator.handmade_toolpaths import DOWN, toolpath
+from tests.compensator.small_job import files
 from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath

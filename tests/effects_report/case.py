@@ -93,7 +93,7 @@ def run(task: Task) -> Row:
         max((t.change for t in truths), default=0.0) / floor, max((t.left for t in truths), default=0.0) / floor,
         said.verdict, tuple(Named(a.effect, a.where, a.confused_with) for a in said.added),
         tuple(f"{c.effect} {c.parameter} {' '.join(c.where)}" for c in said.changed),
-        tuple((p.what, p.share, p.follows) for p in said.points_at),
+        tuple((p.what, p.fraction, p.follows) for p in said.residual_sources),
         before[0], after[0], after[1], best, worst, compared, said.notes, seconds,
     )  # fmt: skip
 

@@ -25,7 +25,7 @@ def script(*lines: str, before: str = "") -> str:
     return f"{before}def part():\n" + "".join(f"  {line}\n" for line in lines) + "end\npart()\n"
 
 
-# tool and work object are those of tests/compensator/small_jobs.py
+# tool and work object are those of tests/compensator/small_job.py
 HALF = "0.976296007119933,0,0.216439613938103,0"  # 25 deg about y
 TURN = "0.984807753012208,0,0,0.173648177666930"  # 20 deg about z
 TOOL = f"[TRUE,[[30,-20,240],[{HALF}]],[30,[10,0,110],[1,0,0,0],0,0,0]]"

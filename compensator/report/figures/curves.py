@@ -1,21 +1,29 @@
-"""Curves along the path: deflection, joint angles against their limits, flanks.
-
-No text that comes from a file goes into a figure: plotly.js reads markup in labels.
-"""
+"""Curves along the path: deflection, joint angles against their limits, flanks."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from compensator.report.figures.thinning import FONT, Figure, Floats, Index, numbers, path_length, thin
+from compensator.report.figures.layout import AFTER, BEFORE, FONT, GRID, ORANGE, ZERO_LINE, Figure, hover, label, number
+from compensator.report.figures.thinning import Floats, Index, numbers, path_length, thin
 from compensator.solve.compensation import Compensation
 
-# colours after Okabe and Ito: told apart by colour-blind readers
+# colours after Okabe and Ito: colour-blind readers can distinguish them
 JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")
-BEFORE, AFTER = "#d55e00", "#0072b2"
-GRID = "#e3e6e9"
+UNKNOWN = "#777777"
 LANE = 0.36  # half the height of a joint's lane, of 1 between two joints
-Panel = tuple[str, list[Figure]]
+_Panel = tuple[str, list[Figure]]
+
+
+@dataclass(frozen=True)
+class Pen:
+    """How a curve is drawn: its name, its colour, and the unit of its values."""
+
+    name: str
+    colour: str
+    unit: str = "mm"
 
 
 def along_figure(c: Compensation, before: Floats, after: Floats | None) -> Figure:
@@ -26,16 +34,16 @@ def along_figure(c: Compensation, before: Floats, after: Floats | None) -> Figur
     """
     cut, every = np.flatnonzero(c.cutting), np.arange(len(c))
     if after is None:
-        distance = _curve(c, cut, before, "distance", BEFORE)
+        distance = _curve(c, cut, before, Pen("distance", BEFORE))
         return _stacked(
             [("distance, mm", [distance]), ("deflection, mm", _three(c, cut, c.error_before, "d{}"))]
         )
-    both = [_curve(c, cut, before, "before", BEFORE), _curve(c, cut, after, "after", AFTER)]
+    both = [_curve(c, cut, before, Pen("before", BEFORE)), _curve(c, cut, after, Pen("after", AFTER))]
     unit, per_mm = ("µm", 1e3) if after[cut].max() >= 1e-5 else ("nm", 1e6)
     return _stacked(
         [
             ("distance, mm", both),
-            (f"after, {unit}", [_curve(c, cut, after * per_mm, "after", AFTER, unit)]),
+            (f"after, {unit}", [_curve(c, cut, after * per_mm, Pen("after", AFTER, unit))]),
             ("deflection before, mm", _three(c, cut, c.error_before, "d{} before")),
             ("correction, mm", _three(c, every, c.correction, "correction {}")),
         ]
@@ -45,11 +53,11 @@ def along_figure(c: Compensation, before: Floats, after: Floats | None) -> Figur
 def _three(c: Compensation, rows: Index, vectors: Floats, name: str) -> list[Figure]:
     """x, y and z of vectors (N, 3) in m."""
     return [
-        _curve(c, rows, vectors[:, i] * 1e3, name.format(a), JOINT_COLOURS[i]) for i, a in enumerate("xyz")
+        _curve(c, rows, vectors[:, i] * 1e3, Pen(name.format(a), JOINT_COLOURS[i])) for i, a in enumerate("xyz")
     ]
 
 
-def _curve(c: Compensation, rows: Index, value: Floats, name: str, colour: str, unit: str = "mm") -> Figure:
+def _curve(c: Compensation, rows: Index, value: Floats, pen: Pen) -> Figure:
     """One thinned line over the path length, broken where ``rows`` leaves poses out."""
     kept = rows[thin(value[rows][:, None])]
     run = np.cumsum(np.diff(rows, prepend=rows[:1]) > 1)[np.searchsorted(rows, kept)]
@@ -58,21 +66,21 @@ def _curve(c: Compensation, rows: Index, value: Floats, name: str, colour: str, 
     return {
         "type": "scatter",
         "mode": "lines+markers" if alone.any() else "lines",
-        "name": name,
+        "name": pen.name,
         "x": numbers(np.insert(path_length(c)[kept], gaps, np.nan), 6),
         "y": numbers(np.insert(value[kept], gaps, np.nan)),
         "customdata": np.insert(c.path.toolpath.line[kept], gaps, 0).tolist(),
-        "line": {"width": 1.4, "color": colour},
+        "line": {"width": 1.4, "color": pen.colour},
         "marker": {"size": 4},
-        "hovertemplate": f"{name} %{{y:.5~g}} {unit} (line %{{customdata}})<extra></extra>",
+        "hovertemplate": hover(f"{pen.name} %{{y:.5~g}} {pen.unit} (line %{{customdata}})"),
     }
 
 
-def _stacked(panels: list[Panel], height: float = 220) -> Figure:
+def _stacked(panels: list[_Panel], height: float = 220) -> Figure:
     """Panels above each other over one path length, ``height`` px each, every panel with its own legend."""
     gap = 0.06
     share = (1 - gap * (len(panels) - 1)) / len(panels)
-    last = "y" if len(panels) == 1 else f"y{len(panels)}"
+    last = f"y{number(len(panels) - 1)}"
     layout: Figure = {
         "font": FONT,
         "height": 90 + height * len(panels),
@@ -84,14 +92,14 @@ def _stacked(panels: list[Panel], height: float = 220) -> Figure:
     }
     data = []
     for k, (title, curves) in enumerate(panels):
-        name = "" if k == 0 else str(k + 1)
+        name = number(k)
         top = 1 - k * (share + gap)
         layout[f"yaxis{name}"] = {
             "title": {"text": title, "standoff": 14},
             "automargin": True,
             "domain": [max(0.0, top - share), top],
             "gridcolor": GRID,
-            "zerolinecolor": "#b4bac0",
+            "zerolinecolor": ZERO_LINE,
             "rangemode": "tozero",
             "exponentformat": "power",
         }
@@ -105,7 +113,7 @@ def joints_figure(c: Compensation) -> Figure:
     low, high, every = c.job.arm.robot.lower, c.job.arm.robot.upper, np.arange(len(c))
     percent = 100 * (c.command.q - low) / (high - low)
     curves = [
-        _curve(c, every, percent[:, j], f"joint {j + 1}", _colour(j), "%") for j in range(c.job.arm.robot.n)
+        _curve(c, every, percent[:, j], Pen(f"joint {j + 1}", _colour(j), "%")) for j in range(c.job.arm.robot.n)
     ]
     figure = _stacked([("angle, % of the joint's range", curves)], 330)
     figure["layout"]["shapes"] = [_band(0, 5), _band(95, 100)]
@@ -119,19 +127,19 @@ def _colour(joint: int) -> str:
 
 def _band(low: float, high: float) -> Figure:
     place = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": low, "y1": high}
-    return {**place, "fillcolor": "#d55e00", "opacity": 0.13, "line": {"width": 0}, "layer": "below"}
+    return {**place, "fillcolor": ORANGE, "opacity": 0.13, "line": {"width": 0}, "layer": "below"}
 
 
 def flanks_figure(c: Compensation) -> Figure | None:
     """What every joint remembers, one lane per joint, one panel per effect; None when nothing remembers."""
     n = c.job.arm.robot.n
-    panels: list[Panel] = []
+    panels: list[_Panel] = []
     for effect in c.job.arm.effects:
         if effect.memory is not None:
             first = n * len(panels)
             half = effect.memory.bounds(c.job.arm.values[effect.name])
             lanes = [_lane(c, int(j), first + int(j), float(half[j])) for j in np.flatnonzero(half > 0)]
-            panels.append((effect.name, [curve for lane in lanes for curve in lane]))
+            panels.append((label(effect.name), [curve for lane in lanes for curve in lane]))
     if not panels:
         return None
     figure = _stacked(panels, 46 * n)
@@ -149,14 +157,14 @@ def _lane(c: Compensation, joint: int, column: int, half: float) -> list[Figure]
     """The state of one joint between its bounds, and the bracket where it is not known."""
     at, name = c.job.arm.robot.n - joint, f"joint {joint + 1}"
     middle = at + LANE * c.state.middle[:, column] / half
-    lane = _curve(c, np.arange(len(c)), middle, name, _colour(joint))
-    lane |= {"hovertemplate": f"{name} (line %{{customdata}})<extra></extra>", "showlegend": False}
+    lane = _curve(c, np.arange(len(c)), middle, Pen(name, _colour(joint)))
+    lane |= {"hovertemplate": hover(f"{name} (line %{{customdata}})"), "showlegend": False}
     unsure = np.flatnonzero(~c.state.known[:, column])
     if not len(unsure):
         return [lane]
     band = []
     for edge in (c.state.low, c.state.high):
-        side = _curve(c, unsure, at + LANE * edge[:, column] / half, f"{name}, not known", "#777777")
+        side = _curve(c, unsure, at + LANE * edge[:, column] / half, Pen(f"{name}, not known", UNKNOWN))
         side |= {"mode": "lines", "showlegend": False, "hoverinfo": "skip", "line": {"width": 0}}
         del side["hovertemplate"]
         band.append(side)

@@ -1,6 +1,6 @@
-"""The figures of the report of a fit.
+"""The figures of a fit: residuals per reflector and per joint, are they noise, correlations of the numbers.
 
-No text that comes from a file goes into a figure: plotly.js reads markup in labels. Reflectors go by their number.
+Reflectors go by their number.
 """
 
 from __future__ import annotations
@@ -10,15 +10,29 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from compensator.report.figures.curves import AFTER, BEFORE, GRID
-from compensator.report.figures.thinning import FONT, Figure, Floats, numbers, thin
-from compensator.report.views.fit import AtJoint, AtReflector
+from compensator.report.analysis.by_joint import JointResiduals
+from compensator.report.analysis.by_reflector import ReflectorResiduals
+from compensator.report.figures.layout import (
+    AFTER,
+    BEFORE,
+    BLUE,
+    INK,
+    ORANGE,
+    Figure,
+    axes,
+    base_layout,
+    heading,
+    hover,
+    label,
+    number,
+    on_panel,
+)  # fmt: skip
+from compensator.report.figures.thinning import Floats, numbers, thin
 from stiffness.effects import BY_NAME
 from stiffness.identification.fit import Fit
 from stiffness.identification.unknowns import Unknown
 
-FLOOR = "#1c2126"
-DIVERGING = [[0.0, "#0072b2"], [0.5, "#ffffff"], [1.0, "#d55e00"]]
+DIVERGING = [[0.0, BLUE], [0.5, "#ffffff"], [1.0, ORANGE]]
 COLUMNS = 3
 POINTS = 800  # of a joint's panel
 WIDEST = 5.0  # standard deviations that the histogram shows
@@ -27,71 +41,73 @@ NAMED = 64  # numbers that an axis still has room to name
 LETTER = {"k_nm_per_rad": "k", "gap_rad": "gap", "breakaway_nm": "breakaway"}
 
 
-def reflectors_figure(kinds: dict[str, list[AtReflector]]) -> Figure:
+def reflectors_figure(kinds: dict[str, list[ReflectorResiduals]]) -> Figure:
     """A row of two panels per kind of evidence: RMS of the rigid arm, and of the fit with the noise floor."""
     data: list[Figure] = []
-    layout = _layout(95 + 240 * len(kinds))
+    layout = base_layout(95 + 240 * len(kinds))
     for row, (kind, at) in enumerate(kinds.items()):
         names = [f"{k + 1}" for k in range(len(at))]
         high = 1 - row / len(kinds)
         low = high - (0.78 if row + 1 < len(kinds) else 0.92) / len(kinds)
         for side, (title, colour) in enumerate((("before (rigid)", BEFORE), ("after (fitted)", AFTER))):
-            panel = f"{2 * row + side + 1}"
+            panel = 2 * row + side
             value = np.array([a.fitted if side else a.rigid for a in at]) * 1e3
-            data.append(_bars(title, names, value, colour, panel))
+            data.append(_bars(names, value, title=title, colour=colour, panel=panel))
             if side:
                 data.append(_floor(names, np.array([a.floor for a in at]) * 1e3, panel))
             across = [0.56, 1.0] if side else [0.0, 0.44]
-            layout |= _axes(panel, across, [low, high - 0.09 / len(kinds)], "reflector", "RMS, mm")
-            layout[f"xaxis{panel}"] |= {"type": "category"}
-            layout["annotations"].append(_heading(f"{kind}, {title}", sum(across) / 2, high))
-    return {"data": [_placed(t) for t in data], "layout": _renamed(layout)}
+            layout |= axes(panel, across=across, up=[low, high - 0.09 / len(kinds)], x="reflector", y="RMS, mm")
+            layout[f"xaxis{number(panel)}"] |= {"type": "category"}
+            layout["annotations"].append(heading(f"{kind}, {title}", sum(across) / 2, high))
+    return {"data": data, "layout": layout}
 
 
-def _bars(title: str, names: list[str], value: Floats, colour: str, panel: str) -> Figure:
+def _bars(names: list[str], value: Floats, *, title: str, colour: str, panel: int) -> Figure:
     return {
         "type": "bar", "name": title, "x": names, "y": numbers(value), "marker": {"color": colour}, "width": 0.5,
-        "hovertemplate": f"reflector %{{x}}, {title}: %{{y:.4~g}} mm<extra></extra>", "showlegend": False,
-        "panel": panel,
+        "hovertemplate": hover(f"reflector %{{x}}, {title}: %{{y:.4~g}} mm"), "showlegend": False,
+        **on_panel(panel),
     }  # fmt: skip
 
 
-def _floor(names: list[str], value: Floats, panel: str) -> Figure:
+def _floor(names: list[str], value: Floats, panel: int) -> Figure:
     return {
         "type": "scatter", "mode": "markers", "name": "what noise alone leaves", "x": names, "y": numbers(value),
-        "marker": {"symbol": "line-ew-open", "size": 44, "color": FLOOR, "line": {"width": 3}},
-        "hovertemplate": "reflector %{x}, noise: %{y:.4~g} mm<extra></extra>", "showlegend": panel == "2",
-        "panel": panel,
+        "marker": {"symbol": "line-ew-open", "size": 44, "color": INK, "line": {"width": 3}},
+        "hovertemplate": hover("reflector %{x}, noise: %{y:.4~g} mm"), "showlegend": panel == 1,
+        **on_panel(panel),
     }  # fmt: skip
 
 
-def joints_figure(at: list[AtJoint], enlarged: bool = False) -> Figure:
+def joints_figure(at: list[JointResiduals], enlarged: bool = False) -> Figure:
     """A panel per joint: residual displacement over the torque of the load, mm; ``enlarged``: only after, µm."""
     rows = -(-len(at) // COLUMNS)
-    layout = _layout(110 + 230 * rows)
+    layout = base_layout(110 + 230 * rows)
     data: list[Figure] = []
     for j, joint in enumerate(at):
         row, column = divmod(j, COLUMNS)
         across = [column / COLUMNS + 0.03 * (column > 0), (column + 1) / COLUMNS - 0.03]
         high = 1 - row / rows - 0.09 / rows
         unit = "µm" if enlarged else "mm"
-        layout |= _axes(f"{j + 1}", across, [high - 0.62 / rows, high], "torque, N·m", "" if column else unit)
+        layout |= axes(
+            j, across=across, up=[high - 0.62 / rows, high], x="torque, N·m", y="" if column else unit
+        )
         text = f"joint {j + 1}" if len(joint.torque) else f"joint {j + 1}: no displacement loads it"
-        layout["annotations"].append(_heading(text, sum(across) / 2, high + 0.085 / rows))
+        layout["annotations"].append(heading(text, sum(across) / 2, high + 0.085 / rows))
         data += _clouds(j, joint, enlarged)
-    return {"data": [_placed(t) for t in data], "layout": _renamed(layout)}
+    return {"data": data, "layout": layout}
 
 
-def _clouds(j: int, joint: AtJoint, enlarged: bool) -> list[Figure]:
+def _clouds(j: int, joint: JointResiduals, enlarged: bool) -> list[Figure]:
     unit, factor = ("µm", 1e6) if enlarged else ("mm", 1e3)
     kept = thin(np.column_stack([joint.torque, joint.rigid, joint.fitted]), POINTS)
     clouds = [("before (rigid)", joint.rigid, BEFORE, "circle-open"), ("after (fitted)", joint.fitted, AFTER, "circle")]
     return [
         {
             "type": "scatter", "mode": "markers", "name": name, "legendgroup": name, "showlegend": j == 0,
-            "x": numbers(joint.torque[kept]), "y": numbers(value[kept] * factor), "panel": f"{j + 1}",
+            "x": numbers(joint.torque[kept]), "y": numbers(value[kept] * factor), **on_panel(j),
             "marker": {"size": 5, "color": colour, "symbol": symbol, "opacity": 0.75},
-            "hovertemplate": f"joint {j + 1}: %{{x:.4~g}} N·m, {name} %{{y:.3~g}} {unit}<extra></extra>",
+            "hovertemplate": hover(f"joint {j + 1}: %{{x:.4~g}} N·m, {name} %{{y:.3~g}} {unit}"),
         }
         for name, value, colour, symbol in clouds[int(enlarged) :]
     ]  # fmt: skip
@@ -107,25 +123,25 @@ def normal_figure(z: Floats) -> Figure:
     quantile = stats.norm.ppf((np.arange(len(z)) + 0.5) / max(len(z), 1))
     kept = _spread(len(z))
     ends = float(np.max(np.abs(quantile), initial=1.0))
-    layout = _layout(400)
-    layout |= _axes("1", [0.0, 0.45], [0, 0.92], "residual / its standard deviation", "count")
-    layout |= _axes("2", [0.55, 1.0], [0, 0.92], "expected of a normal distribution", "found")
+    layout = base_layout(400)
+    layout |= axes(0, across=[0.0, 0.45], up=[0, 0.92], x="residual / its standard deviation", y="count")
+    layout |= axes(1, across=[0.55, 1.0], up=[0, 0.92], x="expected of a normal distribution", y="found")
     layout["bargap"] = 0.04
     line = {"type": "scatter", "mode": "lines", "name": "expected", "line": {"color": BEFORE, "width": 2.5}}
     data: list[Figure] = [
         {
             "type": "bar", "name": "residuals", "x": numbers(middle, 4), "y": found.tolist(),
-            "marker": {"color": AFTER}, "panel": "1", "hovertemplate": "%{x}: %{y}<extra></extra>",
+            "marker": {"color": AFTER}, **on_panel(0), "hovertemplate": hover("%{x}: %{y}"),
         },
-        {**line, "x": numbers(middle, 4), "y": numbers(expected, 2), "panel": "1", "hoverinfo": "skip"},
+        {**line, "x": numbers(middle, 4), "y": numbers(expected, 2), **on_panel(0), "hoverinfo": "skip"},
         {
-            "type": "scatter", "mode": "markers", "name": "residuals", "showlegend": False, "panel": "2",
+            "type": "scatter", "mode": "markers", "name": "residuals", "showlegend": False, **on_panel(1),
             "x": numbers(quantile[kept], 4), "y": numbers(ordered[kept], 4), "marker": {"size": 5, "color": AFTER},
-            "hovertemplate": "expected %{x:.3~g}, found %{y:.3~g}<extra></extra>",
+            "hovertemplate": hover("expected %{x:.3~g}, found %{y:.3~g}"),
         },
-        {**line, "x": [-ends, ends], "y": [-ends, ends], "showlegend": False, "panel": "2", "hoverinfo": "skip"},
+        {**line, "x": [-ends, ends], "y": [-ends, ends], "showlegend": False, **on_panel(1), "hoverinfo": "skip"},
     ]  # fmt: skip
-    return {"data": [_placed(t) for t in data], "layout": _renamed(layout)}
+    return {"data": data, "layout": layout}
 
 
 def _spread(count: int) -> Any:
@@ -141,7 +157,7 @@ def correlation_figure(fit: Fit, correlation: Floats) -> Figure:
     """Heat map of the correlations (P, P) of the robot's numbers."""
     names = [short(u) for u in fit.unknowns.free]
     side = min(960, max(380, 150 + 16 * len(names)))
-    layout = _layout(side)
+    layout = base_layout(side)
     layout |= {"width": side + 130, "showlegend": False, "margin": {"l": 60, "r": 20, "t": 40, "b": 60}}
     axis: Figure = {"type": "category", "showgrid": False, "tickfont": {"size": 10}, "automargin": True, "ticks": ""}
     axis |= {"showticklabels": len(names) <= NAMED}
@@ -150,7 +166,7 @@ def correlation_figure(fit: Fit, correlation: Floats) -> Figure:
         "type": "heatmap", "x": names, "y": names, "z": [numbers(row, 3) for row in correlation],
         "zmin": -1, "zmax": 1, "colorscale": DIVERGING, "xgap": 1, "ygap": 1,
         "colorbar": {"thickness": 14, "title": {"text": "correlation"}},
-        "hovertemplate": "%{y} and %{x}: %{z:.2f}<extra></extra>",
+        "hovertemplate": hover("%{y} and %{x}: %{z:.2f}"),
     }  # fmt: skip
     return {"data": [heat], "layout": layout}
 
@@ -159,42 +175,4 @@ def short(u: Unknown) -> str:
     """A name for an axis; the effects' own words, none from a file."""
     name = LETTER.get(u.parameter.name, u.parameter.name.replace("_rad", "").replace("_m", ""))
     of_every_fit = BY_NAME[u.effect].fitted_where in ("load", "position")
-    return f"{'' if of_every_fit else u.effect} {name} {u.index + 1}".strip()
-
-
-def _layout(height: int) -> Figure:
-    return {
-        "font": FONT, "height": height, "margin": {"l": 60, "r": 20, "t": 50, "b": 45}, "plot_bgcolor": "#ffffff",
-        "showlegend": True, "annotations": [],
-        "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "top", "yref": "container"},
-    }  # fmt: skip
-
-
-def _axes(panel: str, across: list[float], up: list[float], x: str, y: str) -> Figure:
-    common = {"gridcolor": GRID, "zerolinecolor": "#b4bac0", "exponentformat": "power"}
-    return {
-        f"xaxis{panel}": {**common, "domain": across, "anchor": f"y{panel}", "title": {"text": x, "standoff": 6}},
-        f"yaxis{panel}": {**common, "domain": up, "anchor": f"x{panel}", "title": {"text": y, "standoff": 8}},
-    }
-
-
-def _heading(text: str, x: float, y: float) -> Figure:
-    place = {"x": x, "y": y, "xref": "paper", "yref": "paper", "xanchor": "center", "yanchor": "top"}
-    return {"text": f"<b>{text}</b>", "showarrow": False, **place}
-
-
-def _placed(trace: Figure) -> Figure:
-    """``panel`` in the words of plotly.js, which counts its first axis without a number."""
-    panel = trace.pop("panel")
-    name = "" if panel == "1" else panel
-    return {**trace, "xaxis": f"x{name}", "yaxis": f"y{name}"}
-
-
-def _renamed(layout: Figure) -> Figure:
-    out = {}
-    for key, value in layout.items():
-        if key in ("xaxis1", "yaxis1"):
-            out[key[:-1]] = {**value, "anchor": value["anchor"][:-1]}
-        else:
-            out[key] = value
-    return out
+    return label(f"{'' if of_every_fit else u.effect} {name} {u.index + 1}".strip())

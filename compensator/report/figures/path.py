@@ -1,14 +1,12 @@
-"""The path in 3D, coloured by deflection.
-
-No text that comes from a file goes into a figure: plotly.js reads markup in labels.
-"""
+"""The path in 3D, coloured by deflection."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.figures.thinning import FONT, Figure, Floats, Index, numbers, thin
+from compensator.report.figures.layout import FONT, Figure, heading, hover, number
+from compensator.report.figures.thinning import Floats, Index, numbers, thin
 from compensator.solve.compensation import Compensation
 from toolpaths.toolpath import CUT
 
@@ -35,31 +33,13 @@ def path_figure(c: Compensation, views: list[tuple[str, Floats]]) -> Figure:
         "updatemenus": [_range_buttons(top, ranges)],
     }
     for k, (title, value) in enumerate(views):
-        number = _number(k)
+        name = number(k)
         left, right = k / len(views) + 0.005, (k + 1) / len(views) - 0.005
-        data += _path_traces(c, rows, xyz, value, number)
-        layout[f"scene{number}"] = _scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.9)
-        layout[f"coloraxis{number}"] = _colours(top, 0.5 * (left + right), 0.8 / len(views))
-        layout["annotations"].append(_heading(title, 0.5 * (left + right)))
+        data += _path_traces(c, rows, value, scene=name)
+        layout[f"scene{name}"] = _scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.9)
+        layout[f"coloraxis{name}"] = _colours(top, 0.5 * (left + right), 0.8 / len(views))
+        layout["annotations"].append(heading(title, 0.5 * (left + right)))
     return {"data": data, "layout": layout}
-
-
-def _number(k: int) -> str:
-    """How plotly.js counts its scenes and axes: the first without a number."""
-    return "" if k == 0 else str(k + 1)
-
-
-def _heading(text: str, x: float) -> Figure:
-    return {
-        "text": f"<b>{text}</b>",
-        "x": x,
-        "y": 1.0,
-        "xref": "paper",
-        "yref": "paper",
-        "xanchor": "center",
-        "yanchor": "top",
-        "showarrow": False,
-    }
 
 
 def _colours(top: float, x: float, length: float) -> Figure:
@@ -73,7 +53,7 @@ def _range_buttons(top: float, ranges: list[tuple[float, float]]) -> Figure:
     shared: Figure = {}
     own: Figure = {}
     for k, (low, high) in enumerate(ranges):
-        axis = f"coloraxis{_number(k)}"
+        axis = f"coloraxis{number(k)}"
         shared |= {f"{axis}.cmin": 0, f"{axis}.cmax": top}
         own |= {f"{axis}.cmin": low, f"{axis}.cmax": max(high, low + 1e-9)}
     names = ("one range from 0", "each its own range") if len(ranges) > 1 else ("range from 0", "own range")
@@ -85,25 +65,25 @@ def _range_buttons(top: float, ranges: list[tuple[float, float]]) -> Figure:
     return {"type": "buttons", "direction": "right", "buttons": buttons, "font": {"size": 12}, **place}
 
 
-def _path_traces(c: Compensation, rows: Index, xyz: Floats, value: Floats, number: str) -> list[Figure]:
+def _path_traces(c: Compensation, rows: Index, value: Floats, *, scene: str) -> list[Figure]:
     """Cuts coloured, rapids thin and grey; a segment belongs to the pose that it ends at."""
     cut = c.path.toolpath.kind[rows] == CUT
+    xyz = c.path.toolpath.position * 1e3
     traces = []
     for cutting in (False, True):
         at, end = _segments(cut == cutting)
         if not len(at):
             continue
         shown = np.where((at < 0)[:, None], np.nan, xyz[rows[at]])
-        trace: Figure = {"type": "scatter3d", "mode": "lines", "scene": f"scene{number}", "showlegend": False}
+        trace: Figure = {"type": "scatter3d", "mode": "lines", "scene": f"scene{scene}", "showlegend": False}
         trace |= {a: numbers(shown[:, i], 3) for i, a in enumerate("xyz")}
         if cutting:
             colour = numbers(value[rows[end]])
             line = c.path.toolpath.line[rows[end]].tolist()
-            trace["line"] = {"width": 5, "color": colour, "coloraxis": f"coloraxis{number}"}
+            trace["line"] = {"width": 5, "color": colour, "coloraxis": f"coloraxis{scene}"}
             trace["customdata"] = [list(pair) for pair in zip(line, colour, strict=True)]
-            trace["hovertemplate"] = (
-                "line %{customdata[0]}<br>x %{x:.2f}, y %{y:.2f}, z %{z:.2f} mm"
-                "<br>error %{customdata[1]:.5~g} mm<extra></extra>"
+            trace["hovertemplate"] = hover(
+                "line %{customdata[0]}", "x %{x:.2f}, y %{y:.2f}, z %{z:.2f} mm", "error %{customdata[1]:.5~g} mm"
             )
         else:
             trace |= {"line": {"width": 1.5, "color": RAPID_COLOUR}, "hoverinfo": "skip"}

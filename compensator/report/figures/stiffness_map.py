@@ -1,8 +1,7 @@
-"""A stiffness map as a picture and as a table."""
+"""A stiffness map as a picture: contour maps over the two joints."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from compensator.tasks.joint_grid import Grid
+from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, SINGULAR, StiffnessMap
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ class Panel:
     scale: str
 
 
-def panels(grid: Grid, result: StiffnessMap) -> tuple[Panel, ...]:
+def panels(grid: JointGrid, result: StiffnessMap) -> tuple[Panel, ...]:
     """The fields of the picture."""
     low, high, _ = result.softest
     fields = (
@@ -46,7 +45,7 @@ def panels(grid: Grid, result: StiffnessMap) -> tuple[Panel, ...]:
     return tuple(Panel(title, grid.over(values), scale) for title, values, scale in fields)
 
 
-def draw(grid: Grid, result: StiffnessMap, title: str, target: Path) -> None:
+def draw(grid: JointGrid, result: StiffnessMap, title: str, target: Path) -> None:
     """Contour maps over the two joints as PNG; grey where nothing can be said."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -72,7 +71,7 @@ def _blanks(result: StiffnessMap) -> str:
     return "grey: " + ", ".join(found) if found else ""
 
 
-def _field(axes: Axes, grid: Grid, panel: Panel) -> None:
+def _field(axes: Axes, grid: JointGrid, panel: Panel) -> None:
     import matplotlib
     from matplotlib.patheffects import withStroke
 
@@ -103,7 +102,7 @@ def _levels(values: Floats) -> Floats:
     return np.asarray(MaxNLocator(18).tick_values(low, high))
 
 
-def _directions(axes: Axes, grid: Grid, result: StiffnessMap) -> None:
+def _directions(axes: Axes, grid: JointGrid, result: StiffnessMap) -> None:
     """A tick per posture: its slope is the elevation of the softest direction above the horizontal."""
     _, _, direction = result.softest
     rise = grid.over(direction[:, 2])
@@ -119,29 +118,3 @@ def _directions(axes: Axes, grid: Grid, result: StiffnessMap) -> None:
 
 def _spread(count: int) -> npt.NDArray[np.intp]:
     return np.unique(np.linspace(0, count - 1, min(count, _TICKS)).round().astype(np.intp))
-
-
-def table(grid: Grid, result: StiffnessMap) -> str:
-    """A row per posture, the second joint running fastest; cells are empty where nothing can be said."""
-    n = result.q.shape[1]
-    low, high, direction = result.softest
-    low_rigid, high_rigid, _ = result.softest_rigid
-    d = result.displacement
-    columns: list[tuple[str, Floats]] = [(f"q{k + 1}_deg", np.degrees(result.q[:, k])) for k in range(n)]
-    columns += [(f"{a}_mm", result.position[:, k] * 1e3) for k, a in enumerate("xyz")]
-    columns += [("stiffness_min_n_per_um", low * 1e-6), ("stiffness_max_n_per_um", high * 1e-6)]
-    columns += [(f"softest_{a}", direction[:, k]) for k, a in enumerate("xyz")]
-    columns += [("stiffness_min_without_kc_n_per_um", low_rigid * 1e-6)]
-    columns += [("stiffness_max_without_kc_n_per_um", high_rigid * 1e-6)]
-    columns += [(f"d{a}_mm", d[:, k] * 1e3) for k, a in enumerate("xyz")]
-    columns += [(f"r{a}_urad", d[:, 3 + k] * 1e6) for k, a in enumerate("xyz")]
-    columns += [("deflection_mm", result.deflection * 1e3)]
-    columns += [("deflection_without_kc_mm", result.deflection_rigid * 1e3)]
-    columns += [("kc_shift_um", result.shift * 1e6), ("nu_p", result.nu_p), ("nu_r_urad", result.nu_r * 1e6)]
-    head = [*(name for name, _ in columns), "status"]
-    rows = zip(*(_cells(values) for _, values in columns), result.status.tolist(), strict=True)
-    return "\n".join([",".join(head), *(",".join(row) for row in rows)]) + "\n"
-
-
-def _cells(values: Floats) -> Sequence[str]:
-    return ["" if np.isnan(v) else f"{v + 0.0:.8g}" for v in values.tolist()]

@@ -1,8 +1,6 @@
-"""What a figure is, and how much of a long path goes into one."""
+"""How much of a long path goes into a figure, and how its numbers are rounded."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +9,8 @@ from compensator.solve.compensation import Compensation
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
-Figure = dict[str, Any]  # as plotly.js reads it; plain dicts, so that equal results give equal bytes
 
-LIMIT = 5000  # points per curve; more cannot be told apart on a screen
-FONT = {"family": "system-ui, sans-serif", "size": 13, "color": "#1c2126"}
+LIMIT = 5000  # points per curve; a screen cannot resolve more
 
 
 def thin(columns: Floats, limit: int = LIMIT) -> Index:

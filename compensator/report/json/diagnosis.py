@@ -1,20 +1,18 @@
-"""The JSON report of ``diagnose``: the keys of the contract, and what its sentences are made of."""
+"""The JSON report of ``diagnose``."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.result import Added, Diagnosis, Line
+from compensator.report.json.text import MM, Report
+from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
-MM = 1e3
 KINDS = ("displacement", "absolute")
 
 
-def diagnosis_report(d: Diagnosis) -> dict[str, Any]:
+def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
         "verdict": d.verdict,
@@ -26,8 +24,8 @@ def diagnosis_report(d: Diagnosis) -> dict[str, Any]:
             }
             for c in d.changed
         ],
-        "rms_mm": {kind: _rms(d.lines.get(kind)) for kind in KINDS},
-        "split_mm": {kind: split(d.lines.get(kind)) for kind in KINDS},
+        "rms_mm": {kind: _rms(d.scores.get(kind)) for kind in KINDS},
+        "split_mm": {kind: split(d.scores.get(kind)) for kind in KINDS},
         "candidates": [
             {
                 "effect": c.effect, "where": list(c.where), "heldout_rms_mm": float(c.heldout_rms * MM),
@@ -35,7 +33,9 @@ def diagnosis_report(d: Diagnosis) -> dict[str, Any]:
             }
             for c in d.candidates
         ],
-        "residual_points_at": [{"what": s.what, "share": float(s.share), "follows": s.follows} for s in d.points_at],
+        "residual_points_at": [
+            {"what": s.what, "share": float(s.fraction), "follows": s.follows} for s in d.residual_sources
+        ],
         "next_setups": [
             {
                 "q_deg": np.degrees(s.q).tolist(), "wrench_n_nm": np.asarray(s.wrench, dtype=float).tolist(),
@@ -50,7 +50,7 @@ def diagnosis_report(d: Diagnosis) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _added(a: Added) -> dict[str, Any]:
+def _added(a: AddedEffect) -> Report:
     return {
         "effect": a.effect,
         "where": list(a.where),
@@ -69,31 +69,31 @@ def _plain(values: Floats) -> float | list[float]:
     return listed[0] if len(listed) == 1 else listed
 
 
-def _rms(line: Line | None) -> dict[str, float] | None:
-    if line is None:
+def _rms(held_out: HeldOutScores | None) -> dict[str, float] | None:
+    if held_out is None:
         return None
     return {
-        "before": line.before.rms * MM,
-        "after": line.after.rms * MM,
-        "noise_floor": line.after.noise_floor * MM,
-        "refitted": line.refitted.rms * MM,
+        "before": held_out.before.rms * MM,
+        "after": held_out.after.rms * MM,
+        "noise_floor": held_out.after.noise_floor * MM,
+        "refitted": held_out.refitted.rms * MM,
     }
 
 
-def split(line: Line | None) -> dict[str, float] | None:
+def split(held_out: HeldOutScores | None) -> dict[str, float] | None:
     """What the error before is made of, mm, RMS per axis; squares add.
 
     ``parameters``: goes when the model's own numbers are fitted anew. ``structure``: is left then above the noise.
     ``left``: above the noise when what was found is in the model.
     """
-    if line is None:
+    if held_out is None:
         return None
-    floor = line.after.noise_floor
+    floor = held_out.after.noise_floor
     return {
         "noise": floor * MM,
-        "parameters": _above(line.before.rms, line.refitted.rms) * MM,
-        "structure": _above(line.refitted.rms, floor) * MM,
-        "left": _above(line.after.rms, floor) * MM,
+        "parameters": _above(held_out.before.rms, held_out.refitted.rms) * MM,
+        "structure": _above(held_out.refitted.rms, floor) * MM,
+        "left": _above(held_out.after.rms, floor) * MM,
     }
 
 

@@ -1,4 +1,4 @@
-"""A diagnosis in words: what the terminal shows, and the sentences of the HTML report. Nothing is escaped here."""
+"""A diagnosis in words, as plain text: what the terminal shows, and the sentences of the page."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from compensator.report.html.fit_tables import SHOWN_IN, figure, millimetres
-from stiffness.diagnosis.attribution import Share
-from stiffness.diagnosis.result import Added, Changed, Diagnosis
+from compensator.report.words.numbers import LENGTHS, joined, parameter_words, residual_mm, rounded, shown_unit, with_sd
+from stiffness.diagnosis.attribution import ResidualSource
+from stiffness.diagnosis.result import AddedEffect, Diagnosis, MovedParameter
+from stiffness.effects import BY_NAME
 
 WRITTEN = 6  # numbers of an addition that a line has room for
 LISTED = 3
@@ -17,18 +18,6 @@ PLACES = 2
 CONSTANT = "always the same"
 NEAR = 1.1  # times the noise
 KINDS = {"displacement": "displacements under load", "absolute": "positions"}
-_PER = {
-    "m/N": ("µm/N", 1e6),
-    "rad/(N*m)": ("µrad/(N·m)", 1e6),
-    "1/K": ("ppm/K", 1e6),
-    "rad/K": ("µrad/K", 1e6),
-    "m/s": ("nm/s", 1e9),
-    "rad/s": ("nrad/s", 1e9),
-}
-_TAILS = (
-    *("_nm_per_rad", "_m_per_n", "_rad_per_nm", "_rad_per_k", "_m_per_s", "_rad_per_s"),
-    *("_per_k", "_rad", "_nm", "_kg", "_m", "_n"),
-)
 Report = dict[str, Any]
 
 
@@ -66,35 +55,35 @@ def verdict_sentence(d: Diagnosis) -> str:
     if d.verdict == "insufficient-data":
         return "Insufficient data: these readings cannot tell whether the model lacks anything."
     also = f" beside {names}, which was added" if names else ""
-    return f"Unexplained: there is structure that no known effect explains{also}{_sits(d.points_at)}."
+    return f"Unexplained: there is structure that no known effect explains{also}{_sits(d.residual_sources)}."
 
 
-def _sits(points: Sequence[Share]) -> str:
-    """The first place, and what it follows: a column that says more, or what it is known to follow."""
+def _sits(points: Sequence[ResidualSource]) -> str:
+    """The place with the largest share, and what it follows: a column with a larger share, else its own features."""
     place = next((s for s in points if not s.what.startswith("column:")), None)
     column = next((s for s in points if s.what.startswith("column:")), None)
     if place is None:
-        return f"; it follows {in_words(column.what)}" if column else ""
-    leads = column is not None and column.share > place.share
-    follows = in_words(column.what) if column is not None and leads else follows_words(place.follows, 1)
+        return f"; it follows {place_words(column.what)}" if column else ""
+    leads = column is not None and column.fraction > place.fraction
+    follows = place_words(column.what) if column is not None and leads else followed_words(place.follows, 1)
     return f"; it sits at {place.what}" + (f" and follows {follows}" if follows else "")
 
 
-def follows_words(follows: str, most: int = 2) -> str:
+def followed_words(follows: str, most: int = 2) -> str:
     """What a share follows."""
     varying = [f for f in follows.split("; ") if f != CONSTANT]
     return joined(varying[:most]) or "nothing that varies"
 
 
-def _moved(changed: Sequence[Changed]) -> str:
+def _moved(changed: Sequence[MovedParameter]) -> str:
     names = list(dict.fromkeys(f"{c.effect} of {joined(c.where)}" for c in changed))
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
     verb = "has" if len(names) == 1 else "have"
     return f"{', '.join(names[:LISTED])}{more} {verb}"
 
 
-def in_words(what: str) -> str:
-    """A place or a column as a reader says it."""
+def place_words(what: str) -> str:
+    """A place or a column of the session in words."""
     if what.startswith("column:"):
         name = what.removeprefix("column:")
         if name[:1] == "q" and name[1:].isdigit():
@@ -107,7 +96,7 @@ def in_words(what: str) -> str:
 
 def split_sentence(report: Report, kind: str) -> str:
     """Noise, parameters, structure of one kind of evidence."""
-    s = {k: f"{millimetres(v)} mm" for k, v in report["split_mm"][kind].items()}
+    s = {k: f"{residual_mm(v)} mm" for k, v in report["split_mm"][kind].items()}
     chance = ", no more than chance" if report["verdict"] in ("adequate", "parameters-changed") else ""
     return (
         f"noise {s['noise']}, the model's own parameters {s['parameters']}, structure that it does not know "
@@ -115,55 +104,36 @@ def split_sentence(report: Report, kind: str) -> str:
     )
 
 
-def added_sentence(a: Added) -> str:
+def added_sentence(a: AddedEffect) -> str:
     """Where, how large, how much of the residual goes with it."""
-    text = f"{a.effect} in {joined(a.where)}: {sizes(a)}"
+    text = f"{a.effect} in {joined(a.where)}: {added_numbers(a)}"
     return f"{text}; it takes {100 * a.explains:.0f} % of what was above the noise" if a.explains > 0 else text
 
 
-def sizes(a: Added) -> str:
+def added_numbers(a: AddedEffect) -> str:
     """The numbers of an addition, as many as a line has room for."""
     told, left = [], 0
     for name, (values, sd, unit) in a.parameters.items():
         if unit == "1" and not np.any(sd):  # chosen, not fitted: the table has it
             continue
-        shown, factor = shown_unit(unit)
-        if len(values) > WRITTEN and unit in SHOWN_IN:  # a table
-            told.append(f"{bare(name)} up to {np.abs(values).max() * factor:.3g} {shown} ({len(values)} numbers)")
+        what, (shown, factor) = parameter_words(name), shown_unit(unit)
+        if len(values) > WRITTEN and unit in LENGTHS:  # a table
+            told.append(f"{what} up to {np.abs(values).max() * factor:.3g} {shown} ({len(values)} numbers)")
             continue
         if len(values) > WRITTEN or not np.any(values):
             left += len(values) * bool(np.any(values))
             continue
         numbers = [with_sd(v * factor, s * factor) for v, s in zip(values, sd, strict=True)]
-        told.append(f"{bare(name)} {', '.join(numbers)}{'' if shown == '1' else ' ' + shown}")
+        told.append(f"{what} {', '.join(numbers)}{'' if shown == '1' else ' ' + shown}")
     return "; ".join(told) + (f"; {left} further numbers" if left else "")
 
 
-def shown_unit(unit: str) -> tuple[str, float]:
-    """Unit that a reader sees, and the factor to it."""
-    shown, factor = _PER.get(unit, SHOWN_IN.get(unit, (unit, 1.0)))
-    return shown.replace("*", "·"), factor
-
-
-def bare(name: str) -> str:
-    """A parameter's name without its unit, which stands behind the number."""
-    for tail in _TAILS:
-        if name.endswith(tail):
-            return name.removesuffix(tail).replace("_", " ")
-    return name.replace("_", " ")
-
-
-def with_sd(value: float, sd: float) -> str:
-    """A number and its standard deviation; one that was searched for, not fitted, has none."""
-    return f"{figure(value, sd)} ± {figure(sd, sd)}" if sd > 0 else f"{value:.4g}"
-
-
-def changed_sentence(c: Changed) -> str:
+def changed_sentence(c: MovedParameter) -> str:
     """From, to."""
     unit, factor = shown_unit(c.unit)
     tail = "" if unit == "1" else f" {unit}"
-    before, after = figure(c.before * factor, c.sd * factor), with_sd(c.after * factor, c.sd * factor)
-    return f"{c.effect} of {joined(c.where)}, {bare(c.parameter)}: {before} -> {after}{tail}"
+    before, after = rounded(c.before * factor, c.sd * factor), with_sd(c.after * factor, c.sd * factor)
+    return f"{c.effect} of {joined(c.where)}, {parameter_words(c.parameter)}: {before} -> {after}{tail}"
 
 
 def before_after(report: Report) -> str:
@@ -172,13 +142,13 @@ def before_after(report: Report) -> str:
     for kind, words in KINDS.items():
         rms = report["rms_mm"][kind]
         if rms:
-            m = {k: millimetres(v) for k, v in rms.items()}
+            m = {k: residual_mm(v) for k, v in rms.items()}
             parts.append(f"{words} {m['before']} -> {m['after']} mm (noise alone: {m['noise_floor']})")
     return "; ".join(parts) or "none"
 
 
 def confusion_sentence(d: Diagnosis) -> str:
-    """What could not be told apart."""
+    """Effects that these readings cannot distinguish."""
     alike = [f"{a.effect} from {joined(a.confused_with, 'or')}" for a in d.added if a.confused_with]
     if alike:
         return f"not told apart by these readings: {'; '.join(alike)}"
@@ -193,17 +163,17 @@ def confusion_sentence(d: Diagnosis) -> str:
 
 def place_sentence(d: Diagnosis) -> str:
     """Where the rest sits, or where what was found had been."""
-    if not d.points_at:
+    if not d.residual_sources:
         return "no place and no column carries any structure: the rest is noise"
-    told = ", ".join(share(s) for s in d.points_at[:PLACES])
+    told = ", ".join(share_words(s) for s in d.residual_sources[:PLACES])
     before = "the rest sits at" if d.verdict == "unexplained" else "before, the structure sat at"
     return f"{before} {told}"
 
 
-def share(s: Share) -> str:
+def share_words(s: ResidualSource) -> str:
     """A place, its share, and what it follows."""
-    follows = f", follows {follows_words(s.follows)}" if s.follows else ""
-    return f"{in_words(s.what)} ({100 * s.share:.0f} %{follows})"
+    follows = f", follows {followed_words(s.follows)}" if s.follows else ""
+    return f"{place_words(s.what)} ({100 * s.fraction:.0f} %{follows})"
 
 
 def next_sentence(report: Report) -> str:
@@ -222,7 +192,7 @@ def caution(d: Diagnosis, report: Report) -> str:
         told.append("what is left is in no model: a path compensated with it keeps that error")
     if report["not_applied"]:
         told.append(f"of another tool, so not judged: {joined(report['not_applied'])}")
-    instruments = [a.effect for a in d.added if any(p in ("tracker", "force-sensor") for p in a.where)]
+    instruments = [a.effect for a in d.added if BY_NAME[a.effect].scope == "instruments"]
     if instruments:
         told.append(f"{joined(instruments)} concerns the instruments and is never applied to a path")
     if d.outliers:
@@ -232,9 +202,3 @@ def caution(d: Diagnosis, report: Report) -> str:
     told = told or ["what was added holds where these readings were taken: beyond their loads and angles it is a guess"]
     return f"not certain: {'; '.join(told)}"
 
-
-def joined(words: Sequence[str], last: str = "and") -> str:
-    """a, b and c."""
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} {last} {words[-1]}"

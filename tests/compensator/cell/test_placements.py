@@ -19,7 +19,7 @@ from compensator.path.tool_set import ToolSet
 from compensator.solve.compensate import compensate
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
-from tests.compensator.small_jobs import WORN, files
+from tests.compensator.small_job import WORN, files
 from toolpaths.files import read_toolpath
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath

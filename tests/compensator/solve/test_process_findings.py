@@ -13,7 +13,7 @@ from compensator.errors import SolveError
 from compensator.process.process import Process, ProcessLoad, ToolMotion
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.planned import planned
-from tests.compensator.small_jobs import files
+from tests.compensator.small_job import files
 from toolpaths.files import read_toolpath
 from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.toolpath import CUT

@@ -47,7 +47,14 @@ class Columns:
         residual = rng.normal(size=total) + nuisance @ (rng.normal(size=3) / [1.0, 100.0, 1e-3])
         if weight is not None:
             residual = residual + columns @ weight
-        return cls(nuisance, np.array([0.5, 1e-6, 1e-9]), columns, residual, block, block % 5)
+        return cls(
+            nuisance=nuisance,
+            precision=np.array([0.5, 1e-6, 1e-9]),
+            candidates=columns,
+            residual=residual,
+            block=block,
+            fold=block % 5,
+        )
 
     def equations(self) -> NormalEquations:
         """As the package sums them up."""
@@ -80,7 +87,14 @@ class Columns:
             own, weight, _ = self.refit(columns, inside)
         else:
             moved = self.residual - self.candidates[:, columns] @ weight
-            bare = Columns(self.nuisance, self.precision, self.candidates, moved, self.block, self.fold)
+            bare = Columns(
+                nuisance=self.nuisance,
+                precision=self.precision,
+                candidates=self.candidates,
+                residual=moved,
+                block=self.block,
+                fold=self.fold,
+            )
             own = bare.refit([], inside)[0]
         predicted = self.nuisance[outside] @ own + self.candidates[np.ix_(outside, columns)] @ weight
         return float(np.sum((self.residual[outside] - predicted) ** 2))

@@ -61,7 +61,7 @@ def copied(path: Path, folder: Path) -> Rows:
 
 
 def case(arm: str, scenario: str, folder: Path) -> Row:
-    return run(Task(arm, scenario, 1, 3.0, folder))
+    return run(Task(arm=arm, scenario=scenario, seed=1, size=3.0, keep=folder))
 
 
 @pytest.mark.parametrize(("arm", "scenario"), KNOWN)
@@ -99,7 +99,7 @@ def test_nothing_is_invented_on_clean_data(seed: int, tmp_path: Path) -> None:
     paths = write(SCENARIOS["clean"], tmp_path, 100 + seed, arm, sessions=("A_healthy", "D")).paths
     said = diagnose([load_session(paths["D"])], at_hand(paths["A_healthy"]))
     assert (said.verdict, said.added, said.changed) == ("adequate", (), ())
-    line = said.lines["absolute"]
+    line = said.scores["absolute"]
     assert line is not None
     assert line.after.rms == line.before.rms == pytest.approx(line.before.noise_floor, rel=0.15)
 
@@ -112,7 +112,7 @@ def test_a_joint_that_softened_is_a_change_and_no_effect(healthy: dict[str, Path
     (moved,) = said.changed
     assert moved.after / moved.before == pytest.approx(0.8, abs=0.02)
     assert abs(moved.after - 0.8 * CELLS[UR].stiffness[2]) < 4 * moved.sd
-    line = said.lines["absolute"]
+    line = said.scores["absolute"]
     assert line is not None and line.after.rms < 0.5 * line.before.rms
 
 
@@ -161,8 +161,8 @@ def test_columns_of_noise_fool_nobody(tmp_path: Path) -> None:
         row |= {f"noise{k}": f"{v:.4f}" for k, v in enumerate((*rng.normal(size=3), *constant[int(row["setup"])]))}
     said = diagnose([load_session(rows.write())], at_hand(paths["A_healthy"]))
     assert said.verdict == "unexplained"
-    assert said.points_at[0].what == "joint-3"
-    shares = {p.what: p.share for p in said.points_at}
+    assert said.residual_sources[0].what == "joint-3"
+    shares = {p.what: p.fraction for p in said.residual_sources}
     nothing = ("column:noise", "column:humidity", "column:spindle", "column:brake")
     assert [what for what in shares if what.startswith(nothing)] == []
     assert all(share < 0.2 for what, share in shares.items() if what.startswith("column:"))
@@ -192,8 +192,8 @@ def shown(said: Diagnosis) -> tuple[object, ...]:
     ]
     values = [(e, n, v.tobytes()) for e, numbers in said.model.values.items() for n, v in numbers.items()]
     return (
-        said.verdict, parameters, said.changed, said.lines, said.candidates, said.points_at, said.outliers, said.notes,
-        values, [(s.q.tobytes(), s.wrench.tobytes(), s.why) for s in said.next_setups],
+        said.verdict, parameters, said.changed, said.scores, said.candidates, said.residual_sources, said.outliers,
+        said.notes, values, [(s.q.tobytes(), s.wrench.tobytes(), s.why) for s in said.next_setups],
     )  # fmt: skip
 
 

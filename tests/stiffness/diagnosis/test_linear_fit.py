@@ -84,7 +84,14 @@ def test_columns_that_depend_on_each_other_share_their_weight() -> None:
     same = 1e-4 * data.candidates[:, 0]
     known = data.nuisance[:, 1] * 0.01
     wide = np.column_stack([data.candidates, same, known, np.zeros(len(same))])
-    more = Columns(data.nuisance, data.precision * 0 + 1e-12, wide, data.residual, data.block, data.fold)
+    more = Columns(
+        nuisance=data.nuisance,
+        precision=data.precision * 0 + 1e-12,
+        candidates=wide,
+        residual=data.residual,
+        block=data.block,
+        fold=data.fold,
+    )
     equations = more.equations()
     alone, twice = equations.fit([0], [False]), equations.fit([0, 8], [False, False])
     assert (alone.rank, twice.rank) == (1, 1)
@@ -94,8 +101,12 @@ def test_columns_that_depend_on_each_other_share_their_weight() -> None:
     assert equations.fit([10], [False]).gain == 0.0
     slightly = data.candidates[:, 0] + 0.3 * np.sqrt(SINGULAR) * rng.normal(size=len(same))
     nearly = Columns(
-        data.nuisance, data.precision, np.column_stack([data.candidates[:, 0], slightly]), data.residual, data.block,
-        data.fold,
+        nuisance=data.nuisance,
+        precision=data.precision,
+        candidates=np.column_stack([data.candidates[:, 0], slightly]),
+        residual=data.residual,
+        block=data.block,
+        fold=data.fold,
     ).equations()  # fmt: skip
     assert nearly.fit([0, 1], [False, False]).rank == 1
 

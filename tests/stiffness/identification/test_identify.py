@@ -157,8 +157,8 @@ def test_intervals_hold_the_truth(tmp_path: Path) -> None:
 
 def test_scores_by_hand(tmp_path: Path) -> None:
     assert scores.rms(np.array([[3.0, 0.0, 0.0], [0.0, 4.0, 0.0]])) == pytest.approx(np.sqrt(25 / 6))
-    a = scores.Score(1.0, 2.0, 3.0, 0.5, {"x": 1.0}, 10)
-    b = scores.Score(2.0, 1.0, 5.0, 0.5, {"x": 2.0, "y": 1.0}, 30)
+    a = scores.Score(rms=1.0, p95=2.0, largest=3.0, noise_floor=0.5, by_reflector={"x": 1.0}, count=10)
+    b = scores.Score(rms=2.0, p95=1.0, largest=5.0, noise_floor=0.5, by_reflector={"x": 2.0, "y": 1.0}, count=30)
     both = scores.pooled([a, None, b])
     assert both is not None
     assert both.rms == pytest.approx(np.sqrt((10 * 1 + 30 * 4) / 40))

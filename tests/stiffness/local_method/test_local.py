@@ -261,7 +261,9 @@ def noisy(clean: Session, rng: np.random.Generator, tracker: float, force: float
 @pytest.mark.parametrize(("tracker", "force", "torque"), [(3e-6, 1e-3, 1e-3), (1e-8, 4.0, 1.5), (2e-6, 2.0, 0.7)])
 def test_standard_deviations_are_true(clean: Session, tracker: float, force: float, torque: float) -> None:
     rng, centre, scores = np.random.default_rng(5), identify_local(clean).stiffness, []
-    draws = [identify_local(noisy(clean, rng, tracker, force, torque)) for _ in range(60)]
+    draws = [
+        identify_local(noisy(clean=clean, rng=rng, tracker=tracker, force=force, torque=torque)) for _ in range(60)
+    ]
     for fit in draws:
         scores.append((fit.stiffness - centre) / fit.sd)
     z = np.array(scores)

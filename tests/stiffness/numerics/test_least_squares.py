@@ -139,7 +139,14 @@ class Random:
             measured.append(values(truth, t)[0] + root @ rng.normal(size=k))
         sd = rng.uniform(0.003, 0.03, 5)
         mean = truth + sd * rng.normal(size=5)
-        return cls(tuple(time), tuple(measured), tuple(covariance), truth * rng.uniform(0.9, 1.1, 5), mean, sd)
+        return cls(
+            time=tuple(time),
+            measured=tuple(measured),
+            covariance=tuple(covariance),
+            start=truth * rng.uniform(0.9, 1.1, 5),
+            mean=mean,
+            sd=sd,
+        )
 
     def blocks(self, b: Floats) -> list[Whitened]:
         out = []
@@ -193,7 +200,7 @@ def bounded(seed: int, cut: Sequence[int]) -> tuple[Solution, Floats, tuple[Floa
     low[cut[0]] = free[cut[0]] + 0.03
     high[list(cut[1:])] = free[list(cut[1:])] - 0.03
     start = np.clip(data.start, low + 1e-3, high - 1e-3)
-    found = solved(data.blocks, start, data.mean, data.sd, (low, high))
+    found = solved(blocks=data.blocks, start=start, prior=data.mean, prior_sd=data.sd, bounds=(low, high))
     scipy = optimize.least_squares(
         data.residual, start, args=(True,), bounds=(low, high), xtol=1e-14, ftol=1e-14, gtol=1e-14
     )
@@ -217,6 +224,20 @@ def test_bounds_as_scipy_has_them(cut: tuple[int, ...], seed: int) -> None:
     assert np.all((low <= found.vector) & (found.vector <= high))
     for k in np.flatnonzero((scipy - low < 1e-9) | (high - scipy < 1e-9)):
         assert found.vector[k] == (low[k] if scipy[k] - low[k] < 1e-9 else high[k])  # exactly on its bound
+
+
+def test_a_linear_problem_with_a_bound_takes_one_step() -> None:
+    """In the step that meets the bound the other numbers already answer to it."""
+    rng = np.random.default_rng(7)
+    x = rng.normal(size=(50, 3)) + 0.9 * rng.normal(size=(50, 1))  # columns that depend on each other
+    y = x @ [1.0, -2.0, 3.0] + rng.normal(size=50)
+    high = np.array([np.inf, np.inf, 1.5])
+    bounds = np.full(3, -np.inf), high
+    found = solved(lambda b: [white(np.arange(50), y - x @ b, x, 1.0)], np.zeros(3), bounds=bounds)
+    exact = optimize.lsq_linear(x, y, bounds, tol=1e-14).x
+    assert found.vector == pytest.approx(exact, rel=1e-6)
+    assert found.vector[2] == 1.5
+    assert found.steps == 2  # the second is the one that is too short to be taken
 
 
 def test_a_number_held_by_its_bounds_leaves_the_fit_of_the_others() -> None:
@@ -329,7 +350,15 @@ def test_spent_numbers_are_taken_from_the_degrees_of_freedom() -> None:
 )
 def test_misfit_is_the_spread_where_noise_does_not_explain_it(chi2: float, freedom: float, expected: float) -> None:
     none = np.zeros((1, 1))
-    solution = Solution(np.zeros(1), none, none, chi2, 10, freedom, 1)
+    solution = Solution(
+        vector=np.zeros(1),
+        covariance=none,
+        information=none,
+        chi2=chi2,
+        count=10,
+        freedom=freedom,
+        steps=1,
+    )
     assert solution.misfit == pytest.approx(expected, rel=1e-12)
 
 

@@ -30,9 +30,9 @@ ROBOT = "abb-irb6600-175-255"
 GRAVITY = np.array(STANDARD_GRAVITY)
 TOOL = Tool(np.eye(3), np.array([0.02, -0.01, 0.25]), 5.0, np.array([0.01, 0.0, 0.12]))
 REFLECTORS = (
-    Reflector("tcp", 6, np.array([0.02, -0.01, 0.25]), True, None),
-    Reflector("side", 6, np.array([0.15, 0.0, 0.2]), True, None),
-    Reflector("elbow", 3, np.array([0.1, 0.1, 0.1]), True, None),
+    Reflector(name="tcp", link=6, position=np.array([0.02, -0.01, 0.25]), exact=True, group=None),
+    Reflector(name="side", link=6, position=np.array([0.15, 0.0, 0.2]), exact=True, group=None),
+    Reflector(name="elbow", link=3, position=np.array([0.1, 0.1, 0.1]), exact=True, group=None),
 )
 TARGETS = [Target(r.name, r.link, r.position) for r in REFLECTORS]
 WRONG = np.array([1.5, 0.7, 1.3, 0.6, 1.4, 0.7])  # a model to plan with is not the truth
@@ -109,9 +109,11 @@ def test_a_third_of_the_readings_reaches_the_error_of_a_random_plan(tmp_path: Pa
     expected: dict[str, list[float]] = {"D": [], "V": [], "random": []}
     for seed in range(6):
         pool = postures(200, seed)
+        known = choose(design=d, postures=pool, loading=loading(), count=12, before=nothing)
+        path = choose(design=d, postures=pool, loading=loading(), count=12, before=nothing, matters=other)
         made = {
-            "D": carried_out(choose(d, pool, loading(), 12, nothing), lab, tmp_path / f"d{seed}", seed + 50),
-            "V": carried_out(choose(d, pool, loading(), 12, nothing, other), lab, tmp_path / f"v{seed}", seed + 50),
+            "D": carried_out(known, lab, tmp_path / f"d{seed}", seed + 50),
+            "V": carried_out(path, lab, tmp_path / f"v{seed}", seed + 50),
             "random": random_session(lab, tmp_path / f"r{seed}", seed + 7, 8),
         }
         assert len(made["D"]) == len(made["V"]) == 36
@@ -137,7 +139,7 @@ def test_what_a_plan_promises_a_session_holds(gap: np.ndarray | None, tmp_path: 
     lab = Lab(gap=None if gap is None else tuple(gap))
     d = design(lab.stiffness, gap)
     size = len(d.layout)
-    plan = choose(d, postures(40, 1), loading(0.4, 1.0), 8, np.zeros((size, size)))
+    plan = choose(design=d, postures=postures(40, 1), loading=loading(0.4, 1.0), count=8, before=np.zeros((size, size)))
     session = carried_out(plan, lab, tmp_path, 3)
     promised, held = plan.sd(plan.after), plan.sd(d.measured(session))
     assert held == pytest.approx(promised, rel=0.05)
@@ -147,7 +149,7 @@ def test_what_a_plan_promises_a_session_holds(gap: np.ndarray | None, tmp_path: 
 
 def test_exchange_beats_chance_and_uses_every_posture_once() -> None:
     d = design(Lab().stiffness)
-    plan = choose(d, postures(30, 2), loading(), 5, np.zeros((6, 6)))
+    plan = choose(design=d, postures=postures(30, 2), loading=loading(), count=5, before=np.zeros((6, 6)))
     used = plan.candidates.posture[plan.chosen]
     assert len(np.unique(used)) == 5
     best = np.linalg.slogdet(plan.after + np.eye(6))[1]
@@ -168,14 +170,14 @@ def test_what_was_measured_counts_and_the_plan_goes_for_the_rest(tmp_path: Path)
     d = design(lab.stiffness)
     session = random_session(lab, tmp_path / "a", 3, 10)
     elbow = d.measured(session.take(session.samples.reflector == 2))
-    plan = choose(d, postures(60, 3), loading(), 3, elbow)
+    plan = choose(design=d, postures=postures(60, 3), loading=loading(), count=3, before=elbow)
     assert plan.undetermined(plan.before) == [
         f"torsional stiffness per joint (joint-stiffness) of joint {k}" for k in (4, 5, 6)
     ]
     assert plan.undetermined(plan.after) == []
     assert np.all(plan.sd(plan.after) < plan.sd(plan.before))
     assert np.all(plan.candidates.reflector[plan.chosen] != 2)
-    afresh = choose(d, postures(60, 3), loading(), 3, np.zeros((6, 6)))
+    afresh = choose(design=d, postures=postures(60, 3), loading=loading(), count=3, before=np.zeros((6, 6)))
     assert np.all(plan.sd(plan.after)[3:] <= 1.05 * afresh.sd(afresh.after)[3:])
     assert (condition_number(elbow) or 0) > 1e4
     assert condition_number(np.zeros((6, 6))) is None
@@ -192,10 +194,10 @@ def test_what_was_measured_counts_and_the_plan_goes_for_the_rest(tmp_path: Path)
 
 def test_a_link_that_no_reflector_sees_stays_unknown_and_is_named() -> None:
     d = design(Lab().stiffness, reflectors=REFLECTORS[2:])
-    plan = choose(d, postures(40, 4), loading(), 6, np.zeros((6, 6)))
+    plan = choose(design=d, postures=postures(40, 4), loading=loading(), count=6, before=np.zeros((6, 6)))
     assert [words[-1] for words in plan.undetermined(plan.after)] == ["4", "5", "6"]
     with pytest.raises(StiffnessError, match=r"--count 41: expected 1 \.\.\. 40"):
-        choose(d, postures(40, 4), loading(), 41, np.zeros((6, 6)))
+        choose(design=d, postures=postures(40, 4), loading=loading(), count=41, before=np.zeros((6, 6)))
 
 
 @pytest.mark.parametrize("name", [ROBOT, "ur10"])

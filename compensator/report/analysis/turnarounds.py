@@ -1,0 +1,60 @@
+"""Turnarounds along a commanded path: where a joint reverses, and where the torque on it changes sign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.solve.compensation import Compensation
+from stiffness.memory.last_direction import last_direction
+
+Floats = npt.NDArray[np.float64]
+NO_TORQUE = 1e-6  # N*m that have no sign
+
+
+@dataclass(frozen=True)
+class Turnaround:
+    """A joint that reverses, or whose torque changes sign.
+
+    Attributes:
+        joint: counted from 1.
+        pose: index of the first pose after it.
+        line: of the source file.
+    """
+
+    joint: int
+    pose: int
+    line: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """As in the JSON report."""
+        return {"where": f"joint-{self.joint}", "source_line": self.line, "pose": self.pose}
+
+
+def reversals(c: Compensation, q: Floats) -> list[Turnaround]:
+    """Where a joint turns around along the commanded joint angles (N, n) rad, rapids included."""
+    return _where_signs_change(c, last_direction(np.diff(q, axis=0, prepend=q[:1])))
+
+
+def sign_changes(c: Compensation) -> list[Turnaround]:
+    """Where the torque of gravity and process on a joint changes sign."""
+    torque = c.command.torque
+    return _where_signs_change(c, np.where(np.abs(torque) > NO_TORQUE, np.sign(torque), 0.0))
+
+
+def _where_signs_change(c: Compensation, sign: Floats) -> list[Turnaround]:
+    """In the order of poses; a sign (N, n) of 0 is passed over."""
+    found = [
+        Turnaround(j + 1, int(k), int(c.path.toolpath.line[k]))
+        for j in range(sign.shape[1])
+        for k in _changes(sign[:, j])
+    ]
+    return sorted(found, key=lambda t: (t.pose, t.joint))
+
+
+def _changes(sign: Floats) -> npt.NDArray[np.intp]:
+    known = np.flatnonzero(sign != 0)
+    return np.asarray(known[1:][sign[known[1:]] != sign[known[:-1]]])

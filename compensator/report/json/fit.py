@@ -1,0 +1,69 @@
+"""The JSON report of ``identify``, by the global and by the local method."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from compensator.report.analysis.by_reflector import KINDS
+from compensator.report.analysis.predicted import predicted_sessions
+from compensator.report.json.text import MM, Report, known_numbers
+from stiffness.effects import BASE
+from stiffness.identification import scores
+from stiffness.identification.fit import Fit
+from stiffness.local_method.fit import LocalFit
+from stiffness.local_method.text import local_text
+from stiffness.model.model import ComplianceModel
+
+
+def fit_report(fit: Fit) -> Report:
+    """The numbers of a global fit."""
+    n = fit.unknowns.joints
+    known = np.ones(n, dtype=bool)
+    for u, ok in zip(fit.unknowns.free, fit.determined(), strict=True):
+        if u.effect == BASE.name:
+            known[u.index] = ok
+    k = fit.values()[BASE.name]["k_nm_per_rad"]
+    sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
+    return {
+        "effects": [e.name for e in fit.unknowns.effects],
+        "stiffness_nm_per_rad": known_numbers(k, known),
+        "stiffness_sd_nm_per_rad": known_numbers(sd, known),
+        "identifiable": known.tolist(),
+        "rms_mm": _rms(fit),
+        "n_readings": sum(len(s.samples) for s in fit.sessions),
+        "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
+        "condition_number": fit.condition_number(),
+        "observability": fit.observability(),
+        "not_identified": fit.not_identified(),
+        "notes": list(fit.notes),
+    }
+
+
+def _rms(fit: Fit) -> dict[str, Any]:
+    """RMS residual of each kind of reading: of the rigid arm, of the fit, and expected of the noise alone."""
+    out: dict[str, Any] = {}
+    sessions = predicted_sessions(fit)
+    for kind, judge in KINDS.items():
+        fitted = scores.pooled([judge(s.fit.session, s.fit.predicted, s.fit.used, s.fit.used) for s in sessions])
+        rigid = scores.pooled([judge(s.fit.session, s.rigid, s.fit.used, s.fit.used) for s in sessions])
+        out[kind] = None
+        if fitted is not None and rigid is not None:
+            out[kind] = {"rigid": rigid.rms * MM, "fitted": fitted.rms * MM, "noise_floor": fitted.noise_floor * MM}
+    return out
+
+
+def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
+    """The numbers of a fit joint by joint, and of the model made of it, under the same keys."""
+    return {
+        "effects": list(model.values),
+        "stiffness_nm_per_rad": known_numbers(fit.stiffness, fit.identified),
+        "stiffness_sd_nm_per_rad": known_numbers(fit.sd, fit.identified),
+        "identifiable": fit.identified.tolist(),
+        "rms_mm": {"displacement": None, "absolute": None},
+        "n_readings": sum(len(s.samples) for s in fit.sessions),
+        "outlier_rows": [],
+        "not_identified": [],
+        "notes": local_text(fit).splitlines(),
+    }

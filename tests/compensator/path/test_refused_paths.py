@@ -1,0 +1,195 @@
+"""Where a robot must not be sent: each refusal names pose, line, value and bound, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from compensator.errors import CompensatorError, PathError, SolveError
+from compensator.tasks.compensate import compensate_file, preview_file
+from tests.compensator.posture_toolpaths import between, job_at
+from tests.compensator.small_job import ABB, ROWS, STIFFNESS, Files, files
+from toolpaths.errors import ToolpathError
+
+HOME = [10, 15, 20, 30, 40, -20]
+AWAY = [12, 16, 21, 32, 42, -18]
+UR10_MODEL = {"effects": {"joint-stiffness": {"k_nm_per_rad": [3e4, 3e4, 2e4, 6e3, 5e3, 5e3]}}}
+
+
+def wrench(*six: float, frame: str = "tool") -> dict[str, Any]:
+    """A constant process."""
+    return {"process": {"kind": "constant", "frame": frame, "wrench": list(six)}}
+
+
+LATERAL = wrench(100.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+LIGHT = wrench(20.0, -10.0, 15.0, 0.5, 0.2, 0.1, frame="base")
+
+
+def solve(**bounds: Any) -> dict[str, Any]:
+    """[solve] with a fixed turn about the tool axis."""
+    return {"solve": {"free_tool_axis": False, **bounds}}
+
+
+def refusal(job: Files, kind: type[Exception]) -> str:
+    """The message of compensate; there must be no output."""
+    with pytest.raises(kind) as caught:
+        compensate_file(job.toolpath, job.cell, job.out / "out.mod", json=job.out / "out.json")
+    assert job.left() == []
+    return str(caught.value)
+
+
+Case = tuple[str, str, Sequence[Sequence[float]], dict[str, Any], dict[str, Any], type[Exception], str]
+SINGULAR = (
+    r"path\.csv:\d+ \(pose \d+\): too near the {} singularity \({}\): .* is ([-\d.e]+), bound ([\d.]+) \(solve\.{}\)"
+)
+CASES: list[Case] = [
+    ("wrist", ABB, between([10, 15, 20, 30, 10, -20], [10, 15, 20, 30, 0.5, -20], 12), {}, {}, PathError,
+     SINGULAR.format("wrist", "nominal", "min_wrist_angle")),
+    ("wrist of the command", ABB, between([10, 15, 20, 30, 2.1, -20], [12, 15, 20, 30, 2.1, -20], 4),
+     wrench(400.0, 0.0, 0.0, 0.0, 0.0, 0.0), {}, PathError, SINGULAR.format("wrist", "commanded", "min_wrist_angle")),
+    ("elbow", ABB, between([10, 15, -60, 30, 40, -20], [10, 15, -79.5, 30, 40, -20], 12), {}, {}, PathError,
+     SINGULAR.format("elbow", "nominal", "min_elbow_angle")),
+    ("shoulder", ABB, between([10, -64, 10, 30, 40, -20], [10, -64, 16.7, 30, 40, -20], 30), {}, {}, PathError,
+     SINGULAR.format("shoulder", "nominal", "min_shoulder")),
+    ("jacobian", "ur10", between([10, -60, 80, -110, -40, 20], [10, -60, 80, -110, -1, 20], 8), LIGHT, UR10_MODEL,
+     PathError, SINGULAR.format("jacobian", "nominal", "min_singular_value")),
+    ("joint limit", ABB, between([10, 15, 20, 30, 100, -20], [10, 15, 20, 30, 125, -20], 12), {}, {}, PathError,
+     r"path\.csv:\d+ \(pose \d+\): nominal angle of joint 5 is (12\d\.\d+) deg, limits are -120\.000 \.{3} (120)\.0"),
+    ("joint limit of the command", ABB, between([10, 15, 20, 30, 119.99, -20], [10, 16, 21, 31, 119.99, -19], 4),
+     wrench(-600.0, 0.0, 0.0, 0.0, 0.0, 0.0), {}, PathError,
+     r"path\.csv:2 \(pose 0\): commanded angle of joint 5 is (120\.\d+) deg, limits are -120\.000 \.{3} (120)\.0"),
+    ("configuration flip", ABB, between([10, 15, 20, 30, 0.3, -20], [12, 15, 20, 30, 0.3, -20], 4),
+     {**LATERAL, "gravity": "uncompensated", **solve(min_wrist_angle=0.001, max_correction=50.0)},
+     {"effects": {"joint-stiffness": {"k_nm_per_rad": [*STIFFNESS[:4], 2e4, 3.7e4]}}}, SolveError,
+     r"path\.csv:2 \(pose 0\): the corrected command lies in another arm configuration \(ABB cfx 1, path 0\)()()"),
+    ("joint jump", ABB, [[10, 15, 20, 5, 5, -20], [10, 15, 20, 175, 5, -190]], solve(min_wrist_angle=0.2), {},
+     PathError,
+     r"path\.csv:3 \(pose \d+\): joint 4 would jump ([\d.]+) deg .*max_joint_step is (30) deg"),
+    ("correction above its bound", ABB, between(HOME, AWAY, 8), solve(max_correction=1.5), {}, SolveError,
+     r"path\.csv:\d+ \(pose \d+\): correction (1\.[5-9]\d+) mm is above solve\.max_correction = (1\.5) mm \(\d+ poses"),
+    ("whole sag", ABB, between(HOME, AWAY, 8), {"gravity": "uncompensated"}, {}, SolveError,
+     r"correction (5\.\d+) mm is above solve\.max_correction = (5) mm.*gravity"),
+    ("too soft joints", ABB, between(HOME, AWAY, 8), {},
+     {"effects": {"joint-stiffness": {"k_nm_per_rad": [100.0] * 6}}}, SolveError,
+     r"15 of 15 poses have no command .* the worst: .*path\.csv:\d+ \(pose \d+\): ([\d.e+-]+)()"),
+    ("too soft tool", ABB, between(HOME, AWAY, 8), {},
+     {"effects": {"joint-stiffness": {"k_nm_per_rad": [1e6] * 6},
+                  "tool-compliance": {"linear_m_per_n": [1e-3] * 3, "angular_rad_per_nm": [1e-2] * 3}}}, SolveError,
+     r"15 of 15 poses have no command .* the worst: .*path\.csv:\d+ \(pose \d+\): ([\d.e+-]+)()"),
+    ("joint not identified", ABB, between(HOME, AWAY, 8), {},
+     {"effects": {"joint-stiffness": {"k_nm_per_rad": STIFFNESS, "identified": [True, True, False, True, True, True]}}},
+     SolveError, r"path\.csv:\d+ \(pose \d+\): the process loads joint 3 with (\d+) N\*m, .*model\.toml()"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES, ids=[c[0] for c in CASES])
+def test_refused(tmp_path: Path, case: Case) -> None:
+    """The words, and that the value named is beyond the bound named."""
+    _, robot, degrees, cell, model, kind, message = case
+    text = refusal(job_at(tmp_path, robot, degrees, cell, model), kind)
+    found = re.search(message, text)
+    assert found, text
+    value, bound = found.groups()
+    if bound and "too near the" in text:
+        assert float(value) < float(bound)
+    elif bound and "cfx" not in text:
+        assert float(value) > float(bound)
+
+
+@pytest.mark.parametrize(("case"), [c for c in CASES if "singularity" in c[6]], ids=lambda c: c[0])
+def test_the_bound_is_what_refuses(tmp_path: Path, case: Case) -> None:
+    """With a bound that lies below the value named, the pose named is not the first to be refused."""
+    _, robot, degrees, cell, model, kind, message = case
+    found = re.search(message, refusal(job_at(tmp_path, robot, degrees, cell, model), kind))
+    assert found
+    key = re.search(r"solve\.(\w+)", found[0])
+    assert key
+    value = {"min_wrist_angle": np.degrees, "min_elbow_angle": np.degrees, "min_shoulder": lambda v: v * 1e3}.get(
+        key[1], float
+    )(float(found[1]) * 0.9)
+    job = job_at(tmp_path, robot, degrees, {**cell, **solve(**{key[1]: float(value)})}, model)
+    try:
+        compensate_file(job.toolpath, job.cell, job.out / "out.csv")
+    except CompensatorError as e:
+        assert found[0].split(":")[1] not in str(e)
+
+
+def test_a_line_at_fault_is_named_as_in_the_file(tmp_path: Path) -> None:
+    """Line 7 of the file goes out of reach: the message says line 7 and shows the point as the file has it."""
+    rows = [list(r) for r in ROWS]
+    rows[5][:3] = [2500.0, 60.0, 700.0]
+    text = refusal(files(tmp_path, rows=rows), PathError)
+    assert re.search(r"path\.csv:7 \(pose \d+\): out of reach of abb-irb6600-175-255: TCP \([\d., ]+\) mm", text), text
+    away = re.search(r"is (\d+) mm from the base origin", text)
+    assert away and float(away[1]) > 2500
+
+
+@pytest.mark.parametrize("word", ["nan", "inf", "-inf", "1e400"])
+@pytest.mark.parametrize("column", [0, 3, 6])
+def test_not_a_number_in_the_toolpath(tmp_path: Path, word: str, column: int) -> None:
+    """NaN and infinity in any column, by line and column."""
+    rows: list[list[Any]] = [list(r) for r in ROWS]
+    rows[3][column] = word
+    text = refusal(files(tmp_path, rows=rows), ToolpathError)
+    assert re.search(rf"path\.csv:5: column {['x_mm', '', '', 'i', '', '', 'feed_mm_min'][column]}: ", text), text
+
+
+def test_nothing_to_cut(tmp_path: Path) -> None:
+    """A file of rapids only."""
+    text = refusal(files(tmp_path, rows=[r for r in ROWS if r[-1] == "rapid"]), CompensatorError)
+    assert re.search(r"path\.csv: no cutting move", text)
+
+
+def test_start_in_another_configuration_is_kept_to(tmp_path: Path) -> None:
+    """A [start] with the wrist turned over picks that configuration: refused where it cannot follow."""
+    flipped = [10.0, 15.0, 20.0, 30.0 - 180.0, -40.0, -20.0 + 180.0]
+    job = job_at(tmp_path, ABB, between(HOME, AWAY, 6), {"start": {"joints": flipped}})
+    done = compensate_file(job.toolpath, job.cell, job.out / "out.csv")
+    q = np.degrees(done.result.path.q)
+    assert np.allclose(q[0], flipped, atol=1e-6) and np.all(q[:, 4] < 0)
+
+
+def test_tool_call_without_an_entry(tmp_path: Path) -> None:
+    """G-code that calls T2 while the cell has [tools.1] only, and one that moves before any call."""
+    tool = {"xyz": [0.0, 0.0, 240.0]}
+    cell = {"tool": None, "tools": {"1": tool}}
+    job = files(tmp_path, cell)
+    nc = tmp_path / "path.nc"
+    nc.write_text("G21 G90\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nT2 M6\nG1 X50\n")
+    text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
+    assert re.search(r"path\.nc:6: tool 2 is called, but .*cell\.toml has \[tools\.N\] for 1 only", text)
+    nc.write_text("G21 G90\nG0 X0 Y0 Z50\nT1 M6\nG1 Z0 F500\n")
+    text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
+    assert re.search(r"path\.nc:2: moves before any tool call", text), text
+    nc.write_text("G21 G90\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nG1 X20\n")
+    assert compensate_file(nc, job.cell, job.out / "a.csv").report["n_cut"] > 0
+
+
+def test_a_preview_without_equilibrium(tmp_path: Path) -> None:
+    """What is too soft to stand is refused in a preview too, by file and line."""
+    soft = {"effects": {"joint-stiffness": {"k_nm_per_rad": [100.0] * 6}}}
+    job = job_at(tmp_path, ABB, between(HOME, AWAY, 8), {}, soft)
+    with pytest.raises(CompensatorError) as caught:
+        preview_file(job.toolpath, job.cell, csv=job.out / "out.csv")
+    assert job.left() == []
+    assert re.search(r"path\.csv:\d+ \(pose [\d.]+ of the file\): no static equilibrium", str(caught.value))
+
+
+def test_free_turn_and_a_lateral_force_in_the_tool_frame(tmp_path: Path) -> None:
+    """Only an axial force and moment make sense while the turn about the tool axis is open."""
+    axial = wrench(0.0, 0.0, 200.0, 0.0, 0.0, 3.0)
+    for k, lateral in ((0, 100.0), (1, -50.0), (3, 2.0), (4, -2.0)):
+        bad = wrench(*[lateral if i == k else 0.0 for i in range(6)])
+        text = refusal(files(tmp_path, bad), CompensatorError)
+        assert re.search(r"cell\.toml: process\.frame = 'tool' with a lateral force or moment", text)
+    job = files(tmp_path, axial)
+    assert compensate_file(job.toolpath, job.cell, job.out / "a.csv").files
+    # a fixed turn is not enough: the file itself has to say the orientation
+    both = files(tmp_path, {**LATERAL, "solve": {"free_tool_axis": False}})
+    (both.out / "a.csv").unlink()
+    assert "fixed orientation" in refusal(both, CompensatorError)

@@ -1,0 +1,60 @@
+"""A reader of HTML pages for tests."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from typing import Any
+
+from plotly.offline import get_plotlyjs
+
+VOID = {"meta", "br", "img", "link", "hr", "input"}
+
+
+class Walk(HTMLParser):
+    """Tags that open and close in order; text outside scripts and styles; every attribute."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.words: list[str] = []
+        self.attributes: list[tuple[str, str, str]] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open[-3:]}"
+        self.open.pop()
+
+    def handle_data(self, data: str) -> None:
+        if self.open[-1:] not in (["script"], ["style"]):
+            self.words.append(data)
+
+    @property
+    def said(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+
+def figures_in(text: str) -> dict[str, Any]:
+    """The figures of a page; a number that is not finite is refused."""
+    found = re.search(r'<script type="application/json" id="figures">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    return json.loads(found[1], parse_constant=_refused)  # type: ignore[no-any-return]
+
+
+def _refused(constant: str) -> None:
+    raise ValueError(f"{constant} in a figure")
+
+
+def own(text: str) -> str:
+    """The page without plotly.js."""
+    assert text.count(get_plotlyjs()) == 1
+    return text.replace(get_plotlyjs(), "")

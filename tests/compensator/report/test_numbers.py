@@ -1,0 +1,67 @@
+"""Numbers and units as reports write them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from compensator.report.json.text import as_json, known_numbers
+from compensator.report.words.numbers import (
+    deflection_mm,
+    joined,
+    parameter_words,
+    residual_mm,
+    rounded,
+    shown_unit,
+    with_sd,
+)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (0.0, "0.0000"), (12.3456789, "12.3457"), (0.001, "0.0010"), (0.000999, "0.00100"),
+        (6.99e-5, "0.000070"), (3.2e-6, "0.000003"), (9e-10, "< 0.000001"),
+    ],
+)  # fmt: skip
+def test_deflection_mm(value: float, shown: str) -> None:
+    assert deflection_mm(value) == shown
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(0.0, "0"), (12.3456789, "12.35"), (0.0123456, "0.01235"), (1.23456e-5, "0.000012"), (54321.0, "54321")],
+)
+def test_residual_mm(value: float, shown: str) -> None:
+    assert residual_mm(value) == shown
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "shown"),
+    [(1996912.3, 5612.0, "1,996,900"), (0.0123456, 0.00021, "0.01235"), (float("inf"), 3.0, "∞"), (-0.001, 0.4, "0.00"),
+     (5.0, 0.0, "5"), (37650.4, 9.96, "37,650.4")],
+)  # fmt: skip
+def test_digits_follow_the_standard_deviation(value: float, sd: float, shown: str) -> None:
+    assert rounded(value, sd) == shown
+
+
+def test_a_number_with_its_standard_deviation() -> None:
+    assert with_sd(0.0123456, 0.00021) == "0.01235 ± 0.00021"
+    assert with_sd(0.3, 0.0) == "0.3"  # searched, not fitted
+
+
+def test_units_and_names() -> None:
+    assert shown_unit("rad") == ("mrad", 1e3)
+    assert shown_unit("m/N") == ("µm/N", 1e6) and shown_unit("m/N", rates=False) == ("m/N", 1.0)
+    assert shown_unit("N*m") == ("N·m", 1.0)
+    assert [parameter_words(n) for n in ("k_nm_per_rad", "gap_rad", "friction_nm", "ratio")] == [
+        "k", "gap", "friction", "ratio",
+    ]  # fmt: skip
+    assert [joined(["a", "b", "c"][:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]
+
+
+def test_json_has_no_number_that_is_not_finite() -> None:
+    assert as_json({"a": [1.0, None]}) == '{\n  "a": [\n    1.0,\n    null\n  ]\n}\n'
+    with pytest.raises(ValueError, match="JSON compliant"):
+        as_json({"a": float("nan")})
+    assert known_numbers(np.array([1.0, np.nan]), [True, False]) == [1.0, None]

@@ -1,0 +1,25 @@
+"""The direction of the last real travel: rounding in a command is no reversal."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffness.effects.effect import REVERSAL
+from stiffness.memory.last_direction import last_direction
+
+
+def test_it_is_the_sign_of_the_last_travel() -> None:
+    move = np.array([[0.0], [0.1], [0.0], [-0.2], [-0.1], [0.3]])
+    assert last_direction(move).ravel().tolist() == [0, 1, 1, -1, -1, 1]
+
+
+def test_less_than_a_reversal_changes_nothing() -> None:
+    move = np.array([[0.1], [-0.3 * REVERSAL], [0.2 * REVERSAL], [-2 * REVERSAL]])
+    directions = last_direction(move).ravel()
+    assert directions[0] == 1 and directions[-1] == -1 and -1 not in directions[:-1]
+
+
+def test_joints_are_apart_and_no_pose_is_no_direction() -> None:
+    move = np.array([[0.1, -0.1], [-0.1, 0.0]])
+    assert last_direction(move).tolist() == [[1, -1], [-1, -1]]
+    assert last_direction(np.empty((0, 6))).shape == (0, 6)
