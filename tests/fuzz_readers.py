@@ -22,22 +22,18 @@ import atheris
 import numpy as np
 
 with atheris.instrument_imports(include=["toolpaths"]):
-    from tests.contracts.test_readers import FRAGMENTS, SAMPLES
-    from tests.oracles import robot_programs
+    from tests.contracts.samples import READ
+    from tests.oracles.random_apt import RandomApt
     from tests.oracles.random_gcode import RandomProgram
-    from tests.toolpaths.test_apt_second_reader import Writer
-    from tests.toolpaths.test_gcode_fuzz import MACHINE, WORDS
     from toolpaths.errors import ReadError
-    from toolpaths.languages.table import LANGUAGES, READ
+    from toolpaths.languages.table import LANGUAGES
     from toolpaths.toolpath import CUT, Toolpath
 
-    for language in READ:
-        import_module(f"toolpaths.languages.{language.name}.reader")
-
-SUFFIXES = {language.name: language.reads for language in READ}
+    for name in READ:
+        import_module(f"toolpaths.languages.{name}.reader")
 
 ROOT = Path(__file__).parents[1]
-DAT = b"\n;;;; beside it: .dat\n"  # a KRL input is two files
+BESIDE = b"\n;;;; beside it: .dat\n"  # some inputs are two files
 SLOW = 5.0  # s for one input of at most LONGEST bytes
 LONGEST, MEMORY, HANG = 4096, 1500, 30  # bytes, MB, s
 CHORD = 1e-3  # m: arcs of a few points, so that the time goes into reading
@@ -46,44 +42,43 @@ Read = Callable[[Path], Toolpath]
 
 def seeds(language: str) -> list[bytes]:
     """Small programs to begin with: those of the contracts, the pages, the golden files and the random writers."""
-    suffixes = SUFFIXES[language]
-    texts = [SAMPLES[language]]
+    suffixes, sample = LANGUAGES[language].reads, READ[language]
+    texts = [sample.text]
     for page in sorted((ROOT / "docs").glob("*.md")):
         for word, text in re.findall(r"^```(\w+)[^\n]*\n(.*?)^```$", page.read_text(), re.M | re.S):
             texts += [text] if f".{word}" in suffixes else []
     if language == "gcode":
         texts += [RandomProgram(seed, 20).text for seed in range(20)]
     elif language == "apt":
-        texts += [Writer(seed).text() for seed in range(20)]
-    elif language == "rapid":
-        texts.append(robot_programs.RAPID)
+        texts += [RandomApt(seed).text() for seed in range(20)]
+    if sample.whole and not sample.beside:
+        texts.append(sample.whole)
     golden = [p.read_bytes() for p in sorted((ROOT / "tests/golden").iterdir()) if p.suffix in suffixes]
     out = [data[:LONGEST] for data in [*(text.encode() for text in texts), *golden]]
-    if language == "krl":
-        out.append(robot_programs.KRL.encode() + DAT + robot_programs.KRL_DAT.encode())
+    if sample.beside:
+        out.append(sample.whole.encode() + BESIDE + sample.beside[1].encode())
     return out
 
 
 def words(language: str) -> list[bytes]:
     """What libFuzzer may put in: pieces of the language, and every word of the seeds."""
-    found = {w.encode() for w in FRAGMENTS[language] + (WORDS if language == "gcode" else [])}
+    found = {w.encode() for w in READ[language].fragments}
     for seed in seeds(language):
         found.update(re.findall(rb"[$#A-Za-z_][\w.$]+", seed))
     return sorted(w for w in found if 0 < len(w) < 40)
 
 
 def reader(language: str, folder: Path) -> Callable[[bytes], Toolpath]:
-    """The reader, for the content of a file; G-code of odd length stands on a machine with rotary axes."""
-    file = folder / f"part{SUFFIXES[language][0]}"
-    machined = LANGUAGES[language].on_a_machine
+    """The reader, for the content of a file; one of odd length stands on the machine of the sample, if any."""
+    file, sample = folder / f"part{LANGUAGES[language].reads[0]}", READ[language]
 
     def run(data: bytes) -> Toolpath:
-        main, _, beside = data.partition(DAT) if language == "krl" else (data, b"", b"")
+        main, _, beside = data.partition(BESIDE) if sample.beside else (data, b"", b"")
         file.write_bytes(main)
-        if language == "krl":
-            dat = file.with_suffix(".dat")
-            dat.write_bytes(beside) if beside else dat.unlink(missing_ok=True)
-        return LANGUAGES[language].read(file, "part", CHORD, MACHINE if machined and len(data) % 2 else None)
+        if sample.beside:
+            other = file.with_suffix(sample.beside[0])
+            other.write_bytes(beside) if beside else other.unlink(missing_ok=True)
+        return LANGUAGES[language].read(file, "part", CHORD, sample.machine if len(data) % 2 else None)
 
     return run
 
@@ -166,7 +161,7 @@ def fuzz(language: str, runs: int, seed: int, corpus: Path, make: Callable[[str,
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description="Fuzz a reader.")
-    parser.add_argument("--language", choices=sorted(SUFFIXES), required=True)
+    parser.add_argument("--language", choices=sorted(READ), required=True)
     parser.add_argument("--runs", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--corpus", type=Path, help="folder that keeps the inputs found; else a temporary one")

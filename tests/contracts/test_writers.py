@@ -11,42 +11,28 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from tests.contracts.samples import READ, WRITTEN, to_write
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
-from toolpaths.errors import WriteError
-from toolpaths.files import language_of, read_back, write_program
+from toolpaths.errors import ReadError, WriteError
+from toolpaths.files import language_of, read_back, read_toolpath, refuse_own, write_program
 from toolpaths.frame import Frame
 from toolpaths.languages import table
+from toolpaths.toolpath import CUT
 
 GOLDEN = Path(__file__).parent.parent / "golden"
-SUFFIX = {language.name: language.writes for language in table.WRITTEN}
-WRITTEN = sorted(SUFFIX)
-
-#: What a language loses by printing: m, entries of the rotation, share of the feed. INFORM prints 0.001 mm, 0.0001 deg
-#: and 0.1 mm/s in the robot's frame; a TP program says 0.0333333 m/s as cm/min.
-LOSSES = {"inform": (0.88e-6, 1.7e-6, 0.03), "fanuc": (0.51e-7, 3e-7, 3e-5)}
-NO_LOSS = (0.51e-7, 3e-7, 1e-5)
-
-#: Languages whose rapids are written with a speed of their own.
-RAPID_SPEEDS = {"krl", "fanuc", "val3", "inform"}
-
-#: Languages that are not split.
-ONE_FILE = {"csv", "gcode"}
 
 
-def target(folder: Path, language: str) -> Path:
-    return folder / f"part1{SUFFIX[language]}"
-
-
-def test_every_language_of_the_interface_has_a_row():
-    assert sorted(["rapid", "krl", "fanuc", "urscript", "val3", "inform", "gcode", "csv"]) == WRITTEN
-    assert len(set(SUFFIX.values())) == len(WRITTEN)
+def test_every_language_that_is_written_has_a_sample():
+    assert set(WRITTEN) == {language.name for language in table.WRITTEN}
+    assert len({language.writes for language in table.WRITTEN}) == len(WRITTEN)
 
 
 @pytest.mark.parametrize("language", WRITTEN)
 def test_golden(language, tmp_path):
     """The whole small program, byte by byte. To renew: write small() there and read the difference."""
-    for path in write_program(small(), target(tmp_path, language)).files:
+    for path in write_program(small(), to_write(tmp_path, language)).files:
         assert path.read_bytes() == (GOLDEN / path.name).read_bytes()
 
 
@@ -55,7 +41,7 @@ def test_same_program_same_bytes(language, tmp_path):
     texts = []
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
-        written = write_program(random_program(100, 3), target(tmp_path / folder, language))
+        written = write_program(random_program(100, 3), to_write(tmp_path / folder, language))
         texts.append(b"".join(f.read_bytes() for f in written.files))
     assert texts[0] == texts[1] and len(texts[0]) > 5000
 
@@ -63,26 +49,55 @@ def test_same_program_same_bytes(language, tmp_path):
 @pytest.mark.parametrize("language", WRITTEN)
 @pytest.mark.parametrize("n", [1, 2, 700, 5001, 12345])
 def test_read_back(language, n, tmp_path):
-    program = random_program(n, n)
-    written = write_program(program, target(tmp_path, language))
-    assert written.files[0] == target(tmp_path, language)
+    program, sample = random_program(n, n), WRITTEN[language]
+    written = write_program(program, to_write(tmp_path, language))
+    assert written.files[0] == to_write(tmp_path, language)
     assert {f.name for f in tmp_path.iterdir()} == {f.name for f in written.files}
-    alone = {"val3": 5}.get(language, 1)  # VAL3: data, project, start and stop beside the program
-    assert (len(written.files) > alone) == (n > 5000 and language not in ONE_FILE)
+    assert (len(written.files) > sample.files) == (n > 5000 and sample.split)
     back = read_back(written.files[0])
     assert len(back.position) == n
-    position, rotation, share = LOSSES.get(language, NO_LOSS)
-    np.testing.assert_allclose(back.position, program.position, atol=position)
-    known = np.s_[:, :, 2] if language == "gcode" else np.s_[:]  # G-code has the tool vector, no turn about it
-    np.testing.assert_allclose(back.rotation[known], program.rotation[known], atol=rotation)
-    feed = np.where(np.isnan(program.feed), 0.5 if language in RAPID_SPEEDS else np.nan, program.feed)
-    np.testing.assert_allclose(back.feed, feed, rtol=share)
+    np.testing.assert_allclose(back.position, program.position, atol=sample.position)
+    known = np.s_[:] if sample.turns else np.s_[:, :, 2]  # else the tool vector
+    np.testing.assert_allclose(back.rotation[known], program.rotation[known], atol=sample.rotation)
+    feed = np.where(np.isnan(program.feed), 0.5 if sample.rapid_speed else np.nan, program.feed)
+    np.testing.assert_allclose(back.feed, feed, rtol=sample.feed)
     if back.configuration is not None:
         np.testing.assert_array_equal(back.configuration, program.configuration)
     start = program.joints[0] if back.joints is None else back.joints[0]
     np.testing.assert_allclose(start, program.joints[0], atol=1e-8)
     if back.start_joints is not None:
         np.testing.assert_allclose(back.start_joints, program.joints[0], atol=1e-8)
+
+
+@pytest.mark.parametrize("language", [name for name in WRITTEN if name in READ and not table.LANGUAGES[name].table])
+def test_what_is_written_is_read(language, tmp_path):
+    """By the reader of the language: what the read-back finds, to the printed digits; as a source it is refused."""
+    program, sample = random_program(2000, 6), WRITTEN[language]
+    write_program(program, file := to_write(tmp_path, language))
+    with pytest.raises(ReadError, match="compensated already") as caught:
+        refuse_own(file)
+    assert b"ompensated " in file.read_bytes().split(b"\n")[caught.value.line - 1]
+    path, back = read_toolpath(file), read_back(file)
+    assert len(path) == len(program) + sample.start
+    path = path.take(np.arange(sample.start, len(path)))
+    np.testing.assert_allclose(path.position, back.position, atol=1e-12)
+    np.testing.assert_allclose(path.position, program.position, atol=sample.position)
+    np.testing.assert_array_equal(path.kind, CUT if sample.rapid_speed else program.kind)  # lines with a speed are cuts
+    feed = np.where(program.kind == CUT, program.feed, program.rapid_speed)
+    cut = path.kind == CUT
+    np.testing.assert_allclose(path.feed[cut], feed[cut], rtol=sample.feed)
+    np.testing.assert_allclose(-path.axis, program.rotation[:, :, 2], atol=sample.rotation)
+    if sample.turns:
+        turned = Rotation.from_quat(path.quaternion, scalar_first=True).as_matrix()
+        np.testing.assert_allclose(turned, program.rotation, atol=sample.rotation)
+    if sample.frame is not None:
+        setting, wanted = path.setting, program.tools[1]
+        np.testing.assert_allclose(setting.workobject.matrix, program.workobject.matrix, atol=sample.frame)
+        (tool,) = setting.tools.values()
+        np.testing.assert_allclose(tool.frame.matrix, wanted.frame.matrix, atol=sample.frame)
+        assert tool.mass is None or tool.mass == wanted.mass
+        told = setting.configuration[-len(program) :]
+        assert (told == program.configuration).all() or (told == -1).all()
 
 
 @pytest.mark.parametrize("language", WRITTEN)
@@ -93,7 +108,7 @@ def test_not_a_number_is_refused_with_its_pose(language, name, value, tmp_path):
     array = getattr(program, name).copy()
     array[37, 1] = value
     with pytest.raises(WriteError, match=rf"pose 37 \(random.nc:38\): {name} is not a finite number"):
-        write_program(changed(program, **{name: array}), target(tmp_path, language))
+        write_program(changed(program, **{name: array}), to_write(tmp_path, language))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -131,7 +146,7 @@ def cut_out(program, s: slice):
 @pytest.mark.parametrize("language", WRITTEN)
 @pytest.mark.parametrize(("case", "spoil", "message"), REFUSED, ids=[r[0] for r in REFUSED])
 def test_refused_as_a_whole(language, case, spoil, message, tmp_path):
-    old = target(tmp_path, language)
+    old = to_write(tmp_path, language)
     old.write_bytes(b"what was there")
     with pytest.raises(WriteError, match=message):
         write_program(spoil(small()), old)
@@ -170,7 +185,7 @@ def sizes(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("language", WRITTEN)
 def test_full_disk_leaves_nothing_behind(language, tmp_path):
     """A file-size limit stands for the full disk: the write fails in the middle, after files are complete."""
-    write_program(small(), target(tmp_path, language))
+    write_program(small(), to_write(tmp_path, language))
     before = sizes(tmp_path)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     old = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -178,7 +193,7 @@ def test_full_disk_leaves_nothing_behind(language, tmp_path):
         # small main modules fit, the parts do not
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, hard))
         with pytest.raises(WriteError, match=r"cannot be written: File too large. Nothing was changed"):
-            write_program(random_program(6000, 2), target(tmp_path, language))
+            write_program(random_program(6000, 2), to_write(tmp_path, language))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
         signal.signal(signal.SIGXFSZ, old)
@@ -188,7 +203,7 @@ def test_full_disk_leaves_nothing_behind(language, tmp_path):
 @pytest.mark.parametrize("language", WRITTEN)
 def test_failing_rename_puts_everything_back(language, tmp_path, monkeypatch):
     """The last of several renames fails: what was renamed before is as it was."""
-    write_program(random_program(6000, 2), target(tmp_path, language))
+    write_program(random_program(6000, 2), to_write(tmp_path, language))
     before, real, left = sizes(tmp_path), os.replace, [len(sizes(tmp_path)) - 1]
 
     def replace(source, to):
@@ -200,7 +215,7 @@ def test_failing_rename_puts_everything_back(language, tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "replace", replace)
     with pytest.raises(WriteError, match=r"Input/output error\. Nothing was changed"):
-        write_program(random_program(6000, 3), target(tmp_path, language))
+        write_program(random_program(6000, 3), to_write(tmp_path, language))
     assert sizes(tmp_path) == before
 
 
@@ -212,13 +227,13 @@ def test_folder_that_does_not_take_files(language, tmp_path):
         folder = tmp_path / "closed"
         folder.mkdir(mode=0o500)
     with pytest.raises(WriteError, match=r"part1\.\w+: cannot be written"):
-        write_program(small(), target(folder, language))
+        write_program(small(), to_write(folder, language))
     with pytest.raises(WriteError, match="cannot be written: No such file or directory"):
-        write_program(small(), target(tmp_path / "missing", language))
+        write_program(small(), to_write(tmp_path / "missing", language))
     (tmp_path / "taken").mkdir()
-    target(tmp_path / "taken", language).mkdir()
+    to_write(tmp_path / "taken", language).mkdir()
     with pytest.raises(WriteError, match="a folder of this name is in the way"):
-        write_program(small(), target(tmp_path / "taken", language))
+        write_program(small(), to_write(tmp_path / "taken", language))
     assert len(list((tmp_path / "taken").iterdir())) == 1
 
 
@@ -235,7 +250,7 @@ def test_memory_is_bounded_by_blocks(language, tmp_path):
         "print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script, str(target(tmp_path, language))],
+        [sys.executable, "-c", script, str(to_write(tmp_path, language))],
         capture_output=True, text=True, check=True, cwd=GOLDEN.parent.parent,
     )  # fmt: skip
     written = sum(f.stat().st_size for f in tmp_path.iterdir()) / 2**20
@@ -246,6 +261,6 @@ def test_memory_is_bounded_by_blocks(language, tmp_path):
 def test_load_that_is_not_known_is_said(tmp_path):
     tool = type(SPINDLE)(SPINDLE.name, SPINDLE.frame)
     for language in ("rapid", "krl"):
-        written = write_program(changed(small(), tools={1: tool}), target(tmp_path, language))
+        written = write_program(changed(small(), tools={1: tool}), to_write(tmp_path, language))
         assert any("tool 1" in str(f) and "mass is not known" in str(f) for f in written.findings)
-        assert write_program(small(), target(tmp_path, language)).findings == ()
+        assert write_program(small(), to_write(tmp_path, language)).findings == ()

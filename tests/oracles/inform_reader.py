@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.oracles.controller_files import about_axes, crlf_text
+
 MM, DEGREE = r"-?\d+\.\d{3}", r"-?\d+\.\d{4}"
 
 
@@ -52,9 +54,7 @@ def read(path: Path) -> Run:
 
 
 def lines_of(path: Path) -> list[str]:
-    raw = path.read_bytes()
-    assert raw.count(b"\r\n") == raw.count(b"\n") == raw.count(b"\r"), "line ends"
-    lines = raw.decode("ascii").split("\r\n")
+    lines = crlf_text(path).split("\n")
     assert lines.pop() == ""
     return lines
 
@@ -162,11 +162,7 @@ def dialect(path: Path) -> Dialect:
 
 def pose(position: Position) -> np.ndarray:
     """(4, 4) mm: the frame turned in the order Rz, Ry, Rx about its own axes."""
-    rx, ry, rz = np.radians(position.angles)
-    c, s = np.cos, np.sin
-    x = np.array([[1, 0, 0], [0, c(rx), -s(rx)], [0, s(rx), c(rx)]])
-    y = np.array([[c(ry), 0, s(ry)], [0, 1, 0], [-s(ry), 0, c(ry)]])
-    z = np.array([[c(rz), -s(rz), 0], [s(rz), c(rz), 0], [0, 0, 1]])
+    x, y, z = about_axes(*position.angles)
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = z @ y @ x, position.xyz
     return out

@@ -12,6 +12,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests.oracles.controller_files import at_commas, crlf_text
+
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 KNOWN = r"BAS\(#\w+,\d+\)|INTERRUPT ON 3|GLOBAL INTERRUPT DECL 3 WHEN \$STOPMESS==TRUE DO \w+\(\)"
 COMPONENTS = {
@@ -46,9 +48,7 @@ def read(path: Path) -> State:
 
 
 def run(path: Path, state: State, depth: int) -> None:
-    raw = path.read_bytes()
-    assert raw.count(b"\r\n") == raw.count(b"\n") == raw.count(b"\r"), "line ends"
-    lines = raw.decode("ascii").split("\r\n")
+    lines = crlf_text(path).split("\n")
     assert lines[-1] == "" and max(map(len, lines)) <= 256
     assert depth < 5
     body = [line.strip() for line in lines[:-1]]
@@ -96,8 +96,8 @@ def aggregate(text: str, kind: str) -> dict:
         assert m[1] == kind, f"{m[1]}, expected {kind}"
         inner = inner[m.end() :]
     out: dict = {}
-    for part in split(inner):
-        m = re.fullmatch(r"(\w+) (.*)", part.strip())
+    for part in at_commas(inner, "{}"):
+        m = re.fullmatch(r"(\w+) (.*)", part)
         assert m and m[1] in COMPONENTS[kind] and m[1] not in out, part
         if m[2].startswith("{"):
             out[m[1]] = aggregate(m[2], {"CM": "FRAME", "J": "INERTIA"}[m[1]])
@@ -105,14 +105,3 @@ def aggregate(text: str, kind: str) -> dict:
             assert re.fullmatch(NUMBER if m[1] not in ("S", "T") else r"\d+", m[2]), part
             out[m[1]] = float(m[2])
     return out
-
-
-def split(text: str) -> list[str]:
-    """At commas outside braces."""
-    parts, depth, start = [], 0, 0
-    for i, c in enumerate(text):
-        depth += (c == "{") - (c == "}")
-        if c == "," and depth == 0:
-            parts.append(text[start:i])
-            start = i + 1
-    return [*parts, text[start:]]

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.oracles.controller_files import crlf_text
+
 # RAPID reference, data types zonedata and speeddata: what the controller knows without a declaration.
 FINE = [True, 0, 0, 0, 0, 0, 0]
 PREDEFINED = {
@@ -60,9 +62,9 @@ def read(path: Path) -> tuple[list[Move], list[str]]:
     listing = path.with_suffix(".pgf")
     names = [path.name]
     if listing.exists():
-        names = re.findall(r"<Module>(.*?)</Module>", text_of(listing))
+        names = re.findall(r"<Module>(.*?)</Module>", crlf_text(listing))
         assert names[0] == path.name
-    modules = [Parser(text_of(path.parent / name)).module() for name in names]
+    modules = [Parser(crlf_text(path.parent / name)).module() for name in names]
     shared: dict = {}
     for module in modules:
         for table in (module.data, module.routines, {module.name: None}):
@@ -70,13 +72,6 @@ def read(path: Path) -> tuple[list[Move], list[str]]:
                 assert name.lower() not in shared, f"{name} is declared twice"
                 shared[name.lower()] = (module, name)
     return Run(modules, shared).main()
-
-
-def text_of(path: Path) -> str:
-    raw = path.read_bytes()
-    assert raw.count(b"\r\n") == raw.count(b"\n") == raw.count(b"\r"), "line ends"
-    assert raw.endswith(b"\r\n")
-    return raw.decode("ascii").replace("\r\n", "\n")
 
 
 class Parser:

@@ -10,6 +10,21 @@ def target(x: float, y: float, z: float) -> str:
     return f"[[{x},{y},{z}],[0,1,0,0],[0,0,0,0],{_AXES}]"
 
 
+def module(body: str, data: str = "", rest: str = "") -> str:
+    """A RAPID module: declarations, what main() does, other routines."""
+    return f"MODULE M\n{data}PROC main()\n{body}\nENDPROC\n{rest}ENDMODULE\n"
+
+
+def source(body: str, rest: str = "") -> str:
+    """A KRL program, and other routines of its file."""
+    return f"DEF PART()\n{body}\nEND\n{rest}"
+
+
+def script(*lines: str, before: str = "") -> str:
+    """A URScript program of one function, which is called; ``before`` stands in front of it."""
+    return f"{before}def part():\n" + "".join(f"  {line}\n" for line in lines) + "end\npart()\n"
+
+
 # tool and work object are those of tests/compensator/small_job.py
 HALF = "0.976296007119933,0,0.216439613938103,0"  # 25 deg about y
 TURN = "0.984807753012208,0,0,0.173648177666930"  # 20 deg about z

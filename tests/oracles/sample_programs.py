@@ -87,6 +87,21 @@ def random_program(n: int, seed: int, name: str = "RANDOM", lock: bool = True) -
     )
 
 
+def two_tools(name: str = "b", number: int = 2, mass: float | None = None) -> Program:
+    """Seven cuts in a row, 10 mm each: three with the spindle, four with another tool."""
+    other = ToolFrame(name, Frame(np.eye(3), np.array([0, 0, 0.3])), mass)
+    tool = np.array([1, 1, 1, number, number, number, number], dtype=np.int32)
+    xyz = np.column_stack((np.arange(7) * 1e-2, np.zeros(7), np.zeros(7)))
+    return changed(random_program(7, 2), tools={1: SPINDLE, number: other}, tool=tool, position=xyz)
+
+
+def on_the_spot() -> Program:
+    """The tool turns about y between two straight moves, in small steps."""
+    turns = np.radians(np.outer([0, 0, 0.1, 0.2, 0.3, 0.8, 1.3, 1.3], [0, 1, 0]))
+    xyz = np.array([[0, 0, 0]] + [[5, 0, 0]] * 6 + [[9, 0, 0]]) * 1e-3
+    return changed(random_program(8, 1, lock=False), position=xyz, rotation=Rotation.from_rotvec(turns).as_matrix())
+
+
 def changed(program: Program, **values: object) -> Program:
     """The program with other values."""
     return replace(program, **values)

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tests.oracles.controller_files import at_commas
+
 NUMBER = r"-?\d+(?:\.\d+)?"
 #: The manual's parameters, in their order, with their defaults.
 PARAMETERS = {
@@ -93,7 +95,7 @@ def execute(line: str, run: Run) -> None:
 
 def arguments(word: str, text: str, run: Run) -> dict:
     values, names = dict(PARAMETERS[word]), list(PARAMETERS[word])
-    for i, part in enumerate(split(text)):
+    for i, part in enumerate(at_commas(text, "[(])")):
         m = re.fullmatch(r"([a-z]+) ?= ?(.*)", part)
         name, value = (m[1], m[2]) if m else (names[i], part)
         assert name in values, f"{word} has no {name}"
@@ -110,7 +112,7 @@ def evaluate(text: str, run: Run):
     if m := re.fullmatch(r'"([^"]*)"', text):
         return m[1]
     if m := re.fullmatch(r"(p?)\[(.*)\]", text):
-        numbers = np.array([evaluate(part, run) for part in split(m[2])])
+        numbers = np.array([evaluate(part, run) for part in at_commas(m[2], "[(])")])
         return matrix(numbers) if m[1] else numbers
     if m := re.fullmatch(r"pose_trans\((.*)\)", text):
         given = arguments("pose_trans", m[1], run)
@@ -124,15 +126,3 @@ def matrix(p: np.ndarray) -> np.ndarray:
     out[:3, :3] = Rotation.from_rotvec(p[3:]).as_matrix()
     out[:3, 3] = p[:3]
     return out
-
-
-def split(text: str) -> list[str]:
-    """At commas outside brackets and strings."""
-    parts, depth, quoted, start = [], 0, False, 0
-    for i, c in enumerate(text):
-        quoted ^= c == '"'
-        depth += (c in "[(") - (c in "])")
-        if c == "," and depth == 0 and not quoted:
-            parts.append(text[start:i].strip())
-            start = i + 1
-    return [*parts, text[start:].strip()]

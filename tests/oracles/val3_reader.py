@@ -17,6 +17,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from tests.oracles.controller_files import about_axes
+
 SPACE = "{http://www.staubli.com/robotics/VAL3/%s}%s"
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,14}")
 FIELDS = {
@@ -160,11 +162,7 @@ def at(app: Application, name: str, index: str, kind: str) -> dict:
 
 def pose(app: Application, value: dict) -> np.ndarray:
     """(4, 4) of a frame, tool or point in the father's frame: translation, then rx, ry, rz about moving axes."""
-    rx, ry, rz = np.radians([value["rx"], value["ry"], value["rz"]])
-    c, s = np.cos, np.sin
-    x = np.array([[1, 0, 0], [0, c(rx), -s(rx)], [0, s(rx), c(rx)]])
-    y = np.array([[c(ry), 0, s(ry)], [0, 1, 0], [-s(ry), 0, c(ry)]])
-    z = np.array([[c(rz), -s(rz), 0], [s(rz), c(rz), 0], [0, 0, 1]])
+    x, y, z = about_axes(value["rx"], value["ry"], value["rz"])
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = x @ y @ z, [value["x"], value["y"], value["z"]]
     return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,9 @@ import numpy as np
 import robodk.robomath as robomath
 
 from tests.oracles import fanuc_reader, inform_reader, krl_reader, rapid_reader, urscript_reader, val3_reader
+from toolpaths.files import write_program
+from toolpaths.languages.table import writing
+from toolpaths.writing.program import Program
 
 
 @dataclass
@@ -22,12 +26,14 @@ class Line:
         tool: (4, 4) mm of the TCP in the flange, or the number of the tool where the language holds no data.
         speed: mm/s.
         reach: mm of rounding at its end; 0: stands there; NaN: the controller chooses.
+        local: (4, 4) mm of the TCP in the work object, where the program has it so.
     """
 
     pose: np.ndarray
     tool: np.ndarray | int
     speed: float
     reach: float
+    local: np.ndarray | None = None
 
 
 def _rows(pose: robomath.Mat) -> np.ndarray:
@@ -46,11 +52,12 @@ def rapid(files: list[Path]) -> list[Line]:
     def frame(pose: list) -> np.ndarray:
         return _at(pose[0], robomath.quaternion_2_pose(pose[1]))
 
-    return [
-        Line(frame(m.wobj[3]) @ frame(m.target), frame(m.tool[1]), m.speed[0], 0.0 if m.zone[0] else max(m.zone[1:3]))
-        for m in moves
-        if m.word == "MoveL"
-    ]
+    out = []
+    for m in moves:
+        if m.word == "MoveL":
+            local, reach = frame(m.target), 0.0 if m.zone[0] else max(m.zone[1:3])
+            out.append(Line(frame(m.wobj[3]) @ local, frame(m.tool[1]), m.speed[0], reach, local))
+    return out
 
 
 def krl(files: list[Path]) -> list[Line]:
@@ -61,8 +68,9 @@ def krl(files: list[Path]) -> list[Line]:
     for m in krl_reader.read(files[0]).moves:
         if m.word == "LIN":
             reach = m.state["$APO.CDIS"] if m.approximate == "C_DIS" else 0.0
-            pose = frame(m.state["$BASE"]) @ frame(m.target)
-            out.append(Line(pose, frame(m.state["$TOOL"]), m.state["$VEL.CP"] * 1e3, reach))
+            local = frame(m.target)
+            pose = frame(m.state["$BASE"]) @ local
+            out.append(Line(pose, frame(m.state["$TOOL"]), m.state["$VEL.CP"] * 1e3, reach, local))
     return out
 
 
@@ -70,9 +78,10 @@ def fanuc(files: list[Path]) -> list[Line]:
     out = []
     for m in fanuc_reader.read(files[0]).moves:
         if m.word == "L":
-            pose = robomath.Fanuc_2_Pose(m.frame) * robomath.Fanuc_2_Pose([m.position[k] for k in "XYZWPR"])
+            local = robomath.Fanuc_2_Pose([m.position[k] for k in "XYZWPR"])
+            pose = robomath.Fanuc_2_Pose(m.frame) * local
             reach = 0.0 if m.termination == "FINE" else math.nan
-            out.append(Line(_rows(pose), _rows(robomath.Fanuc_2_Pose(m.tool)), m.value, reach))
+            out.append(Line(_rows(pose), _rows(robomath.Fanuc_2_Pose(m.tool)), m.value, reach, _rows(local)))
     return out
 
 
@@ -94,7 +103,7 @@ def val3(files: list[Path]) -> list[Line]:
 
     work = frame(app.data["fWork"][1][0])
     return [
-        Line(work @ frame(m.target), frame(m.tool), m.mdesc["tmax"], m.mdesc["leave"])
+        Line(work @ frame(m.target), frame(m.tool), m.mdesc["tmax"], m.mdesc["leave"], frame(m.target))
         for m in app.moves
         if m.word == "movel"
     ]
@@ -109,7 +118,35 @@ def inform(files: list[Path]) -> list[Line]:
     return out
 
 
+#: Language of a robot controller -> what else it does than moves: halts, messages, instructions.
+OTHER: dict[str, Callable[[list[Path]], list]] = {
+    "rapid": lambda files: rapid_reader.read(files[0])[1],
+    "krl": lambda files: ["HALT"] * krl_reader.read(files[0]).halts,
+    "fanuc": lambda files: ["PAUSE"] * fanuc_reader.read(files[0]).pauses,
+    "urscript": lambda files: [said for f in files for said in urscript_reader.read(f).popups],
+    "val3": lambda files: val3_reader.read(files[0].with_suffix(".pjx")).said,
+    "inform": lambda files: inform_reader.read(files[0]).pauses,
+}
 #: Language of a robot controller -> its second reader.
 READERS: dict[str, Callable[[list[Path]], list[Line]]] = {
     "rapid": rapid, "krl": krl, "fanuc": fanuc, "urscript": urscript, "val3": val3, "inform": inform,
 }  # fmt: skip
+
+
+def moves_of(program: Program, file: Path) -> list[Line]:
+    """The program written to ``file``, as its controller reads it; nothing may warn."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        written = write_program(program, file)
+    language = writing(file)
+    assert language is not None
+    return READERS[language.name](list(written.files))
+
+
+def in_base(program: Program) -> np.ndarray:
+    """(N, 4, 4) mm: where the controller has to have the TCP."""
+    poses = np.tile(np.eye(4), (len(program), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = program.rotation, program.position
+    poses = program.workobject.matrix @ poses
+    poses[:, :3, 3] *= 1e3
+    return poses

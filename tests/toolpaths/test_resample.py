@@ -16,9 +16,7 @@ from toolpaths.resample import ANGLE, resample
 from toolpaths.toolpath import CUT, RAPID, Event, Toolpath, tool_axis
 
 
-def make(
-    position: np.ndarray, axis: np.ndarray | None = None, quaternion: np.ndarray | None = None
-) -> Toolpath:
+def make(position: np.ndarray, axis: np.ndarray | None = None, quaternion: np.ndarray | None = None) -> Toolpath:
     n = len(position)
     if quaternion is not None:
         axis = tool_axis(quaternion)
@@ -101,9 +99,7 @@ def test_orientations_against_scipy(seed: int) -> None:
     expected = Slerp(path.row, rotations)(new.row)
     ours = Rotation.from_quat(np.roll(new.quaternion, -1, axis=1))
     assert (expected.inv() * ours).magnitude().max() < 1e-10
-    np.testing.assert_allclose(
-        new.position[:, 0], np.interp(new.row, path.row, path.position[:, 0]), atol=1e-12
-    )
+    np.testing.assert_allclose(new.position[:, 0], np.interp(new.row, path.row, path.position[:, 0]), atol=1e-12)
 
 
 def test_axis_lies_in_the_plane_of_its_ends() -> None:

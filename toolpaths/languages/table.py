@@ -1,6 +1,6 @@
 """The table of languages: one entry each. Everything else about a language is in its folder ``languages/NAME/``.
 
-To add a language: its folder, its entry here, its page ``docs/NAME.md``, its sample in tests/contracts/samples.py.
+To add a language: its folder, its entry here, its page ``docs/NAME.md``, its sample tests/contracts/languages/NAME.py.
 No language imports this module, nor another language.
 """
 

@@ -125,9 +125,7 @@ def _program(name: str, *bodies: Iterator[str]) -> Iterator[str]:
 def _moves(program: Program, words: Val3Data, part: int) -> Iterator[str]:
     """The lines of one part; its points and speeds are numbered from 0."""
     block, index = words.parts[part].block, words.parts[part].index
-    before = lines_before(
-        program, lambda text: f"  // {_comment(text)}\n", lambda tool: _halt(tool, program), block
-    )
+    before = lines_before(program, lambda text: f"  // {_comment(text)}\n", lambda tool: _halt(tool, program), block)
     line = f"%s  movel(pMove{part + 1:03d}[%d],tTool%d[0],mMove{part + 1:03d}[%d])\n"
     for b in program.blocks(4096, block.start, block.stop):
         keys = range(b.start - block.start, b.stop - block.start)
