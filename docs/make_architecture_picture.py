@@ -38,7 +38,7 @@ FOLDERS = {
     "compensator/program": (11.9, 6.5, 2.8, "robot programs in\nand out, filter"),
     "toolpaths/reading": (1.3, 3.55, 2.3, "what readers share"),
     "toolpaths/writing": (3.8, 3.55, 2.3, "what writers share"),
-    "toolpaths/languages": (1.3, 2.1, 4.8, "one folder per language: reader, scan,\ninterpreter, writer, read back, filter"),
+    "toolpaths/languages": (1.3, 2.1, 4.8, "a folder each: reader, scan,\ninterpreter, writer, read back, filter"),
     "toolpaths/interpreting": (1.3, 0.65, 2.3, "expressions,\nmoves, arcs"),
     "toolpaths/rewriting": (3.8, 0.65, 2.3, "filter in place"),
     "stiffness/session": (7.3, 3.55, 1.65, "what a lab\nmeasured"),
@@ -93,7 +93,8 @@ def draw() -> None:
         box(ax, (x, y, w, HIGH - 0.22 if y == 8.0 else HIGH), "white", EDGE, 1.0)
         ax.text(x + w / 2, y + HIGH - 0.24 - (0.17 if y == 8.0 else 0), name.split("/")[1], ha="center", va="center",
                 fontsize=10.5, weight="bold")  # fmt: skip
-        ax.text(x + w / 2, y + (0.27 if y == 8.0 else 0.38), what, ha="center", va="center", fontsize=8.6, linespacing=1.25)
+        low = y + (0.27 if y == 8.0 else 0.38)
+        ax.text(x + w / 2, low, what, ha="center", va="center", fontsize=8.6, linespacing=1.25)
     arrow(ax, (3.6, 6.15), (3.6, 5.4))
     arrow(ax, (11.0, 6.15), (11.0, 5.4))
     ax.text(3.8, 5.78, "imports", fontsize=10, color=ARROW, va="center")
@@ -103,7 +104,8 @@ def draw() -> None:
     for x, colour, words in ((1.2, POSE, "the way of one pose"), (5.2, READING, "the way of one reading")):
         ax.plot(x, 0.12, "o", markersize=12, color=colour)
         ax.text(x + 0.25, 0.12, words, fontsize=11, va="center")
-    ax.text(14.9, 0.12, "between folders arrows run one way: a test reads them", fontsize=10, va="center", ha="right", color=ARROW)
+    rule = "between folders arrows run one way: a test reads them"
+    ax.text(14.9, 0.12, rule, fontsize=10, va="center", ha="right", color=ARROW)
     ax.set(xlim=(0.7, 15.3), ylim=(-0.1, 9.7))
     ax.axis("off")
     figure.savefig(TARGET, bbox_inches="tight", metadata={"Software": None})

@@ -35,7 +35,8 @@ def page(terms: str) -> str:
     """The whole page."""
     rows = [f"| `{name}` | `{module}` | {what} |" for name, module, what in classes()]
     lead = "Made from the docstrings by `python -m docs.make_glossary`; a test compares."
-    return "\n".join([terms.rstrip(), "", HEAD, "", lead, "", "| class | module | is |", "| --- | --- | --- |", *rows, ""])
+    table = ["| class | module | is |", "| --- | --- | --- |", *rows]
+    return "\n".join([terms.rstrip(), "", HEAD, "", lead, "", *table, ""])
 
 
 def terms() -> str:

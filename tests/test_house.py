@@ -187,8 +187,8 @@ def foreign_assignments(root: ast.AST) -> Iterator[ast.AST]:
         )  # fmt: skip
         for t in targets:
             for part in ast.walk(t):
-                own = isinstance(part, ast.Attribute) and isinstance(part.value, ast.Name) and part.value.id in {"self", "cls"}
-                if isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Store) and not own:
+                stored = isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Store)
+                if stored and ast.unparse(part.value) not in {"self", "cls"}:
                     yield part
 
 
