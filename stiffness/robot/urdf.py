@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stiffness.errors import RobotError
 from stiffness.robot.robot import Robot
-from stiffness.robot.urdf_tree import TURNING, Joint, Tree, parse
+from stiffness.robot.urdf_tree import TURNING, UrdfJoint, UrdfTree, parse
 
 Floats = npt.NDArray[np.float64]
 
@@ -56,11 +56,11 @@ def read(path: Path, *, base: str | None, tip: str | None) -> Robot:
     )
 
 
-def _root(tree: Tree) -> str:
+def _root(tree: UrdfTree) -> str:
     return next(name for name in tree.links if name not in tree.above)
 
 
-def _last_moving(tree: Tree) -> str:
+def _last_moving(tree: UrdfTree) -> str:
     """Child of the last turning joint of the longest chain; mimic joints belong to side branches."""
     depth = {
         j.child: sum(k.kind != "fixed" for k in tree.up(j.child))
@@ -77,7 +77,7 @@ def _last_moving(tree: Tree) -> str:
     return deepest[0]
 
 
-def _path_between(tree: Tree, start: str, end: str) -> tuple[Floats, list[Joint]]:
+def _path_between(tree: UrdfTree, start: str, end: str) -> tuple[Floats, list[UrdfJoint]]:
     """Pose of the common ancestor in the base link, and the joints from there to the tip."""
     up, down = tree.up(start), tree.up(end)[::-1]
     while up and down and up[-1] is down[0]:
@@ -92,7 +92,7 @@ def _path_between(tree: Tree, start: str, end: str) -> tuple[Floats, list[Joint]
     return np.asarray(np.linalg.inv(offset)), down
 
 
-def _check_chain(path: Path, joints: list[Joint]) -> None:
+def _check_chain(path: Path, joints: list[UrdfJoint]) -> None:
     for joint in joints:
         if joint.mimics:
             raise RobotError(
@@ -105,7 +105,7 @@ def _check_chain(path: Path, joints: list[Joint]) -> None:
             )
 
 
-def _placements(offset: Floats, joints: list[Joint]) -> tuple[Floats, Floats]:
+def _placements(offset: Floats, joints: list[UrdfJoint]) -> tuple[Floats, Floats]:
     """``before`` and ``after`` of the turning joints; fixed ones are folded in, the tail into the last."""
     before, waiting = [], offset
     for joint in joints:
@@ -119,7 +119,7 @@ def _placements(offset: Floats, joints: list[Joint]) -> tuple[Floats, Floats]:
     return np.array(before).reshape(-1, 4, 4), after
 
 
-def _weights(tree: Tree, chain: list[Joint], after: Floats) -> tuple[Floats | None, Floats | None, str]:
+def _weights(tree: UrdfTree, chain: list[UrdfJoint], after: Floats) -> tuple[Floats | None, Floats | None, str]:
     """Mass (n,) kg and centre (n, 3) m of each chain link with all that is fixed to it, or what is wrong."""
     mass, moment, bodies = np.zeros(len(chain)), np.zeros((len(chain), 3)), []
     for k, joint in enumerate(chain):
@@ -143,13 +143,13 @@ def _weights(tree: Tree, chain: list[Joint], after: Floats) -> tuple[Floats | No
     return mass, moment / mass[:, None], ""
 
 
-def _hanging(tree: Tree, joint: Joint) -> float:
+def _hanging(tree: UrdfTree, joint: UrdfJoint) -> float:
     """Mass, kg, of everything outward of a joint."""
     inner = sum(_hanging(tree, below) for below in tree.below[joint.child])
     return (tree.links[joint.child].mass or 0.0) + inner
 
 
-def _absurd(tree: Tree, names: list[str], mass: Floats, moment: Floats) -> str:
+def _absurd(tree: UrdfTree, names: list[str], mass: Floats, moment: Floats) -> str:
     own = [tree.links[name].mass for name in names]
     if all(m is None or m == 0 for m in own):
         return "gives no masses"

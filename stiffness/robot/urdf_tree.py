@@ -24,7 +24,9 @@ _KNOWN = (*TURNING, "fixed", "prismatic", "planar", "floating")
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class UrdfJoint:
+    """A joint element: ``origin`` (4, 4) parent -> joint at zero, ``axis`` (3,), ``limits`` lower, upper, velocity."""
+
     name: str
     kind: str
     parent: str
@@ -36,31 +38,33 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class UrdfLink:
+    """A link element: kg, and centre of mass (3,) m in the link."""
+
     mass: float | None
     com: Floats
 
 
-class Tree:
+class UrdfTree:
     """Links and joints of one file."""
 
-    def __init__(self, path: Path, links: dict[str, Link], joints: list[Joint]) -> None:
+    def __init__(self, path: Path, links: dict[str, UrdfLink], joints: list[UrdfJoint]) -> None:
         self.path, self.links, self.joints = path, links, joints
         self.above = {j.child: j for j in joints}
-        self.below: dict[str, list[Joint]] = {name: [] for name in links}
+        self.below: dict[str, list[UrdfJoint]] = {name: [] for name in links}
         for joint in joints:
             self.below[joint.parent].append(joint)
 
-    def up(self, link: str) -> list[Joint]:
+    def up(self, link: str) -> list[UrdfJoint]:
         """Joints from a link to the root, outermost first."""
-        found: list[Joint] = []
+        found: list[UrdfJoint] = []
         while link in self.above:
             found.append(self.above[link])
             link = self.above[link].parent
         return found
 
 
-def parse(path: Path) -> Tree:
+def parse(path: Path) -> UrdfTree:
     try:
         root = ET.parse(path).getroot()
     except OSError as error:
@@ -69,7 +73,7 @@ def parse(path: Path) -> Tree:
         raise RobotError(f"{path}: is not XML: {error}") from error
     if root.tag != "robot":
         raise RobotError(f"{path}: is no URDF: the root element is <{root.tag}>, expected <robot>")
-    links: dict[str, Link] = {}
+    links: dict[str, UrdfLink] = {}
     for element in root.findall("link"):
         name = _attribute(path, element, "name")
         if name in links:
@@ -79,10 +83,10 @@ def parse(path: Path) -> Tree:
         raise RobotError(f"{path}: has no <link> (an unexpanded xacro file? Run xacro first)")
     joints = [_joint(path, element) for element in root.findall("joint")]
     _check_tree(path, links, joints)
-    return Tree(path, links, joints)
+    return UrdfTree(path, links, joints)
 
 
-def _check_tree(path: Path, links: dict[str, Link], joints: list[Joint]) -> None:
+def _check_tree(path: Path, links: dict[str, UrdfLink], joints: list[UrdfJoint]) -> None:
     children, names = set(), set()
     for joint in joints:
         if joint.name in names:
@@ -108,17 +112,17 @@ def _check_tree(path: Path, links: dict[str, Link], joints: list[Joint]) -> None
             raise RobotError(f"{path}: the links form a loop at {link!r}")
 
 
-def _link(path: Path, element: ET.Element, name: str) -> Link:
+def _link(path: Path, element: ET.Element, name: str) -> UrdfLink:
     inertial = element.find("inertial")
     mass = inertial.find("mass") if inertial is not None else None
     if inertial is None or mass is None:
-        return Link(None, np.zeros(3))
+        return UrdfLink(None, np.zeros(3))
     place = f"inertial of link {name!r}"
     value = _numbers(path, _attribute(path, mass, "value"), 1, place)[0]
-    return Link(value, _origin(path, inertial, place)[:3, 3])
+    return UrdfLink(value, _origin(path, inertial, place)[:3, 3])
 
 
-def _joint(path: Path, element: ET.Element) -> Joint:
+def _joint(path: Path, element: ET.Element) -> UrdfJoint:
     name, kind = _attribute(path, element, "name"), _attribute(path, element, "type")
     place = f"joint {name!r}"
     if kind not in _KNOWN:
@@ -137,7 +141,7 @@ def _joint(path: Path, element: ET.Element) -> Joint:
     if kind in TURNING and length < 1e-6:
         raise RobotError(f"{path}: {place} has the axis 0 0 0")
     mimic = element.find("mimic")
-    return Joint(
+    return UrdfJoint(
         name=name,
         kind=kind,
         parent=ends[0],
