@@ -40,7 +40,7 @@ def with_arc_points(toolpath: Toolpath, arcs: Ints64, via: Floats, chord: float)
         at = int(arcs[np.argmax(radius)])
         problem = f"an arc of radius {radius.max():g} m" + ("" if too_wide else f"; all arcs make {total} poses")
         raise ReadError(source, int(line[at]), problem, "Use a straight move instead.")
-    points = arc_points(ends[arcs - 1], ends[arcs], center, normal, sweep, chord)
+    points = arc_points(ends[arcs - 1], end=ends[arcs], center=center, normal=normal, sweep=sweep, chord=chord)
     end = arcs[points.arc]
     quaternion = slerp_quaternion(turned[end - 1], turned[end], points.fraction)
     return toolpath.with_points(end, toolpath.row[end] - 1 + points.fraction, points.position, quaternion)

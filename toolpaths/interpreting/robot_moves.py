@@ -141,7 +141,15 @@ class RobotMoves:
     def _setting(self, arcs: dict[int, tuple[Floats, float]]) -> Setting:
         configuration: Ints = self.mark["configuration"].astype(np.int32)
         frame = self.frames[self.main_frame]
-        return Setting(self.tools, frame, self.joints, self.zone, configuration, self.external, arcs)
+        return Setting(
+            tools=self.tools,
+            workobject=frame,
+            joints=self.joints,
+            zones=self.zone,
+            configuration=configuration,
+            external=self.external,
+            arcs=arcs,
+        )
 
     def _check_reach(self, position: Floats) -> None:
         far = (np.abs(position) > LIMIT).any(axis=1)

@@ -82,7 +82,8 @@ class RobotTrack:
         marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
         frames = tuple(None if pose is None else Frame.of(pose) for pose in self.frames)
         return RobotMoves(
-            self.source, self.language, table[:, :3] * 1e-3, self._quaternions(table[:, 3:7]), table[:, 9:12] * 1e-3,
-            table[:, 7] * 1e-3, table[:, 8] * 1e-3, {name: marks[:, k] for k, name in enumerate(MARKS)},
-            self.joints, frames, self.tools, tuple(self.events), self._external(),
+            source=self.source, language=self.language, position=table[:, :3] * 1e-3,
+            quaternion=self._quaternions(table[:, 3:7]), via=table[:, 9:12] * 1e-3,
+            feed=table[:, 7] * 1e-3, zone=table[:, 8] * 1e-3, mark={name: marks[:, k] for k, name in enumerate(MARKS)},
+            joints=self.joints, frames=frames, tools=self.tools, events=tuple(self.events), external=self._external(),
         )  # fmt: skip

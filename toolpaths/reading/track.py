@@ -97,6 +97,6 @@ class Track:
         if total > (most := most_poses(len(ends))):
             problem = f"its arcs make {total} poses; at most {most} of {len(ends)} moves"
             raise ReadError(self.source, None, problem, "Take a larger chord tolerance.")
-        points = arc_points(start, ends[moves], center, arcs[:, 3:6], sweep, chord)
+        points = arc_points(start, end=ends[moves], center=center, normal=arcs[:, 3:6], sweep=sweep, chord=chord)
         end = moves[points.arc]
         return path.with_points(end, end - 1 + points.fraction, points.position, path.axis[end])

@@ -49,7 +49,9 @@ class MoveEdits:
 
     def note(self, move: int, what: str, count: int = 1) -> None:
         """Say what else than numbers changed at a move."""
-        self.changes.append(Finding(WARNING, f"{self.path.name}:{self.line(move)}", what, "", count))
+        self.changes.append(
+            Finding(level=WARNING, place=f"{self.path.name}:{self.line(move)}", what=what, remedy="", count=count)
+        )
 
     def via_point(self, c: Correction) -> Floats | None:
         """The point (3,) m, in the move's frame, that a corrected arc has to pass; None where it can be no arc.

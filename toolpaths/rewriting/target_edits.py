@@ -154,7 +154,8 @@ class TargetEdits:
         return f"{self.moves.source}:{int(self.moves.mark['line'][r])}"
 
     def _note(self, r: int, what: str, count: int = 1) -> None:
-        self.changes.append(Finding(WARNING, f"line {int(self.moves.mark['line'][r])}", what, "", count))
+        line = f"line {int(self.moves.mark['line'][r])}"
+        self.changes.append(Finding(WARNING, line, what, "", count=count))
 
     def _spelled(self, literal: re.Match[str], k: int) -> str:
         out = self.spelling.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)

@@ -118,4 +118,6 @@ def load_findings(program: Program) -> Iterator[Finding]:
 
 def _at(program: Program, bad: npt.NDArray[np.bool_], what: str, remedy: str = "") -> Iterator[Finding]:
     if bad.any():
-        yield Finding(ERROR, program.place(int(np.argmax(bad))), what, remedy, int(bad.sum()))
+        yield Finding(
+            level=ERROR, place=program.place(int(np.argmax(bad))), what=what, remedy=remedy, count=int(bad.sum())
+        )

@@ -29,4 +29,4 @@ def part_findings(program: Program, most: int, remedy: str) -> Iterator[Finding]
     inside = [e for e in ends if program.kind[e - 1] == CUT and program.kind[e] == CUT]
     if inside:
         what = "a part of the split program ends in the cut: the robot may stand there"
-        yield Finding(WARNING, program.place(inside[0]), what, remedy, len(inside))
+        yield Finding(level=WARNING, place=program.place(inside[0]), what=what, remedy=remedy, count=len(inside))

@@ -45,7 +45,9 @@ def circle(s: AptStatement, source: str) -> AptCircle:
         raise refusal(source, s, problem, "Output GOTO points instead of circles.")
     v = numbers(AptStatement(s.word, ",".join(minor), s.line), (6, 7, 11), source)
     radius = v[6] if len(v) > 6 else None
-    return AptCircle((v[0], v[1], v[2]), (v[3], v[4], v[5]), radius, len(v) == 11, turns)
+    return AptCircle(
+        center=(v[0], v[1], v[2]), axis=(v[3], v[4], v[5]), radius=radius, clockwise=len(v) == 11, turns=turns
+    )
 
 
 def sweep(
@@ -63,7 +65,7 @@ def sweep(
     n = (axis[0] / norm, axis[1] / norm, axis[2] / norm)
     u, v = _beside(start, center, n), _beside(end, center, n)
     _check_radius(s, arc, (math.hypot(*u), math.hypot(*v)), source)
-    angle = _angle(s, arc, u, v, n, source)
+    angle = _angle(s, arc=arc, u=u, v=v, n=n, source=source)
     return center, n, -angle if arc.clockwise else angle
 
 

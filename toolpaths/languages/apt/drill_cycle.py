@@ -75,7 +75,15 @@ def cycle(s: AptStatement, feeds: AptFeeds, *, nx: bool) -> DrillCycle:
         raise refusal(feeds.source, s, f"a depth {sign}")
     if clear < bottom:
         raise refusal(feeds.source, s, "RAPTO lies below the bottom of the hole")
-    found = DrillCycle(kind, bottom, clear, _one(given, _RETRACT), _pecks(s, given, feeds.source), "", None)
+    found = DrillCycle(
+        kind=kind,
+        bottom=bottom,
+        clear=clear,
+        retract=_one(given, _RETRACT),
+        pecks=_pecks(s, given, feeds.source),
+        dwell="",
+        rate=None,
+    )
     word = next((w for w in FEED_WORDS if w in given), None)
     rate = feeds.rate_of(s, given[word], word) if word else None
     stay = given.get("DWELL", 0.0)

@@ -126,7 +126,7 @@ class AptMotion:
         begun, found = self.circle
         if math.dist(axis, self.at_axis) > SAME_AXIS:
             raise refusal(self.source, begun, "the tool axis turns along a circle", "Output GOTO points.")
-        self.track.arc(*sweep(begun, found, self.at, end, self.frames.way, self.source))
+        self.track.arc(*sweep(begun, arc=found, start=self.at, end=end, frame=self.frames.way, source=self.source))
 
     def _direction(self, s: AptStatement) -> None:
         self._no_cycle(s)
@@ -144,7 +144,7 @@ class AptMotion:
         axis, frame = self._axis(s, []), self.frames.way
         if math.dist(vector(frame, axis), self.at_axis) > SAME_AXIS:
             raise refusal(self.source, s, "the tool axis turns along a circle", "Output GOTO points.")
-        arc = tlon(s, self.way[1], axis, self.at, frame, self.source)
+        arc = tlon(s, way=self.way[1], axis=axis, start=self.at, frame=frame, source=self.source)
         self.track.arc(*arc[1:])
         self._move(s, arc.end, self.at_axis, rapid=False)
         self.way = None
@@ -168,7 +168,7 @@ class AptMotion:
         known = self.at is not None and math.dist(axis, self.at_axis) <= SAME_AXIS
         before = self.before[0] if math.dist(axis, self.before[1]) <= SAME_AXIS else None
         begun = len(self.track)
-        for step in hole(found, point, axis, self.at if known else None, before):
+        for step in hole(found, point=point, axis=axis, at=self.at if known else None, before=before):
             if self.at is None or math.dist(self.at, step.end) > SAME or not known:
                 self._move(s, step.end, axis, rapid=step.rapid)
                 known = True

@@ -63,9 +63,16 @@ def tlon(s: AptStatement, way: Vector, axis: Vector, start: Vector, frame: Frame
     if math.dist(begin, center) > ENDS[0]:
         raise refusal(source, s, "the line does not begin at the centre of the circle", _REMEDY)
     center, end, way, axis = point(frame, center), point(frame, end), vector(frame, way), vector(frame, axis)
-    _check_plane(s, center, axis, (start, end), source)
-    clockwise = _clockwise(s, way, axis, start, center, source)
-    found = sweep(s, AptCircle(center, axis, radius, clockwise, None), start, end, None, source)
+    _check_plane(s, center=center, axis=axis, ends=(start, end), source=source)
+    clockwise = _clockwise(s, way=way, axis=axis, start=start, center=center, source=source)
+    found = sweep(
+        s,
+        arc=AptCircle(center=center, axis=axis, radius=radius, clockwise=clockwise, turns=None),
+        start=start,
+        end=end,
+        frame=None,
+        source=source,
+    )
     angle = _turn(s, abs(found[2]), ENDS[0] / radius, second=form[2] is not None, source=source)
     return TangentArc(end, center, found[1], math.copysign(angle, found[2]))
 

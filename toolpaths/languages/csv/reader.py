@@ -32,7 +32,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     table = _parse(lines, rows, columns, source)
     line = np.array(rows, dtype=np.int32) + 1
     _check_numbers(table, columns, line, source)
-    kind = _kinds(table, line, lines, columns, source)
+    kind = _kinds(table, line=line, lines=lines, columns=columns, source=source)
     quaternion = None
     if "qw" in columns:
         quaternion = _unit(table, QUATERNION, line, source)
@@ -83,7 +83,7 @@ def _parse(lines: list[str], rows: list[int], columns: list[str], source: str) -
     except (ValueError, OverflowError) as problem:
         if "feed_mm_min" in columns and (filled := _filled(body, columns.index("feed_mm_min"))) != body:
             return _parse([*lines[: rows[0]], *filled], list(range(rows[0], rows[0] + len(filled))), columns, source)
-        _blame(lines, rows, columns, source, str(problem))
+        _blame(lines, rows=rows, columns=columns, source=source, problem=str(problem))
 
 
 def _filled(body: list[str], feed: int) -> list[str]:

@@ -45,7 +45,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     """The .ls ``source`` with the poses of ``program``."""
     refuse_compensated_remarks(source, str(path))
     moves = moves_of(source, str(path), path)
-    work = _Work(source.decode("latin-1"), moves, program, row, path)
+    work = _Work(text=source.decode("latin-1"), moves=moves, program=program, row=row, path=path)
     for c in work.found:
         work.move(c)
     return Rewritten(work.text_out().encode("latin-1"), merged(work.changes))
@@ -83,7 +83,15 @@ def _other_postures(moves: RobotMoves, program: Program, row: Floats, path: Path
     at, first = letters(int(said[other[0]])), letters(int(solved[other[0]]))
     what = f"CONFIG says {at}, the arm was solved as {first}: the correction is that of another posture"
     remedy = "give [start] joints in the posture of the program; see that the model counts joints as Fanuc does"
-    return [Finding(WARNING, f"{path.name}:{int(moves.mark['line'][move[other[0]]])}", what, remedy, len(other))]
+    return [
+        Finding(
+            level=WARNING,
+            place=f"{path.name}:{int(moves.mark['line'][move[other[0]]])}",
+            what=what,
+            remedy=remedy,
+            count=len(other),
+        )
+    ]
 
 
 def _unseen(text: str, path: Path) -> list[Finding]:
@@ -104,7 +112,7 @@ class _Work(MoveEdits):
     """Edits of one .ls."""
 
     def __init__(self, text: str, moves: RobotMoves, program: Program, row: Floats, path: Path) -> None:
-        super().__init__(text, moves, program, row, path)
+        super().__init__(text=text, moves=moves, program=program, row=row, path=path)
         self.records: list[str] = []
         self.found = corrections(moves, program, row)
         self.angles = angles_of(self.found, len(program), lambda r: np.degrees(fanuc_from_matrix(r)))

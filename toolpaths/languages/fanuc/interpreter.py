@@ -203,7 +203,7 @@ class TpInterpreter:
         zone = 0.0 if term == "FINE" else float(term[2:]) if term[:2] in ("CD", "CR") else float("nan")
         kind = RAPID if word == "J" or speed is None else CUT
         self._start(s, word)
-        self._append(s, word, kind, record, via, (feed, zone))
+        self._append(s, word=word, kind=kind, to=record, via=via, numbers=(feed, zone))
 
     def _feed(self, s: TpStatement, speed: str | None, unit: str) -> float:
         """mm/s; NaN for joint speeds and times."""

@@ -168,7 +168,15 @@ class Listing:
             raise self.refuse(m.start(), what, "Record the position again, or delete it.")
         numbers = tuple(map(float, texts))
         external = self._external(body[found.end() :].strip())
-        return TpRecord(m.start(), m.end(), self._number(m, frame), self._number(m, tool), bits, numbers, external)
+        return TpRecord(
+            start=m.start(),
+            end=m.end(),
+            frame=self._number(m, frame),
+            tool=self._number(m, tool),
+            bits=bits,
+            numbers=numbers,
+            external=external,
+        )
 
     def _external(self, rest: str) -> External:
         if rest not in self._externals:

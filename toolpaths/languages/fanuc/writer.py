@@ -112,7 +112,13 @@ def _speed_findings(program: Program) -> Iterator[Finding]:
     if off.any():
         at = int(np.argmax(off))
         what = f"the feed {feed[at] * 6e4:g} mm/min becomes {texts[at]}, the nearest a TP program can say"
-        yield Finding(WARNING, program.place(at), what, "take a feed that is a multiple of 10 mm/min", int(off.sum()))
+        yield Finding(
+            level=WARNING,
+            place=program.place(at),
+            what=what,
+            remedy="take a feed that is a multiple of 10 mm/min",
+            count=int(off.sum()),
+        )
 
 
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
@@ -121,14 +127,22 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     words = _words(program)
     if len(blocks) == 1:
         lines = [*_to_start(program, 1, len(program) + 1), *_instructions(program, words, blocks[0])]
-        yield path.name, with_crlf(_text(program, name, [*_frames(program), *lines], blocks[0], len(program) + 1))
+        yield (
+            path.name,
+            with_crlf(
+                _text(program, name=name, lines=[*_frames(program), *lines], block=blocks[0], start=len(program) + 1)
+            ),
+        )
         return
     calls = [f"  CALL {name}_{i:03d}" for i in range(1, len(blocks) + 1)]
     lines = [*_frames(program), *_to_start(program, 1, 2), *calls]
-    yield path.name, with_crlf(_text(program, name, lines, slice(0, 1), 2))
+    yield path.name, with_crlf(_text(program, name=name, lines=lines, block=slice(0, 1), start=2))
     for i, block in enumerate(blocks, 1):
         lines = [f"  UFRAME_NUM={FRAME}", f"  UTOOL_NUM={FRAME}", *_instructions(program, words, block)]
-        yield f"{path.stem}_{i:03d}{path.suffix}", with_crlf(_text(program, f"{name}_{i:03d}", lines, block, None))
+        yield (
+            f"{path.stem}_{i:03d}{path.suffix}",
+            with_crlf(_text(program, name=f"{name}_{i:03d}", lines=lines, block=block, start=None)),
+        )
 
 
 def _words(program: Program) -> _Words:

@@ -35,7 +35,7 @@ def arc_geometry(
         ends = [math.hypot(p[first] - cu, p[second] - cv) for p in (start, end)]
         _check_radii(*ends)
     elif "R" in words:
-        cu, cv = _from_radius(words["R"], start, end, normal, clockwise)
+        cu, cv = _from_radius(words["R"], start=start, end=end, normal=normal, clockwise=clockwise)
     else:
         raise ValueError("an arc without centre (I, J, K) and without radius R")
     sweep = math.atan2(end[second] - cv, end[first] - cu) - math.atan2(start[second] - cv, start[first] - cu)

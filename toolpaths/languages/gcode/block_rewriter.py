@@ -265,7 +265,7 @@ class BlockRewriter:
     # --- findings ---------------------------------------------------------------------------------------------
 
     def _changed(self, step: MovedBlock, what: str, count: int = 1) -> None:
-        self.changes.append(Finding(WARNING, f"{self.path}:{step.line}", what, "", count))
+        self.changes.append(Finding(level=WARNING, place=f"{self.path}:{step.line}", what=what, remedy="", count=count))
 
     def _check_tilt(self) -> None:
         """Without G43.4 a file has no words for the tilt of a corrected tool."""

@@ -65,7 +65,9 @@ class CannedCycle:
             raise ValueError(f"R lies below the bottom of the hole ({r * 1e3:g} and {bottom * 1e3:g} mm)")
         hole = list(self._hole(r, bottom))
         repeats = self._repeats(words, len(hole) + 4)
-        return self._all(words, at, (self._level, r), hole, repeats, relative, back)
+        return self._all(
+            words, at=at, heights=(self._level, r), hole=hole, repeats=repeats, relative=relative, back=back
+        )
 
     def _needed(self, letter: str) -> float:
         if letter not in self._words:

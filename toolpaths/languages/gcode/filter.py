@@ -41,7 +41,9 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path, machine: M
     texts[0] = texts[0].removeprefix("\xef\xbb\xbf")
     tail = [""] if pairs[-1][1] else []
     blocks = parse([t.rstrip("\x1a") for t in texts] + tail, str(path), machine, trace=True)
-    writer = BlockRewriter(texts, program, np.asarray(row, dtype=np.float64), path, blocks)
+    writer = BlockRewriter(
+        texts=texts, program=program, row=np.asarray(row, dtype=np.float64), path=path, blocks=blocks
+    )
     changed = writer.run()
     end = next((e for _, e in pairs if e), "\n")
     out = ["\xef\xbb\xbf"] if pairs[0][0] != texts[0] else []

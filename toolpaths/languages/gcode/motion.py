@@ -1,4 +1,4 @@
-"""ToolMotion: what the blocks of a G-code file do to the tool: moves, arcs, cycles, shifts of the origin, retracts."""
+"""GcodeMotion: what the blocks of a G-code file do to the tool: moves, arcs, cycles, shifts of the origin, retracts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class MovedBlock(NamedTuple):
     end: Vector
 
 
-class ToolMotion(ModalState):
+class GcodeMotion(ModalState):
     """The tool of one file; positions in m in the work object, nan where not known.
 
     Attributes:
@@ -92,8 +92,9 @@ class ToolMotion(ModalState):
             self._go(motion, values, line)
         if self.trace is not None:
             self.trace.append(MovedBlock(
-                line, first, len(self.track), motion, self.scale(), self.relative, self.origin.shift,
-                self.feed.mode is G.INVERSE_TIME, self.tip and not self.rotary.used, self.at,
+                line=line, first=first, last=len(self.track), motion=motion, unit=self.scale(),
+                relative=self.relative, shift=self.origin.shift,
+                inverse=self.feed.mode is G.INVERSE_TIME, vectors=self.tip and not self.rotary.used, end=self.at,
             ))  # fmt: skip
 
     def _go(self, motion: G, values: Words, line: int) -> None:
@@ -115,7 +116,7 @@ class ToolMotion(ModalState):
                              "machine", "Move only in G43.4, or retract with G53 or G28.")  # fmt: skip
         self.at = end
         if end[0] == end[0] and end[1] == end[1] and end[2] == end[2] and not self.rotary.lost():
-            self._append(RAPID_MARK if motion is G.RAPID else CUT_MARK, end, feed, line, time)
+            self._append(RAPID_MARK if motion is G.RAPID else CUT_MARK, end=end, feed=feed, line=line, time=time)
         else:
             self._unknown(motion, values, line)
 
@@ -228,7 +229,7 @@ class ToolMotion(ModalState):
         offset = dict(zip("XYZ", (0.0, 0.0, 0.0) if self.relative else shift, strict=True))
         offset["R"] = offset["XYZ"[self.normal]]
         words = {c: v * (1.0 if c in "KLP" else unit) + offset.get(c, 0.0) for c, v in values.items()}
-        steps = self.cycle.steps(key, words, self.at, self.normal, self.relative, self.back)
+        steps = self.cycle.steps(key, words, at=self.at, normal=self.normal, relative=self.relative, back=self.back)
         feed = self.feed.rate(unit, True, G.LINE)
         for kind, place in steps:
             if place != self.at:

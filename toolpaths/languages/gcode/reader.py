@@ -21,7 +21,7 @@ from toolpaths.languages.gcode.codes import (
     TIP_CONTROLS,
     G,
 )
-from toolpaths.languages.gcode.motion import ToolMotion
+from toolpaths.languages.gcode.motion import GcodeMotion
 from toolpaths.languages.gcode.retract import Retract, check_retracts
 from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
 from toolpaths.machine import Machine
@@ -67,7 +67,7 @@ class BlockReader:
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         self.source = source
-        self.state = ToolMotion(source, machine, trace=trace)
+        self.state = GcodeMotion(source, machine, trace=trace)
         self.track = self.state.track
         self.percent = self.ended = self.spindle = False
         self.selected = 0

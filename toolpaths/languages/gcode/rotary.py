@@ -41,7 +41,7 @@ def in_work(path: Toolpath, machine: Machine, turns: RotaryTrace, chord: float) 
     """
     move = np.ceil(path.row).astype(np.intp)
     angles, tip = turns.angles[move], turns.tip[move]
-    count = _steps(path.position, angles, tip, machine, chord)
+    count = _steps(path.position, angles=angles, tip=tip, machine=machine, chord=chord)
     if (total := int(count.sum())) > (most := len(path) + most_poses(len(turns.angles))):
         problem = f"its turns make {total} poses; at most {most}"
         raise ReadError(path.source, int(path.line[np.argmax(count)]), problem, "Check the angles.")
@@ -57,7 +57,7 @@ def in_work(path: Toolpath, machine: Machine, turns: RotaryTrace, chord: float) 
     return replace(
         path,
         position=position, axis=axis, row=row,
-        feed=_feeds(position, to, path.feed, turns.time[move], path.kind),
+        feed=_feeds(position, to=to, feed=path.feed, time=turns.time[move], kind=path.kind),
         kind=path.kind[to], tool=path.tool[to], line=path.line[to],
         events=tuple(replace(e, pose=int(first[e.pose]) if e.pose < len(path) else len(to)) for e in path.events),
     )  # fmt: skip

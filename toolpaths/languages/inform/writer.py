@@ -70,13 +70,20 @@ def _speed_findings(program: Program) -> Iterator[Finding]:
         out = cut & ((feed < SLOWEST * (1 - 1e-9)) | (feed > FASTEST * (1 + 1e-9)))
         coarse = cut & ~out & (np.abs(np.round(feed, 4) / feed - 1.0) > 0.01)
     if out.any():
-        yield Finding(ERROR, program.place(int(np.argmax(out))), what, "change the feed", int(out.sum()))
+        yield Finding(
+            level=ERROR,
+            place=program.place(int(np.argmax(out))),
+            what=what,
+            remedy="change the feed",
+            count=int(out.sum()),
+        )
     if not SLOWEST <= program.rapid_speed <= FASTEST:
         yield Finding(ERROR, "rapid speed", what, "change the rapid speed")
     if coarse.any():
         yield Finding(
-            WARNING, program.place(int(np.argmax(coarse))),
-            "the feed changes by more than 1 %: V has steps of 0.1 mm/s", "take feeds in such steps", int(coarse.sum()),
+            level=WARNING, place=program.place(int(np.argmax(coarse))),
+            what="the feed changes by more than 1 %: V has steps of 0.1 mm/s", remedy="take feeds in such steps",
+            count=int(coarse.sum()),
         )  # fmt: skip
 
 
@@ -108,8 +115,8 @@ def _branch_findings(program: Program) -> Iterator[Finding]:
     elif ((c & 4) > 0).any():
         at = (c & 4) > 0
         yield Finding(
-            WARNING, program.place(int(np.argmax(at))), "the arm reaches behind its axis 1",
-            "check RCONF of the first move before running", int(at.sum()),
+            level=WARNING, place=program.place(int(np.argmax(at))), what="the arm reaches behind its axis 1",
+            remedy="check RCONF of the first move before running", count=int(at.sum()),
         )  # fmt: skip
 
 
@@ -121,9 +128,9 @@ def _corner_findings(program: Program) -> Iterator[Finding]:
         inside = inside & ~program.exact[1:-1]
     if inside.any():
         yield Finding(
-            WARNING, program.place(int(np.argmax(inside)) + 1),
-            "the arm stands in the cut (PL=0): a job cannot say how far to round a corner",
-            "sample curves more finely, or set PL by hand", int(inside.sum()),
+            level=WARNING, place=program.place(int(np.argmax(inside)) + 1),
+            what="the arm stands in the cut (PL=0): a job cannot say how far to round a corner",
+            remedy="sample curves more finely, or set PL by hand", count=int(inside.sum()),
         )  # fmt: skip
 
 
@@ -148,14 +155,35 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     head = _said(program) + "MOVJ C00000 VJ=10.00 PL=0\n"
     if len(blocks) == 1:
         body = chain((head,), _moves(program, words, blocks[0], 1))
-        yield path.name, _job(stem, program.name, len(program) + 1, _positions(program, words, blocks[0], 1), body)
+        yield (
+            path.name,
+            _job(
+                stem,
+                comment=program.name,
+                count=len(program) + 1,
+                positions=_positions(program, words, blocks[0], 1),
+                body=body,
+            ),
+        )
         return
     names = [f"{stem}_{i:03d}" for i in range(1, len(blocks) + 1)]
     calls = "".join(f"CALL JOB:{name.upper()}\n" for name in names)
-    yield path.name, _job(stem, program.name, 1, _positions(program, words, slice(0, 0), 1), iter((head + calls,)))
+    yield (
+        path.name,
+        _job(
+            stem,
+            comment=program.name,
+            count=1,
+            positions=_positions(program, words, slice(0, 0), 1),
+            body=iter((head + calls,)),
+        ),
+    )
     for name, block in zip(names, blocks, strict=True):
         positions, text = _positions(program, words, block, 0), _moves(program, words, block, 0)
-        yield name + path.suffix, _job(name, program.name, block.stop - block.start, positions, text)
+        yield (
+            name + path.suffix,
+            _job(name, comment=program.name, count=block.stop - block.start, positions=positions, body=text),
+        )
 
 
 def _job(name: str, comment: str, count: int, positions: Iterator[str], body: Iterator[str]) -> Iterator[str]:

@@ -82,7 +82,7 @@ class KrlMover:
             if found is None:
                 return
             values = found
-        self._append(word, s, at, values, span, via, via_span)
+        self._append(word, s=s, at=at, values=values, span=span, via=via, via_span=via_span)
 
     def _append(
         self, word: str, s: Statement, at: int, values: tuple[float, ...], span: Span, via: tuple[float, ...],
@@ -233,7 +233,7 @@ class KrlMover:
         self.others[self.track.count] = dict(zip(POSE, pose, strict=True))
         first, last = self._blanks(at, end), at + len(self.program.text[at:end].rstrip())
         span = (first, last, first, last)
-        self._append("LIN", s, end, (*pose, -1.0), span, (_NAN,) * 3, NOWHERE)
+        self._append("LIN", s=s, at=end, values=(*pose, -1.0), span=span, via=(_NAN,) * 3, via_span=NOWHERE)
 
     def _before(self, s: Statement) -> tuple[float, ...] | None:
         """X ... C of the pose before; None where it is not known, or of another tool or base."""

@@ -41,7 +41,7 @@ class KrlNames:
             beside = self.program.beside
             return Runtime(f"{name}, which is not in this file" + (f" or {beside}" if beside else ""))
         if variable.value is None and variable.declaration is not None:
-            value = first_value(self.program, self.variables, name, name, self.value)
+            value = first_value(self.program, known=self.variables, key=name, name=name, work_out=self.value)
             self.variables[name] = replace(variable, value=value)
             return value
         return variable.value

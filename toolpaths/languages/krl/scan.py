@@ -139,13 +139,15 @@ class KrlProgram(ProgramText):
         """Take over the names that a line declares: one with its value, or several without."""
         if match := _DECLARED.match(self.text, start, end):
             if match[2].upper() not in self.declared or "=" in match[0] or start > self.border:
-                self._declare(match[1], match[2], start, end, match.end() if "=" in match[0] else -1)
+                self._declare(
+                    match[1], name=match[2], start=start, end=end, value=match.end() if "=" in match[0] else -1
+                )
             return True
         if match := _SEVERAL.match(self.text, start, end):
             for name in _INDEX.sub("", match[2]).split(","):
                 bare = name.strip()
                 if bare.upper() not in self.declared or start > self.border:
-                    self._declare(match[1], bare, start, end, -1)
+                    self._declare(match[1], name=bare, start=start, end=end, value=-1)
         return match is not None
 
     def _declare(self, kind: str, name: str, start: int, end: int, value: int) -> None:
@@ -153,7 +155,7 @@ class KrlProgram(ProgramText):
             first = self.line(self.declared[name.upper()].start)
             self.refuse(start, f"{name} is declared twice, first in line {first}", "Keep one of them.")
         place = (value, end) if value >= 0 else (-1, -1)
-        self.declared[name.upper()] = Declaration(kind.upper(), name, start, end, place)
+        self.declared[name.upper()] = Declaration(type=kind.upper(), name=name, start=start, end=end, value=place)
 
     def _subprogram(self, match: re.Match[str], start: int, end: int) -> None:
         name = match[1].upper()

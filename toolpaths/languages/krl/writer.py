@@ -152,7 +152,7 @@ def _moves(program: Program, words: _Words, block: slice) -> Iterator[str]:
     speed, apo = float("nan"), -1
     for b in program.blocks(4096, block.start, block.stop):
         speeds = printed(np.where(program.kind[b] == CUT, program.feed[b], program.rapid_speed), 8)
-        before = _before(words, b, speeds, speed, apo)
+        before = _before(words, block=b, speeds=speeds, speed=speed, apo=apo)
         speed, apo = float(speeds[-1]), _last_apo(words.apo[b], apo)
         yield _LIN * (b.stop - b.start) % tuple(chain.from_iterable(_rows(program, words, b, before)))
 

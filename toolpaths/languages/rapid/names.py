@@ -81,10 +81,10 @@ class RapidNames:
         elif isinstance(old, Runtime) or isinstance(value, Runtime):
             self.put(name, value if isinstance(value, Runtime) else old)
         else:
-            self.put(name, _changed(kind, old, path, value, name))
+            self.put(name, _changed(kind, old=old, path=path, value=value, name=name))
 
     def _first_value(self, name: str, variable: Variable) -> Value:
-        value = first_value(self.module, self._home(name), name.lower(), name, self.value)
+        value = first_value(self.module, known=self._home(name), key=name.lower(), name=name, work_out=self.value)
         d = variable.declaration
         if d is not None and not d.array and not isinstance(value, Runtime) and not fits(d.type, value):
             shape = ", ".join(n for n, _ in RECORDS.get(d.type, ())) or d.type
@@ -105,5 +105,5 @@ def _changed(kind: str, old: Value, path: list[str | float], value: Value, name:
     else:
         place, inner = component(kind, str(first))
     out = list(old)
-    out[place] = _changed(inner, old[place], path[1:], value, name)
+    out[place] = _changed(inner, old=old[place], path=path[1:], value=value, name=name)
     return out

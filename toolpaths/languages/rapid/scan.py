@@ -147,7 +147,13 @@ class RapidModule(ProgramText):
         if not match[4] and self.text[match.end() : rest.end() - 1].strip():
             self.refuse(match.end(), f"{match[2]}: ':=' or ';' expected")
         return Declaration(
-            match[1].lower(), match[2], start, self._at, value, storage=storage, array=match[3] is not None
+            type=match[1].lower(),
+            name=match[2],
+            start=start,
+            end=self._at,
+            value=value,
+            storage=storage,
+            array=match[3] is not None,
         )
 
     def _routine(self) -> None:

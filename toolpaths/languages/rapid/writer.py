@@ -116,7 +116,9 @@ def _words(program: Program) -> _Words:
     tools = {t: f"{module}_t{t}" for t in sorted({int(t) for t in np.unique(program.tool)})}
     speed, speeds, declared = _speeds(program)
     before = lines_before(program, lambda text: f"    ! {plain(text)}\n", lambda tool: _stop(program, tool))
-    return _Words(module, tools, _zones(program), speed, speeds, declared, before)
+    return _Words(
+        module=module, tools=tools, zone=_zones(program), speed=speed, speeds=speeds, declared=declared, before=before
+    )
 
 
 def _stop(program: Program, tool: int) -> str:

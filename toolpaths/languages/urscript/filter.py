@@ -41,7 +41,7 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritt
     """The .script ``source`` with the poses of ``program``."""
     refuse_compensated(source, str(path))
     moves = moves_of(source, str(path))
-    work = _Work(source.decode("latin-1"), moves, program, row, path)
+    work = _Work(text=source.decode("latin-1"), moves=moves, program=program, row=row, path=path)
     for c in work.found:
         work.move(c)
     return Rewritten(work.text_out().encode("latin-1"), merged(work.changes))
@@ -51,7 +51,7 @@ class _Work(MoveEdits):
     """Edits of one .script."""
 
     def __init__(self, text: str, moves: RobotMoves, program: Program, row: Floats, path: Path) -> None:
-        super().__init__(text, moves, program, row, path)
+        super().__init__(text=text, moves=moves, program=program, row=row, path=path)
         self.limited: set[int] = set()
         self.found = corrections(moves, program, row)
         self.vectors = angles_of(self.found, len(program), ur_from_matrix)

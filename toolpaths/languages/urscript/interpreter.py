@@ -161,7 +161,7 @@ class UrInterpreter:
         given: list[Value | Runtime]
         if isinstance(found, Runtime):
             given = [found] * len(function.parameters)
-            self._side_effects(UrNode("", self.text[at : node.end], node.line, at, node.end))
+            self._side_effects(UrNode(word="", text=self.text[at : node.end], line=node.line, start=at, end=node.end))
         else:
             given = [v for _, v in found]
         if len(given) != len(function.parameters) or len(self.kept) >= 30:

@@ -98,7 +98,7 @@ class UrMover:
             raise self._refused(node, f"{node.text[:40]!r}: a number that is too large", "Correct the number.")
         span = (node.start + m.start(3), node.start + m.end(3))
         kind = RAPID if "rapid" in m[11].lower() else CUT
-        self._append(node, LINE, kind, UrPose(numbers, *span, frame), None, options)
+        self._append(node, shape=LINE, kind=kind, to=UrPose(numbers, *span, frame), via=None, options=options)
 
     def _tail(self, node: UrNode, m: re.Match[str]) -> list[tuple[str, Value]]:
         if not m[11]:
@@ -140,7 +140,7 @@ class UrMover:
             raise self._refused(node, "movec through joint angles", "Give both points as p[...].")
         shape = ARC if word == "movec" else LINE if word != "movej" else PTP if isinstance(to, UrPose) else JOINTS
         kind = RAPID if word == "movej" or "rapid" in node.text.lower() else CUT
-        self._append(node, shape, kind, to, via if isinstance(via, UrPose) else None, options)
+        self._append(node, shape=shape, kind=kind, to=to, via=via if isinstance(via, UrPose) else None, options=options)
 
     def _append(
         self, node: UrNode, shape: int, kind: np.uint8, to: Value, via: UrPose | None, options: dict[str, float]

@@ -47,7 +47,7 @@ def tree(text: str, source: str) -> UrNode:
     Raises:
         ReadError: names the line: an end without its block, a block without its end, a nesting that is too deep.
     """
-    root = UrNode("", "", 0, 0, 0)
+    root = UrNode(word="", text="", line=0, start=0, end=0)
     stack = [root]
     for number, m in enumerate(_LINE.finditer(text), 1):
         code = _CODE.match(m[1])
@@ -63,9 +63,13 @@ def tree(text: str, source: str) -> UrNode:
                 raise ReadError(source, number, "'end' without a block", "Give the file as it was posted.")
             stack.pop()
         elif said[-1] == ":" and (head := _HEAD.match(said)):
-            _open(stack, UrNode(head[0], said[head.end() : -1].strip(), number, start, end), source)
+            _open(
+                stack,
+                UrNode(word=head[0], text=said[head.end() : -1].strip(), line=number, start=start, end=end),
+                source,
+            )
         else:
-            stack[-1].body.append(UrNode("", said, number, start, end))
+            stack[-1].body.append(UrNode(word="", text=said, line=number, start=start, end=end))
     if len(stack) > 1:
         open_ = stack[-1]
         problem = f"'{open_.word}' without its 'end'"

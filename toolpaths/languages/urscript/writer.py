@@ -80,7 +80,7 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     for i, block in enumerate(blocks, 1):
         following = _part_name(path, i + 1) if i < len(blocks) else None
         function = words.name if i == 1 else f"{words.name}_{i:03d}"
-        yield _part_name(path, i), _text(program, words, function, block, following)
+        yield _part_name(path, i), _text(program, words=words, function=function, block=block, following=following)
 
 
 def _part_name(path: Path, i: int) -> str:
