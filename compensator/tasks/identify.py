@@ -19,7 +19,7 @@ from compensator.version import version
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import Evaluation, evaluate
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.identify import identify_local
 from stiffness.model.model import ComplianceModel, load_model, model_text

@@ -25,12 +25,14 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Addition:
-    """One effect: ``sites`` where it is, those of them with ``extras``, and ``values`` of all its numbers."""
+    """One effect: ``sites`` where it is, those of them with ``extras``, ``values`` of all its numbers, and whether they
+    are ``held`` as they are."""
 
     effect: Effect
     sites: tuple[Site, ...]
     extras: frozenset[Site]
     values: Numbers
+    held: bool = False
 
     @property
     def where(self) -> tuple[str, ...]:
@@ -39,12 +41,25 @@ class Addition:
 
     def numbers(self, joints: int) -> list[Unknown]:
         """Its free numbers."""
+        if self.held:
+            return []
         return [u for s in self.sites for u in numbers_of(self.effect, s, joints, s in self.extras)]
 
     def without(self, site: Site, joints: int) -> Addition | None:
         """The same elsewhere; None when nothing is left."""
         sites = tuple(s for s in self.sites if s != site)
         return with_sites(replace(self, sites=sites), joints) if sites else None
+
+
+def as_addition(effect: Effect, values: Numbers, joints: int) -> Addition | None:
+    """An effect of a model as if it had been added: the sites where its numbers are not neutral; None where there are
+    none."""
+    def used(site: Site, extra: bool) -> bool:
+        mine = (p for p in effect.parameters if p.site == site.kind and p.neutral is not None and p.extra == extra)
+        return any(np.any(values[p.name][p.of_site(site.index)] != p.neutral) for p in mine)
+
+    sites = tuple(s for s in effect.sites(joints) if used(s, False) or used(s, True))
+    return Addition(effect, sites, frozenset(s for s in sites if used(s, True)), values) if sites else None
 
 
 def with_sites(addition: Addition, joints: int) -> Addition:
@@ -81,7 +96,8 @@ class ModelFits:
     """Fits of one model to the same readings, with and without effects added.
 
     Attributes:
-        base: effects of the model that these sessions show; ``values``: theirs.
+        base: effects of the model that these sessions show; ``values``: theirs; ``given``: names of those that stay as
+            they are.
         used: per session (N,), readings that take part. allowed: readings that may.
     """
 
@@ -90,6 +106,7 @@ class ModelFits:
     values: Mapping[str, Numbers]
     used: tuple[Bools, ...]
     allowed: tuple[Bools, ...]
+    given: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -130,7 +147,7 @@ class ModelFits:
         """The free numbers: all of the model at hand, and those of the additions."""
         names = {e.name for e in self.base} | {a.effect.name for a in additions}
         effects = tuple(e for e in CATALOGUE if e.name in names)
-        own = () if base_fixed else unknowns(self.base, self.joints, extras=True).free
+        own = () if base_fixed else unknowns(self.base, self.joints, self.given, extras=True).free
         own = tuple(u for u in own if not u.parameter.extra or self._there(u))
         more = [u for a in additions for u in a.numbers(self.joints)]
         return Unknowns(effects, self.joints, (*own, *more))

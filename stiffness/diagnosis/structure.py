@@ -6,18 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import ResidualSource, residual_sources
 from stiffness.diagnosis.coherence import coherent
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.search import Search, like_noise
 from stiffness.effects.effect import part_of
 from stiffness.identification.fit import Fit
 
 CLEAR = 1.15  # residual over noise from which structure is clear
-NOTICED = 1e-4  # chance of a residual that noise alone would leave
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
@@ -78,7 +76,7 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
     """Whether a fit leaves clear structure, and where."""
     misfit = float(np.sqrt(fit.solution.chi2 / max(fit.solution.freedom, 1.0)))
     above, first = _above(fit), _above(base)
-    if _like_noise(fit) or misfit < CLEAR:
+    if like_noise(fit) or misfit < CLEAR:
         return Structure(False, [])
     if fit is not base and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
         note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
@@ -94,12 +92,7 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
 
 
 def _sources(search: Search, fit: Fit) -> list[ResidualSource]:
-    return [] if _like_noise(fit) else residual_sources(fit, search.sensitivities)
-
-
-def _like_noise(fit: Fit) -> bool:
-    """Whether noise alone would leave such a residual."""
-    return bool(stats.chi2.sf(fit.solution.chi2, max(fit.solution.freedom, 1.0)) > NOTICED)
+    return [] if like_noise(fit) else residual_sources(fit, search.sensitivities)
 
 
 def _doubtful(search: Search, base: Fit, now: Judged) -> Addition | None:

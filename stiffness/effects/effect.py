@@ -243,6 +243,11 @@ class Effect:
     def __repr__(self) -> str:
         return f"Effect({self.name})"
 
+    @property
+    def fitted_unasked(self) -> bool:
+        """Whether every identification fits it where the readings can tell: what all other effects are added to."""
+        return self.is_base or self.fitted_where in ("load", "position")
+
     def sites(self, joints: int) -> tuple[Site, ...]:
         """Where it can sit on a robot with so many joints."""
         kinds = self.site_kind.split("|")

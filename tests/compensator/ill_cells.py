@@ -18,7 +18,7 @@ from compensator.tasks.compensate import compensate_file, preview_file
 from compensator.tasks.diagnose import refined_text
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel, load_model, save_model
 from stiffness.session.session import load_session
 from tests.compensator.plant_bench import MM, STILL, Table, write_poses

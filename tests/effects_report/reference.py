@@ -24,7 +24,8 @@ from tests.plant.cell_design import Cell
 
 def reference(session: Session, model: ComplianceModel, truths: Sequence[Truth], cell: Cell, said: Diagnosis) -> Fit:
     """Of several beginnings, with and without the numbers that data have to ask for, the best fit."""
-    effects = shown_effects(model, session)
+    effects = [e for e in shown_effects(model, session) if e.fitted_where in ("load", "position")]
+    truths = [t for t in truths if t.effect not in {e.name for e in effects}]
     values = {e.name: model.values[e.name] for e in effects}
     model_fits = ModelFits.of([session], effects, values, [np.ones(len(session.samples), dtype=bool)])
     fits = [fit for additions in _beginnings(truths, cell, said) for fit in _fits(model_fits, additions)]

@@ -63,11 +63,13 @@ def write(
     size: float = 3.0,
     of: Literal["change", "left"] = "change",
     sessions: Sequence[str] = SESSIONS,
+    approach: bool = True,
 ) -> Case:
     """Writes sessions to folder/NAME/session.toml: A_healthy before, D and B ill, C ill and moved on.
 
     size: what each ailment alone changes in the readings of D, RMS per axis over the noise floor.
     of: all of the change, or what is left of it when the best joint stiffnesses have been taken out.
+    approach: whether the columns of the approach are written.
     """
     cell = CELLS[arm]
     bench = _bench(cell, "D", seed)
@@ -81,7 +83,7 @@ def write(
     moved, later = _later(worn)
     wears = {"A_healthy": cell.healthy, "D": worn, "B": worn, "C": moved}
     plants = {name: WornPlant(cell.arm, wears[name]) for name in sessions}
-    paths = {name: _session(cell, plants[name], folder / name, name, seed) for name in sessions}
+    paths = {name: _session(cell, plants[name], folder / name, name, seed, approach) for name in sessions}
     return Case(paths, tuple(truth), later, floor, plants, cell)
 
 
@@ -95,14 +97,14 @@ def _bench(cell: Cell, name: str, seed: int) -> Bench:
     return Bench(cell, setups, form(cell, setups, number))
 
 
-def _session(cell: Cell, plant: WornPlant, folder: Path, name: str, seed: int) -> Path:
+def _session(cell: Cell, plant: WornPlant, folder: Path, name: str, seed: int, approach: bool) -> Path:
     bench, wear = _bench(cell, name, seed), plant.wear
     notes = measure(
         plant,
         bench.setups,
         cell.targets,
         noise=NOISE,
-        form=bench.form,
+        form=replace(bench.form, approach=approach),
         seed=1000 + _number(name, seed),
         tracker=wear.tracker,
         sensor=wear.sensor,

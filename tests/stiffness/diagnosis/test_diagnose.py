@@ -14,7 +14,7 @@ import pytest
 
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import load_session
 from tests.effects_report.case import Row, Task, run

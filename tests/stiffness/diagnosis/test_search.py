@@ -9,8 +9,10 @@ import pytest
 from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged, with_sites
+from stiffness.diagnosis.adoption import adopted, pruned
 from stiffness.diagnosis.candidates import columns_of
-from stiffness.diagnosis.search import FOLDS, WARMED, Search, fold_of
+from stiffness.diagnosis.linearisation import FOLDS, WARMED, fold_of
+from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.switching_torques import with_better_torques, with_number
 from stiffness.effects import BASE, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
@@ -81,11 +83,11 @@ def test_setups_are_dealt_to_folds_in_turn() -> None:
 )  # fmt: skip
 def test_the_linearised_gain_is_about_that_of_a_fit(scenario: str, term: tuple[str, str]) -> None:
     ill = sick(scenario)
-    linear = ill.search.linearised(ill.base, [])
+    linear = ill.search.linearisation.at(ill.base, [])
     name, where = term
     terms = [t for t in linear.selector.terms if t.effect.name == name and where in t.site.where and not t.extras]
     chosen = max((linear.selector.together([t]) for t in terms), key=lambda c: c.fit.gain)
-    more, fit = ill.search.adopted(linear, chosen, [])
+    more, fit = adopted(ill.fits, linear, chosen, [])
     gained = ill.base.solution.chi2 - fit.solution.chi2
     assert chosen.fit.gain > 100
     assert chosen.fit.gain == pytest.approx(gained, rel=0.12)
@@ -96,10 +98,10 @@ def test_the_linearised_gain_is_about_that_of_a_fit(scenario: str, term: tuple[s
 def test_a_linearisation_leaves_the_fit_as_it_is() -> None:
     ill = sick("payload")
     before = [s.x.copy() for s in ill.base.states]
-    linear = ill.search.linearised(ill.base, [])
+    linear = ill.search.linearisation.at(ill.base, [])
     assert all(np.array_equal(a, s.x) for a, s in zip(before, ill.base.states, strict=True))
     assert linear.fit is not ill.base and linear.fit.solution is ill.base.solution
-    again = ill.search.linearised(ill.base, [])
+    again = ill.search.linearisation.at(ill.base, [])
     assert again.selector.equations.reduced.chi2 == linear.selector.equations.reduced.chi2
     # the residual's own chi-square, with a little freedom for the numbers of the fit
     assert linear.selector.equations.reduced.chi2 == pytest.approx(ill.base.solution.chi2, rel=1e-3)
@@ -110,7 +112,7 @@ def test_what_was_added_is_no_term_any_more() -> None:
     ill = sick("base-compliance")
     added = [addition("base-compliance", "base")]
     fit = ill.fits.fit(added, ill.base)
-    linear = ill.search.linearised(fit, at_values_of(fit, added))
+    linear = ill.search.linearisation.at(fit, at_values_of(fit, added))
     left = [t for t in linear.selector.terms if t.effect.name == "base-compliance"]
     assert all(linear.columns[k].number.parameter.extra for t in left for k in t.columns)
     assert {t.effect.name for t in linear.selector.terms} >= {"backlash", "payload"}
@@ -123,7 +125,7 @@ def test_empty_sites_are_pruned_and_the_true_one_stays() -> None:
     ill = sick("backlash joint-3")
     found = [addition("backlash", "joint-3", "joint-5"), addition("payload", "tool")]
     fit = ill.fits.fit(found, ill.base)
-    kept, less = ill.search.pruned(at_values_of(fit, found), fit)
+    kept, less = pruned(ill.fits, at_values_of(fit, found), fit)
     assert [(a.effect.name, a.where) for a in kept] == [("backlash", ("joint-3",))]
     assert less.solution.chi2 - fit.solution.chi2 < stats.chi2.isf(1e-3, 3) * fit.solution.misfit**2
     assert len(less.unknowns) == 6 + 1
@@ -155,7 +157,7 @@ def test_a_search_adds_what_is_there(scenario: str, expected: list[tuple[str, tu
     told: list[str] = []
     ill: Sick = sick(scenario)
     search = Search(ill.fits, told.append)
-    fit, additions = search.run(search.linearised(ill.base, []))
+    fit, additions = search.run(search.linearisation.at(ill.base, []))
     assert [(a.effect.name, a.where) for a in additions] == expected
     assert bool(told) == bool(expected)
     if expected:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from tests.plant import Plant
 from tests.stiffness.bench_lab import Lab
 
