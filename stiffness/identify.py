@@ -15,6 +15,7 @@ import numpy as np
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.alternatives import with_alternatives
 from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.searched_numbers import searched_deviations
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit
@@ -79,7 +80,8 @@ def _with_memory(
         sessions, named_effects([*names, *(a.effect.name for a in found)]), prior, [s.used for s in fit.sessions], found
     )
     notes = tuple(_note(a, fit, trial, alike.get(a.effect.name, ())) for a in found)
-    return reconsidered(replace(trial, notes=(*trial.notes, *notes)))
+    last = reconsidered(replace(trial, notes=(*trial.notes, *notes)))
+    return replace(last, searched_sd=searched_deviations(last, found))
 
 
 def _found(

@@ -79,7 +79,7 @@ def _page(found: Diagnosis, model: ComplianceModel, report: dict[str, Any]) -> s
 def refined_text(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Session], output: Path) -> str:
     """The model file to write at ``output``."""
     robot = robot_beside(Path(model.source).parent, model.robot, output)
-    if not (found.added or found.changed):
+    if not (found.added or found.removed or found.changed):
         if robot == model.robot:
             return Path(model.source).read_text(encoding="utf-8")
         return model_text(replace(model, robot=robot))
@@ -92,6 +92,7 @@ def _provenance(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Ses
     return {
         "verdict": found.verdict,
         "added": [f"{a.effect} in {', '.join(a.where)}" for a in found.added],
+        "removed": [f"{r.effect} in {', '.join(r.where)}" for r in found.removed],
         "changed": [f"{c.effect}.{c.parameter} of {', '.join(c.where)}" for c in found.changed],
         "model": f"{model.source} sha256:{digest[:16]}",
         "source": [f"{s.source} sha256:{s.sha256['samples'][:16]}" for s in sessions],

@@ -12,8 +12,8 @@ from scipy import stats
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged
 from stiffness.diagnosis.candidates import Column, Term
 from stiffness.diagnosis.linearisation import Linearised, weak
+from stiffness.diagnosis.searched_numbers import with_better_numbers
 from stiffness.diagnosis.selection import CHANCE, Selection
-from stiffness.diagnosis.switching_torques import with_better_torques
 from stiffness.effects.effect import Site
 from stiffness.identification.fit import Fit
 from stiffness.numerics.least_squares import inverse
@@ -43,7 +43,7 @@ def adopted(
                 fit, begun = other, trial
     for _ in range(SEARCHES if fit.solution.misfit > SETTLED else 0):
         begun = at_values_of(fit, begun)
-        moved = with_better_torques(fit, begun)
+        moved = with_better_numbers(fit, begun)
         other = fit if moved is None else fits.fit(moved, fit)
         if moved is None or other.solution.chi2 >= fit.solution.chi2 * (1 - 1e-6):
             break

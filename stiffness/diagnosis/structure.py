@@ -13,9 +13,8 @@ from stiffness.diagnosis.attribution import ResidualSource, residual_sources
 from stiffness.diagnosis.coherence import coherent
 from stiffness.diagnosis.search import Search, like_noise
 from stiffness.effects.effect import part_of
-from stiffness.identification.fit import Fit
+from stiffness.identification.fit import CLEAR, Fit
 
-CLEAR = 1.15  # residual over noise from which structure is clear
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,7 @@ from stiffness.numerics.least_squares import Solution
 Floats = npt.NDArray[np.float64]
 
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
+CLEAR = 1.15  # residual over noise from which structure is clear
 LOADED = 30.0  # typical sizes of compliance: a joint whose data have a larger standard deviation is not loaded
 
 
@@ -33,12 +34,14 @@ class Fit:
         solution: estimate and covariance.
         states: where the evaluation of every observations ended, with the rows that were used.
         notes: what was decided, and why.
+        searched_sd: standard deviations of numbers that no derivative leads to, by effect and parameter.
     """
 
     problem: Problem
     solution: Solution
     states: States
     notes: tuple[str, ...] = ()
+    searched_sd: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Fit({', '.join(e.name for e in self.unknowns.effects)}, {self.solution.count} numbers)"
@@ -68,6 +71,14 @@ class Fit:
         """(P,) standard deviations, widened where the residual is larger than the noise explains."""
         variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
         return np.asarray(np.sqrt(variance) * self.solution.misfit)
+
+    @property
+    def lacks(self) -> str:
+        """In one line that the residual is more than the noise explains; "" where it is not."""
+        misfit = self.solution.misfit
+        if misfit <= CLEAR:
+            return ""
+        return f"this model lacks something: {misfit:.1f} times the noise is left; run diagnose"
 
     def predicted_without(self, effect: Effect) -> tuple[PredictedReadings, ...]:
         """The readings of every session for the same numbers, one effect left out."""
@@ -108,6 +119,8 @@ class Fit:
         out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
         for u, value, sd in zip(self.unknowns.free, self.parameters, self.sd, strict=True):
             out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
+        for name, numbers in self.searched_sd.items():
+            out[name] = {**out[name], **{k: np.array(v) for k, v in numbers.items()}}
         return out
 
     def condition_number(self) -> float:

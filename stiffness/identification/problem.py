@@ -17,7 +17,7 @@ from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import Solution, Whitened, solve
+from stiffness.numerics.least_squares import Solution, Whitened, lowest, solve
 
 Floats = npt.NDArray[np.float64]
 States = tuple[Any, ...]  # one per observations, each of its own kind
@@ -109,8 +109,7 @@ class Problem:
             widened: factor on the noise: the prior weighs so much more.
             bounded: whether parameters stay within what their effects allow.
         """
-        low, high = self.unknowns.bounds()
-        free = np.full(len(self.start) - len(low), np.inf)
+        low, high = self._bounds()
         infinite = np.full(len(self.start), np.inf)
         return solve(
             self.blocks,
@@ -118,10 +117,24 @@ class Problem:
             states,
             prior=self.start,
             prior_sd=self.sd / widened,
-            low=np.concatenate([low, -free]) if bounded else -infinite,
-            high=np.concatenate([high, free]) if bounded else infinite,
+            low=low if bounded else -infinite,
+            high=high if bounded else infinite,
             spent=sum(o.spent(s) for o, s in zip(self.observations, states, strict=True)),
         )
+
+    def lowest_with(self, fixed: Mapping[str, Numbers], vector: Floats, states: States) -> tuple[float, States]:
+        """Chi-square, prior included, with other values of numbers that only the rules of joint memories read, all free
+        numbers refitted in the model linearised at ``vector`` (V,): a profile of the likelihood."""
+        problem = self.with_memory_values(fixed)
+        parts, states = problem.blocks(vector, states)
+        low, high = self._bounds()
+        return lowest(parts, vector, prior=problem.start, prior_sd=problem.sd, low=low, high=high), states
+
+    def _bounds(self) -> tuple[Floats, Floats]:
+        """(V,) what the effects allow."""
+        low, high = self.unknowns.bounds()
+        free = np.full(len(self.start) - len(low), np.inf)
+        return np.concatenate([low, -free]), np.concatenate([high, free])
 
     def sessions(self, vector: Floats, states: States) -> tuple[SessionFit, ...]:
         """The sessions among the observations, with the numbers ``vector`` (V,)."""

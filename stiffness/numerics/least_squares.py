@@ -177,6 +177,15 @@ class _Quadratic:
         return inverse(self.information + np.diag(self.weight))
 
 
+def lowest(
+    parts: Sequence[Whitened], vector: Floats, *, prior: Floats, prior_sd: Floats, low: Floats, high: Floats
+) -> float:
+    """Chi-square, prior included, at the bottom of the quadratic about ``vector`` (P,), between bounds."""
+    here = _Quadratic.of(parts, vector, prior, 1 / prior_sd**2)
+    step = here.step(0.0, low - vector, high - vector)
+    return float(here.cost - 2 * here.gradient @ step + step @ here.information @ step + step**2 @ here.weight)
+
+
 def _solved(matrix: Floats, right: Floats) -> Floats:
     """Solution of a symmetric positive system, scaled to a unit diagonal; the pseudo-inverse where rounding ate it."""
     scale = 1 / np.sqrt(np.diag(matrix))

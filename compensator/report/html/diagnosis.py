@@ -44,7 +44,7 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
     """
     residuals = session_residuals(d, model)
     setups = largest_setups(residuals, SETUPS)
-    refined = bool(d.added or d.changed)
+    refined = bool(d.added or d.removed or d.changed)
     evidence = _evidence(d, residuals)
     figures = {
         "map": map_figure(setups, ["the model at hand", "the refined model"] if refined else ["the model at hand"]),
@@ -62,6 +62,7 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
         verdict=verdict,
         verdict_is=verdict_is,
         additions=[_addition(a, tuple(drawn)) for a, drawn in zip(d.added, evidence, strict=True)],
+        removals=[words.removed_sentence(r) for r in d.removed],
         changes=[_arrows(words.changed_sentence(c)) for c in d.changed[: words.LISTED]],
         before_after=_arrows(words.before_after(report)),
         caution=_capital(words.caution(d, report)),
@@ -134,5 +135,5 @@ def _told_apart(d: Diagnosis) -> str:
 def _when_attributed(d: Diagnosis) -> str:
     if d.verdict != "unexplained":
         return "before anything was added"
-    found = d.added or d.changed
+    found = d.added or d.removed or d.changed
     return "with what was found in the model" if found else "with the model's numbers fitted anew"

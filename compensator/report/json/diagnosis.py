@@ -17,6 +17,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
     return {
         "verdict": d.verdict,
         "added": [_added(a) for a in d.added],
+        "removed": [{"effect": r.effect, "where": list(r.where), "why": r.why} for r in d.removed],
         "changed": [
             {
                 "effect": c.effect, "where": list(c.where), "parameter": c.parameter,

@@ -32,6 +32,8 @@ def fit_report(fit: Fit) -> Report:
         "stiffness_sd_nm_per_rad": known_numbers(sd, known),
         "identifiable": known.tolist(),
         "rms_mm": _rms(fit),
+        "misfit": fit.solution.misfit,
+        "lacks": fit.lacks or None,
         "n_readings": sum(len(s.samples) for s in fit.sessions),
         "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
         "condition_number": fit.condition_number(),

@@ -13,7 +13,7 @@ from stiffness.diagnosis.adoption import adopted, pruned
 from stiffness.diagnosis.candidates import columns_of
 from stiffness.diagnosis.linearisation import FOLDS, WARMED, fold_of
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.switching_torques import with_better_torques, with_number
+from stiffness.diagnosis.searched_numbers import with_better_numbers, with_number
 from stiffness.effects import BASE, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.session.session import Session
@@ -233,7 +233,7 @@ def test_a_switching_torque_is_found_between_the_torques_that_were_read() -> Non
     ill = sick("backlash joint-1 any torque carries")
     wrong = with_number(addition("backlash", "joint-1"), "breakaway_nm", 0, 1e4)
     fit = ill.fits.fit([wrong], ill.base)
-    better = with_better_torques(fit, at_values_of(fit, [wrong]))
+    better = with_better_numbers(fit, at_values_of(fit, [wrong]))
     assert better is not None
     torque = np.abs(fit.sessions[0].predicted.torque[:, 0])
     found = float(better[0].values["breakaway_nm"][0])
@@ -252,4 +252,4 @@ def test_where_nothing_switches_there_is_nothing_to_search() -> None:
     clean = sick("clean")
     found = [addition("payload", "tool")]
     fit = clean.fits.fit(found, clean.base)
-    assert with_better_torques(fit, found) is None
+    assert with_better_numbers(fit, found) is None
