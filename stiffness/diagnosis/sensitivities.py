@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Numbers
+from stiffness.identification.arm_loads import LoadKind
 from stiffness.identification.prediction import SessionPredictor
-from stiffness.identification.readings import LoadKind
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknown, Unknowns

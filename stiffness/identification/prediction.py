@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
-from stiffness.identification.readings import ArmEquilibria, ReadingModel
+from stiffness.identification.arm_loads import ArmEquilibria
+from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.station import TrackerPoses
 from stiffness.identification.unknowns import Unknowns

@@ -12,9 +12,10 @@ import pytest
 from compensator.tasks.compensate import compensate_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
+from stiffness.identification.arm_loads import ArmLoads, LoadKind
 from stiffness.identification.fit import Fit, fitted
 from stiffness.identification.problem import Problem
-from stiffness.identification.readings import ArmLoads, LoadKind, ReadingModel
+from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns, start_values, unknowns
 from stiffness.identification.weighting import Weighting
