@@ -12,10 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffness.diagnosis.added_effects import Addition, ModelFits
+from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.searched_numbers import searched_deviations
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit
@@ -76,12 +76,14 @@ def _with_memory(
     found, alike = _found(sessions, fit, say)
     if not found:
         return fit
-    trial = robust_fit(
-        sessions, named_effects([*names, *(a.effect.name for a in found)]), prior, [s.used for s in fit.sessions], found
-    )
+    every = named_effects([*names, *(a.effect.name for a in found)])
+    trial = robust_fit(sessions, every, prior, [s.used for s in fit.sessions], found)
+    moved = with_better_numbers(trial, at_values_of(trial, found))
+    if moved is not None:
+        found, trial = moved, robust_fit(sessions, every, prior, [s.used for s in trial.sessions], moved)
     notes = tuple(_note(a, fit, trial, alike.get(a.effect.name, ())) for a in found)
     last = reconsidered(replace(trial, notes=(*trial.notes, *notes)))
-    return replace(last, searched_sd=searched_deviations(last, found))
+    return replace(last, searched_sd=searched_deviations(last, at_values_of(last, found)))
 
 
 def _found(

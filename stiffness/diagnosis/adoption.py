@@ -41,7 +41,7 @@ def adopted(
             other = fits.fit(trial, linear.fit)
             if other.solution.chi2 < fit.solution.chi2:
                 fit, begun = other, trial
-    for _ in range(SEARCHES if fit.solution.misfit > SETTLED else 0):
+    for _ in range(SEARCHES if fit.solution.misfit > 1 else 0):
         begun = at_values_of(fit, begun)
         moved = with_better_numbers(fit, begun)
         other = fit if moved is None else fits.fit(moved, fit)

@@ -17,7 +17,7 @@ from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.refined_model import refined_model
 from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.searched_numbers import searched_deviations
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import shown_effects
@@ -94,6 +94,9 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         allowed=tuple(np.ones_like(h) for h in held),
     )
     whole, last = _without_outliers(whole, whole.fit(additions, fit), additions)
+    better = with_better_numbers(last, additions)
+    if better is not None:
+        additions, last = better, whole.fit(better, last)
     last = replace(last, searched_sd=searched_deviations(last, additions))
     moved = bool(other or changed)
     refined = bare.within_limits(fit, additions) if moved else None

@@ -22,19 +22,20 @@ from stiffness.identification.problem import States
 
 Floats = npt.NDArray[np.float64]
 
-VALUES = 30  # between the smallest and the largest torque of a joint
+VALUES = 12  # on trial at a time
+FINER = 3  # looks at what is between them
 SURE = 0.95  # of an interval
 NORMAL = float(stats.norm.isf((1 - SURE) / 2))
 
 
-@dataclass(frozen=True, repr=False)
-class _Profile:
-    """Values on trial, the range that each stands for, and the chi-square of each."""
+@dataclass(frozen=True)
+class _Range:
+    """Values that the readings do not tell apart, from ``low`` to ``high``, one of them, and its chi-square."""
 
-    values: list[float]
-    low: list[float]
-    high: list[float]
-    chi2: list[float]
+    low: float
+    value: float
+    high: float
+    chi2: float
 
 
 def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Addition] | None:
@@ -44,9 +45,9 @@ def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Additio
         for p, index in _searched(a, fit.unknowns.joints):
             now, states = _chi2(fit, states, out[k])
             profile, states = _profile(fit, states, out[k], p, index)
-            best = int(np.argmin(profile.chi2)) if profile.values else 0
-            if profile.values and profile.chi2[best] < now * (1 - 1e-9):
-                out[k], found = with_number(out[k], p.name, index, profile.values[best]), True
+            best = min(profile, key=lambda r: r.chi2, default=None)
+            if best is not None and best.chi2 < now * (1 - 1e-9):
+                out[k], found = with_number(out[k], p.name, index, best.value), True
     return out if found else None
 
 
@@ -58,11 +59,11 @@ def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, di
     for a in additions:
         for p, index in _searched(a, fit.unknowns.joints):
             profile, states = _profile(fit, states, a, p, index)
-            if not profile.values:
+            if not profile:
                 continue
-            least = min(profile.chi2) + float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2
-            inside = [k for k, chi2 in enumerate(profile.chi2) if chi2 <= least]
-            width = max(profile.high[k] for k in inside) - min(profile.low[k] for k in inside)
+            limit = float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2
+            inside = [r for r in profile if r.chi2 <= min(r.chi2 for r in profile) + limit]
+            width = max(r.high for r in inside) - min(r.low for r in inside)
             numbers = out.setdefault(a.effect.name, {}).setdefault(p.name, np.zeros(p.count(fit.unknowns.joints)))
             numbers[index] = width / (2 * NORMAL)
     return out
@@ -82,24 +83,42 @@ def _searched(a: Addition, joints: int) -> Iterator[tuple[Parameter, int]]:
             yield from ((p, range(p.count(joints))[p.of_site(s.index)][0]) for s in a.sites)
 
 
-def _profile(fit: Fit, states: States, a: Addition, p: Parameter, index: int) -> tuple[_Profile, States]:
-    out = _Profile([], [], [], [])
-    for low, value, high in _tried(fit, p, index):
-        chi2, states = _chi2(fit, states, with_number(a, p.name, index, value))
-        out.values.append(value)
-        out.low.append(low)
-        out.high.append(high)
-        out.chi2.append(chi2)
+def _profile(fit: Fit, states: States, a: Addition, p: Parameter, index: int) -> tuple[list[_Range], States]:
+    """Chi-square of values all over their range, then more finely where it is least."""
+    out: list[_Range] = []
+
+    def look(ranges: Sequence[tuple[float, float, float]], states: States) -> States:
+        for low, value, high in ranges:
+            chi2, states = _chi2(fit, states, with_number(a, p.name, index, value))
+            out.append(_Range(low, value, high, chi2))
+        return states
+
+    if p.trials_of != "torque":
+        return out, look([(t, t, t) for t in p.trials], states)
+    torque = _torques(fit, index)
+    states = look(_between(torque), states)
+    for _ in range(FINER):
+        out.sort(key=lambda r: r.low)
+        best = min(range(len(out)), key=lambda k: out[k].chi2)
+        first, last = out[max(best - 1, 0)].low, out[min(best + 1, len(out) - 1)].high
+        inner = torque[(torque >= first) & (torque <= last)]
+        if len(inner) <= 4:
+            break
+        out[max(best - 1, 0) : best + 2] = []
+        states = look(_between(inner), states)
     return out, states
 
 
-def _tried(fit: Fit, p: Parameter, index: int) -> list[tuple[float, float, float]]:
-    """Lowest, middle and highest of ranges: between torques of the joint that the readings have nothing changes."""
-    if p.trials_of != "torque":
-        return [(t, t, t) for t in p.trials]
-    torque = np.unique(np.concatenate([[0.0], *(np.abs(s.torque[:, index]) for s in fit.states)]))
-    at = np.unique(np.linspace(0, len(torque) - 1, VALUES + 1).astype(int))
-    edges = [*torque[at].tolist(), 2 * float(torque[-1])]  # the last range: no torque of the readings reaches it
+def _torques(fit: Fit, joint: int) -> Floats:
+    """Sizes of a joint's torque that the readings have, and one that none reaches: between two of them nothing
+    changes."""
+    found = np.unique(np.concatenate([[0.0], *(np.abs(s.torque[:, joint]) for s in fit.states)]))
+    return np.append(found, 2 * found[-1])
+
+
+def _between(torque: Floats) -> list[tuple[float, float, float]]:
+    """At most VALUES ranges between torques: lowest, middle and highest of each."""
+    edges = torque[np.unique(np.linspace(0, len(torque) - 1, VALUES + 1).astype(int))].tolist()
     return [(low, 0.5 * (low + high), high) for low, high in pairwise(edges) if high > low]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from . import ailments_body as body
 from . import ailments_instrument as instrument
 from . import ailments_joint as joint
-from .ailment import Ailment, Truth
+from .ailment import Ailment, Truth, several
 from .ailments_unknown import UNKNOWN
 from .cell_design import CELLS, NOISE, Cell, design, form
 from .lab import measure
@@ -26,6 +26,7 @@ from .wear import Wear
 from .worn_plant import WornPlant
 
 SESSIONS = ("A_healthy", "D", "B", "C")
+JOINTS = range(1, 7)
 SETUPS = {"A_healthy": 36, "D": 34, "B": 30, "C": 34}
 
 
@@ -156,6 +157,26 @@ SINGLE: dict[str, Ailment] = {
     "tracker-drift settling": instrument.tracker(3000.0),
     "force-sensor-bias zero": instrument.sensor(),
     "force-sensor-bias scale": instrument.sensor("scale"),
+    "backlash all joints": several(
+        "play in every joint, with a breakaway of its own",
+        [
+            (joint.backlash(k, b), g)
+            for k, b, g in zip(JOINTS, (0.05, 0.1, 0.02, 0.2, 0.1, 0.3), (0.4, 0.3, 0.5, 1.5, 1.0, 2.0), strict=True)
+        ],
+    ),
+    "joint-hardening all joints": several(
+        "three pieces in every joint",
+        [(joint.hardening(k), g) for k, g in zip(JOINTS, (0.6, 0.4, 0.8, 1.0, 0.5, 1.2), strict=True)],
+    ),
+    "posture-stiffness joints 1 3 5": several(
+        "compliance by the joint's own angle",
+        [(joint.posture(1), 0.7), (joint.posture(3), 1.0), (joint.posture(5), 1.5)],
+    ),
+    "kinematic-offset all": several(
+        "every zero and every frame",
+        [(body.zero(k), g) for k, g in zip(JOINTS, (1.0, -0.6, 0.8, 2.0, -1.5, 2.5), strict=True)]
+        + [(body.geometry(k), g) for k, g in zip(JOINTS, (0.8, -1.0, 0.5, -0.7, 0.6, 0.4), strict=True)],
+    ),
 } | {f"unknown {name}": make() for name, make in UNKNOWN.items()}
 
 PAIRS = (
