@@ -138,7 +138,7 @@ def _searched(search: Search, base: Fit) -> _Found:
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)
     fit, additions, removed = with_known(search.fits, fit, additions, search.known)
-    outcome = judged(search, base, fit, additions)
+    outcome = judged(search, base, fit, additions, found)
     kept = [r for r in found if any(a.effect is r.addition.effect for a in outcome.additions)]
     return _Found(outcome, tuple(kept), tuple(ranking), base_rms, tuple(removed))
 

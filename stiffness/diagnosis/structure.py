@@ -18,6 +18,8 @@ from stiffness.identification.fit import CLEAR, Fit
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
+LARGE = 0.4  # of what was above the noise: an effect that explains more and leaves all others behind stands
+AHEAD = 0.7  # of its gain in chi-square: where no other effect gains more, an effect leaves all others behind
 PARTLY = 0.2  # of what was above the noise: an effect that explains less is not called the explanation
 
 
@@ -53,12 +55,15 @@ def without_crumbs(
     return trial, at_values_of(trial, kept)
 
 
-def judged(search: Search, base: Fit, fit: Fit, additions: list[Addition]) -> Judged:
+def judged(
+    search: Search, base: Fit, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
+) -> Judged:
     """Additions that stand beside what is left, and the structure that is left or, where none is, that was there."""
     search.say("looking where the rest sits")
     now = Judged(fit, additions, _structure(search, base, fit))
     notes = now.structure.notes
-    while now.structure.left and (doubtful := _doubtful(search, base, now)) is not None:
+    ahead = {r.addition.effect.name for r in found if r.explains > LARGE and r.runner_up < AHEAD}
+    while now.structure.left and (doubtful := _doubtful(search, base, now, ahead)) is not None:
         note = (
             f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
             "structure in the same place: not added"
@@ -94,16 +99,18 @@ def _sources(search: Search, fit: Fit) -> list[ResidualSource]:
     return [] if like_noise(fit) else residual_sources(fit, search.sensitivities)
 
 
-def _doubtful(search: Search, base: Fit, now: Judged) -> Addition | None:
-    """The first addition that only took the nearest name beside structure that is left."""
+def _doubtful(search: Search, base: Fit, now: Judged, ahead: set[str]) -> Addition | None:
+    """The first addition that only took the nearest name beside structure that is left; one that is far ``ahead`` of
+    all other effects is the right name for its part."""
     joints = search.fits.joints
     places = [s.what for s in now.structure.sources if not s.what.startswith("column:")]
-    for a in now.additions:
+    for a in (a for a in now.additions if not a.held):
         without = search.fits.fit([b for b in now.additions if b is not a], now.fit)
         explained = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)
         beside = {part_of(w, joints) for w in a.where}
         there = not places or part_of(places[0], joints) in beside
-        if explained < PARTLY or (explained < 1 - PARTLY and there):
+        certain = a.effect.name in ahead
+        if explained < PARTLY or (explained < 1 - PARTLY and there and not certain):
             return a
     return None
 
