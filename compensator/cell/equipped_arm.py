@@ -11,7 +11,7 @@ import numpy.typing as npt
 from compensator.cell.arm import Arm, Conditions
 from compensator.errors import CellError, SolveError
 from compensator.path.tool_set import ToolSet
-from stiffness.effects.effect import Effect, Numbers
+from stiffness.effects.effect import Effect, Numbers, state_columns
 from stiffness.errors import EquilibriumError
 from stiffness.kinematics.inverse import Inverse
 from stiffness.memory.preload import PreloadState, unknown
@@ -107,14 +107,11 @@ class EquippedArm:
 
     def joint_states(self, state: Floats) -> Floats:
         """(N, n) rad: the part of ``state`` that is itself a joint deflection."""
-        n = self.robot.n
-        total = np.zeros((len(state), n))
-        at = 0
+        columns = state_columns(self.effects, self.robot.n)
+        total = np.zeros((len(state), self.robot.n))
         for e in self.effects:
-            if e.memory:
-                if np.any(e.memory.gain(self.values[e.name]) != 0):
-                    total += state[:, at : at + n]
-                at += n
+            if e.memory and np.any(e.memory.gain(self.values[e.name]) != 0):
+                total += state[:, columns[e.name]]
         return total
 
 

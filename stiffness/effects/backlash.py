@@ -21,7 +21,7 @@ def _law(given: JointInput, p: Values) -> ca.SX:
     return given.state
 
 
-def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
+def _rule(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> Clamp:
     half = np.broadcast_to(p["gap_rad"] / 2, move.shape)
     held = np.abs(torque) > np.maximum(p["breakaway_nm"], _NO_TORQUE)
     side = np.copysign(half, torque)

@@ -1,11 +1,18 @@
 """Joint friction: a torque that the drive train holds without moving, so that wind-up stays.
 
-    dq = f / K        f' = min(max(f - b d tau, -T), T)        (on top of joint-stiffness)
+    dq = sum over k of f_k / K        f_k' = min(max(f_k - b_k (d tau + K move), -T_k), T_k)      (on top of joint-stiffness)
 
-f is the friction torque on the link: it takes up the share b of every change of load until it slips at T (a stop
-operator: Visintin, Differential Models of Hysteresis, 1994; b = 1 sticks without yielding, less is a spring with a
-slider beside that of the joint). Loading and unloading differ by up to 2 T/K at the same command. A commanded move
-leaves the link behind the motor, f = -lag T in the direction of the move, within a travel of REVERSAL.
+Stop operators side by side (Prandtl-Ishlinskii: Visintin, Differential Models of Hysteresis, 1994; Al-Bender, Swevers,
+generalized Maxwell-slip model, 2005; Kuhnen 2003 for fixed thresholds with free weights): f_k takes up the share b_k of
+every change of load until it slips at T_k. Each is a spring with a slider beside that of the joint; b = 1 sticks
+without yielding. Thresholds stand in fixed ratios to the first operator's, T / b:
+
+    T_k = r_k T w_k / W    b_k = b w_k / W    r = 1, 1/2, 2, 1/4    w_1 = 1    W = 1 + w_2 + w_3 + w_4
+
+so that b is the share of all together. Without the others (w = 0) it is one operator: loading and unloading differ by
+up to 2 T/K at the same command. A commanded move drags the link along as a load would: the friction has turned over
+after a travel of 2 T/(b K), and the link lags behind the motor by T/K from there on. ``lag`` 0: any move beyond
+REVERSAL shakes it free of wind-up.
 """
 
 from __future__ import annotations
@@ -26,18 +33,36 @@ from stiffness.effects.effect import (
 )
 
 
+RATIOS = (1.0, 0.5, 2.0, 0.25)  # of the operators' thresholds: 8 to 1 in octaves, the first one's in their middle
+WEIGHTS = ("weight_half", "weight_double", "weight_quarter")  # of the operators after the first
+
+
 def _law(given: JointInput, p: Values) -> ca.SX:
-    return given.state * given.compliance
+    n = given.compliance.shape[0]
+    return sum((given.state[k * n : (k + 1) * n] for k in range(1, len(RATIOS))), given.state[:n]) * given.compliance
 
 
-def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
-    most = np.broadcast_to(p["friction_nm"], move.shape)
-    change = p["held"] * np.diff(torque, axis=0, prepend=torque[:1])
-    share = np.minimum(np.abs(move) / (0.5 * REVERSAL), 1.0)  # of the way to the state that a long move leaves
-    left = -np.sign(move) * p["lag"] * most
-    # the interval that f may be in shrinks about what the move leaves behind
-    centre, half = share * left, (1 - share) * most
-    return Clamp(-change, np.maximum(centre - half, -most), np.minimum(centre + half, most))
+def _shares(p: Numbers) -> list[Floats]:
+    """Of every operator in the load that is held: they add up to 1; numbers or symbols (n,)."""
+    weights = [p[name] for name in WEIGHTS]
+    whole = sum(weights, 1 + 0 * p["friction_nm"])
+    return [1 / whole, *(w / whole for w in weights)]
+
+
+def _bounds(p: Numbers) -> Floats:
+    torques = [r * share * p["friction_nm"] for r, share in zip(RATIOS, _shares(p), strict=True)]
+    return ca.vertcat(*torques) if isinstance(torques[0], ca.SX) else np.concatenate(torques)
+
+
+def _rule(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> Clamp:
+    most = np.broadcast_to(_bounds(p), (*move.shape[:-1], len(RATIOS) * move.shape[-1]))
+    # no drive turns a link over at once: where the base model is rigid, a reversal does
+    travel = move * np.minimum(stiffness, 4 * p["friction_nm"] / p["held"] / REVERSAL)
+    driven = p["held"] * (np.diff(torque, axis=0, prepend=torque[:1]) + travel)
+    shaken = (1 - p["lag"]) * np.minimum(np.abs(move) / (0.5 * REVERSAL), 1.0)
+    half = (1 - np.concatenate([shaken] * len(RATIOS), axis=-1)) * most
+    shift = np.concatenate([-driven * share for share in _shares(p)], axis=-1)
+    return Clamp(shift, -half, half)
 
 
 EFFECT = Effect(
@@ -83,8 +108,30 @@ EFFECT = Effect(
             fit="given",
             trials=(1.0, 0.0),
         ),
+        *(
+            Parameter(
+                name=name,
+                unit="1",
+                size="joint",
+                start=0.0,
+                low=0.0,
+                high=100.0,
+                scale=1.0,
+                meaning=f"weight of the operator that slips at {ratio:g} times the load of the first, whose weight is 1",
+                default=0.0,
+                neutral=0.0,
+                extra=True,
+            )
+            for name, ratio in zip(WEIGHTS, RATIOS[1:], strict=True)
+        ),
     ),
     joint=_law,
-    memory=Memory("N*m", _rule, lambda p: p["friction_nm"], lambda p: 0 * p["friction_nm"]),
+    memory=Memory(
+        unit="N*m",
+        rule=_rule,
+        bounds=_bounds,
+        gain=lambda p: np.zeros(len(RATIOS) * len(p["friction_nm"])),
+        states=len(RATIOS),
+    ),
     needs_torque_sign=True,
 )

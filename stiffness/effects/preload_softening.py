@@ -31,7 +31,7 @@ def _law(given: JointInput, p: Values) -> ca.SX:
     return (1 / p["ratio"] - 1) * against
 
 
-def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
+def _rule(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> Clamp:
     one = np.ones_like(move)
     return Clamp(move / (0.5 * REVERSAL), -one, one)
 

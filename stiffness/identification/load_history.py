@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, Numbers
+from stiffness.effects.effect import Effect, Numbers, state_columns
 from stiffness.memory.preload import PreloadState, unknown, walk
 from stiffness.session.session import Session
 
@@ -73,22 +73,22 @@ class LoadHistory:
         resting: Floats,
         state: Floats,
     ) -> dict[tuple[str, str], Floats]:
-        """How shares (N, n) change with the size of what remembers, by effect and parameter.
+        """How shares (N, n * states) change with the numbers of what remembers, by effect and parameter.
 
         A state at its bound stays there; one between its bounds does not grow with them.
         """
         if not np.any((np.abs(state) < 1 - 1e-9) & (state != 0)):
             return {}
-        n, out = self._n, {}
-        for k, effect in enumerate(e for e in effects if e.memory):
+        out, columns = {}, state_columns(effects, self._n)
+        for effect in (e for e in effects if e.memory):
             for p in effect.parameters:
                 if p.fit == "direct":
-                    own = opened(effect, values[effect.name])
-                    step = -RELATIVE * np.maximum(np.abs(own[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
-                    more = {**values, effect.name: {**own, p.name: own[p.name] + step}}
-                    columns = slice(k * n, (k + 1) * n)
-                    moved = self.state(effects, more, torque, resting)[:, columns] - state[:, columns]
-                    out[effect.name, p.name] = moved / step
+                    now = opened(effect, values[effect.name])
+                    step = -RELATIVE * np.maximum(np.abs(now[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
+                    more = {**values, effect.name: {**now, p.name: now[p.name] + step}}
+                    own = columns[effect.name]
+                    moved = self.state(effects, more, torque, resting)[:, own] - state[:, own]
+                    out[effect.name, p.name] = moved / np.tile(step, moved.shape[1] // self._n)
         return out
 
 

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers
+from stiffness.effects.effect import Numbers, state_columns
 from stiffness.identification.readings import ArmEquilibria, ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.station import TrackerPoses
@@ -200,12 +200,12 @@ class SessionPredictor:
     def _with_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> Floats:
         """Derivatives by parameters, with what these do to a reading by way of the joint states that they shift."""
         n, out = self.data.session.robot.n, by_p.copy()
-        remembering = [e.name for e in self.unknowns.effects if e.memory]
+        columns = state_columns(self.unknowns.effects, n)
         for k, u in enumerate(self.unknowns.free):
             shares = moved.get((u.effect, u.parameter.name))
             if shares is not None:
-                column = remembering.index(u.effect) * n + u.index
-                out[:, :, k] += by_state[:, :, column] * shares[:, u.index, None]
+                own = by_state[:, :, columns[u.effect]][:, :, u.index :: n]  # all states of the joint
+                out[:, :, k] += np.einsum("nik,nk->ni", own, shares[:, u.index :: n])
         return out
 
     def _shown(self, p: Floats, seen: PredictedReadings) -> PredictedReadings:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Clamp, Effect, Memory, Numbers
+from stiffness.effects.effect import Clamp, Effect, Memory, Numbers, state_columns
 from stiffness.memory.clamp_scan import scan
 
 Floats = npt.NDArray[np.float64]
@@ -26,7 +26,7 @@ AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
 
 @dataclass(frozen=True, repr=False)
 class PreloadState:
-    """State of every joint: n columns per remembering effect. ``low`` and ``high`` bracket the truth.
+    """State of every joint, in the columns of ``state_columns``. ``low`` and ``high`` bracket the truth.
 
     Shape (m,) at one pose, (N, m) along a path. ``likely`` begins in the middle of an unknown start: like ``low`` and
     ``high``, and unlike their mean, it is a history that a joint can have.
@@ -81,17 +81,18 @@ def walk(
         torque: N*m of gravity and environment at the pose, shaped as ``move``.
         start: the state before row 0, (m,) or (M, m).
     """
-    n = move.shape[-1]
+    columns = state_columns(effects, move.shape[-1])
     low = np.empty((*move.shape[:-1], start.low.shape[-1]))
     high = np.empty_like(low)
     likely = np.empty_like(low)
-    for k, name, memory in _deflections_first(effects, values) if len(move) else ():
-        own, span = values[name], slice(k * n, (k + 1) * n)
-        clamp, gain = memory.rule(move, torque, own), memory.gain(own)
+    for name, memory in _deflections_first(effects, values) if len(move) else ():
+        own, span = values[name], columns[name]
+        stiffness = base_stiffness(effects, values, move.shape[-1])
+        clamp, gain = memory.rule(move, torque, own, stiffness), memory.gain(own)
         if corrected:
             clamp = _implicit(clamp, gain, memory.bounds(own))
         starts = np.stack([v[..., span].ravel() for v in (start.low, start.high, start.middle)])
-        states = scan(clamp, starts).reshape(3, *move.shape)
+        states = scan(clamp, starts).reshape(3, *low[..., span].shape)
         low[..., span], high[..., span], likely[..., span] = states
         if corrected and np.any(gain):  # what the command really moves, for the states that only look on
             state = np.concatenate([start.middle[None, ..., span], likely[..., span]])
@@ -102,11 +103,18 @@ def walk(
     return PreloadState(low, high, likely)
 
 
-def _deflections_first(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> list[tuple[int, str, Memory]]:
-    """(place in the state, name, memory): first the states that are themselves a deflection."""
+def base_stiffness(effects: Sequence[Effect], values: Mapping[str, Numbers], joints: int) -> Floats:
+    """(n,) N*m/rad of the base model; infinite without one."""
+    for e in effects:
+        if e.stiffness:
+            return e.stiffness(values[e.name])
+    return np.full(joints, np.inf)
+
+
+def _deflections_first(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> list[tuple[str, Memory]]:
+    """(name, memory): first the states that are themselves a deflection."""
     found = [(e.name, e.memory) for e in effects if e.memory]
-    listed = [(k, name, memory) for k, (name, memory) in enumerate(found)]
-    return sorted(listed, key=lambda entry: not np.any(entry[2].gain(values[entry[1]])))
+    return sorted(found, key=lambda entry: not np.any(entry[1].gain(values[entry[0]])))
 
 
 def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:

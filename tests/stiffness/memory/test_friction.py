@@ -15,11 +15,13 @@ from tests.oracles.effects import ORACLES, Step
 
 Floats = npt.NDArray[np.float64]
 FRICTION = (BY_NAME["joint-friction"],)
+WEIGHTS = ("weight_half", "weight_double", "weight_quarter")
 T = 40.0
 
 
 def values(joints: int = 1, lag: float = 1.0, share: float = 1.0) -> Mapping[str, Numbers]:
-    numbers = {"friction_nm": T, "held": share, "lag": lag}
+    """One operator."""
+    numbers = {"friction_nm": T, "held": share, "lag": lag} | dict.fromkeys(WEIGHTS, 0.0)
     return {"joint-friction": {name: np.full(joints, number) for name, number in numbers.items()}}
 
 
@@ -27,9 +29,15 @@ def held(
     torque: Floats, start: float = 0.0, move: Floats | None = None, lag: float = 1.0, share: float = 1.0
 ) -> Floats:
     """Friction torque along a history of torques on one joint."""
-    state = PreloadState(np.array([start]), np.array([start]))
+    alone = np.array([start, 0.0, 0.0, 0.0])
     moves = np.zeros((len(torque), 1)) if move is None else move[:, None]
-    return walk(FRICTION, values(lag=lag, share=share), move=moves, torque=torque[:, None], start=state).middle[:, 0]
+    numbers = values(lag=lag, share=share)
+    return whole(walk(FRICTION, numbers, move=moves, torque=torque[:, None], start=PreloadState(alone, alone)).middle)
+
+
+def whole(states: Floats) -> Floats:
+    """(N,) sum over the operators of one joint."""
+    return np.asarray(states.reshape(len(states), 4).sum(axis=1))
 
 
 def dragged(torque: Floats, start: float, share: float, parts: int = 200) -> Floats:
@@ -110,15 +118,15 @@ def test_a_move_leaves_the_link_behind(lag: float, left: float) -> None:
 
 def test_a_move_shorter_than_a_reversal_takes_it_only_so_far() -> None:
     move = np.array([0.0, -0.1 * REVERSAL, -0.25 * REVERSAL])
-    np.testing.assert_allclose(held(np.zeros(3), -T, move), [-T, -T + 0.2 * 2 * T, 0.0], atol=1e-9)
+    np.testing.assert_allclose(held(np.zeros(3), -T, move), [-T, -T + 0.2 * 2 * T, -T + 0.7 * 2 * T], atol=1e-9)
 
 
 def test_the_bracket_closes_with_a_load_beyond_twice_the_friction() -> None:
     torque = np.array([0.0, 30, 70, 79, 81, 0])[:, None]
     state = walk(FRICTION, values(), move=np.zeros_like(torque), torque=torque, start=unknown(FRICTION, values()))
-    np.testing.assert_allclose(state.low[:, 0], [-40, -40, -40, -40, -40, 40], atol=1e-12)
-    np.testing.assert_allclose(state.high[:, 0], [40, 10, -30, -39, -40, 40], atol=1e-12)
-    np.testing.assert_array_equal(state.known[:, 0], [False, False, False, False, True, True])
+    np.testing.assert_allclose(whole(state.low), [-40, -40, -40, -40, -40, 40], atol=1e-12)
+    np.testing.assert_allclose(whole(state.high), [40, 10, -30, -39, -40, 40], atol=1e-12)
+    np.testing.assert_array_equal(state.known.all(axis=1), [False, False, False, False, True, True])
 
 
 @pytest.mark.parametrize("rows", [1, 2, 37, 4000])
@@ -127,14 +135,17 @@ def test_the_walk_is_the_oracle_step_by_step(rows: int) -> None:
     rng, n, step = np.random.default_rng(rows), 3, ORACLES["joint-friction"].step
     move = rng.choice([0.0, 1e-7, 3e-7, 1e-4], (rows, n), p=[0.6, 0.2, 0.1, 0.1]) * rng.choice([-1, 1], (rows, n))
     torque = np.cumsum(rng.normal(size=(rows, n)) * 20, axis=0)
-    start = np.array([-20.0, 0.0, 35.0])
-    got = walk(FRICTION, values(n, 0.7, 0.6), move=move, torque=torque, start=PreloadState(start, start)).middle
+    numbers = {"friction_nm": T, "held": 0.6, "lag": 0.7} | dict(zip(WEIGHTS, (0.4, 0.9, 0.3), strict=True))
+    every: Mapping[str, Numbers] = {"joint-friction": {name: np.full(n, v) for name, v in numbers.items()}}
+    start = np.random.default_rng(1).uniform(-1, 1, 4 * n) * unknown(FRICTION, every).high
+    got = walk(FRICTION, every, move=move, torque=torque, start=PreloadState(start, start)).middle
     if step is None:
         raise TypeError("no step")
-    p, states = {"friction_nm": T, "held": 0.6, "lag": 0.7}, []
-    for j in range(n):
-        state = start[j]
+    p, states = numbers, []
+    for c in range(4 * n):
+        state, j = start[c], c % n
         for k in range(rows):
-            state = step(state, Step(move[k, j], torque[k, j], torque[max(k - 1, 0), j]), p)
+            now = Step(move[k, j], torque[k, j], torque[max(k - 1, 0), j], number=c // n)
+            state = step(state, now, p)
             states.append(state)
     np.testing.assert_allclose(got.T.ravel(), states, atol=1e-9)
