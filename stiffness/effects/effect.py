@@ -215,6 +215,8 @@ class Effect:
         angle_sd: angles (N, n), values, standard deviations -> standard deviation (N, n) rad of the law, where it was
             identified over part of the range of a joint only.
         nearest: the allowed values nearest to values that ``check`` refuses.
+        restarts: values -> other values that make about the same of its load, all extras away from their bounds: where
+            a fit with extras may begin, as one that begins with the simple form can be held by a bound.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
         stiffness: of the base model alone: values -> (n,) N*m/rad.
@@ -242,6 +244,7 @@ class Effect:
     needs_torque_sign: bool = False
     angle_sd: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None
+    restarts: Callable[[Numbers], tuple[dict[str, Floats], ...]] = lambda values: ()
     check: Callable[[Numbers], str] = _nothing_wrong
     is_base: bool = False
     stiffness: Callable[[Numbers], Floats] | None = None

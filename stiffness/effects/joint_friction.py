@@ -1,6 +1,6 @@
 """Joint friction: a torque that the drive train holds without moving, so that wind-up stays.
 
-    dq = sum over k of f_k / K        f_k' = min(max(f_k - b_k (d tau + K move), -T_k), T_k)      (on top of joint-stiffness)
+    dq = (f_1 + ... + f_4) / K    f_k' = min(max(f_k - b_k (d tau + K move), -T_k), T_k)    (on top of joint-stiffness)
 
 Stop operators side by side (Prandtl-Ishlinskii: Visintin, Differential Models of Hysteresis, 1994; Al-Bender, Swevers,
 generalized Maxwell-slip model, 2005; Kuhnen 2003 for fixed thresholds with free weights): f_k takes up the share b_k of
@@ -17,6 +17,8 @@ REVERSAL shakes it free of wind-up.
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 
@@ -31,7 +33,6 @@ from stiffness.effects.effect import (
     Parameter,
     Values,
 )
-
 
 RATIOS = (1.0, 0.5, 2.0, 0.25)  # of the operators' thresholds: 8 to 1 in octaves, the first one's in their middle
 WEIGHTS = ("weight_half", "weight_double", "weight_quarter")  # of the operators after the first
@@ -50,7 +51,7 @@ def _shares(p: Numbers) -> list[Floats]:
 
 
 def _bounds(p: Numbers) -> Floats:
-    torques = [r * share * p["friction_nm"] for r, share in zip(RATIOS, _shares(p), strict=True)]
+    torques: list[Any] = [r * share * p["friction_nm"] for r, share in zip(RATIOS, _shares(p), strict=True)]
     return ca.vertcat(*torques) if isinstance(torques[0], ca.SX) else np.concatenate(torques)
 
 
@@ -63,6 +64,11 @@ def _rule(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> Clamp:
     half = (1 - np.concatenate([shaken] * len(RATIOS), axis=-1)) * most
     shift = np.concatenate([-driven * share for share in _shares(p)], axis=-1)
     return Clamp(shift, -half, half)
+
+
+def _restarts(p: Numbers) -> tuple[dict[str, Floats], ...]:
+    """All four operators at work, the first with most of it."""
+    return ({**p, **{name: np.full_like(p["friction_nm"], 0.3) for name in WEIGHTS}},)
 
 
 EFFECT = Effect(
@@ -117,7 +123,7 @@ EFFECT = Effect(
                 low=0.0,
                 high=100.0,
                 scale=1.0,
-                meaning=f"weight of the operator that slips at {ratio:g} times the load of the first, whose weight is 1",
+                meaning=f"weight of an operator that slips at {ratio:g} times the load of the first; that has 1",
                 default=0.0,
                 neutral=0.0,
                 extra=True,
@@ -133,5 +139,6 @@ EFFECT = Effect(
         gain=lambda p: np.zeros(len(RATIOS) * len(p["friction_nm"])),
         states=len(RATIOS),
     ),
+    restarts=_restarts,
     needs_torque_sign=True,
 )

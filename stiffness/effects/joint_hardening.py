@@ -18,8 +18,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import Effect, Floats, JointInput, Parameter, Values
-
+from stiffness.effects.effect import Effect, Floats, JointInput, Numbers, Parameter, Values
 
 CORNER = 0.04  # of a knee: an error of 2 % of the wind-up at the corner alone; makers draw no sharper lines
 
@@ -35,6 +34,24 @@ def _law(given: JointInput, p: Values) -> ca.SX:
 
     x = given.torque / p["knee_nm"]
     return p["windup_rad"] * used_up(x) + p["further_rad"] * used_up(x / p["knee_ratio"])
+
+
+def _restarts(p: Numbers) -> tuple[dict[str, Floats], ...]:
+    """Two equal parts, sharp and smooth, with the sum and the mean knee of the present ones."""
+    whole, some = p["windup_rad"] + p["further_rad"], 1e-30
+    second = p["knee_ratio"] * p["knee_nm"]
+    mean = (p["windup_rad"] * p["knee_nm"] + p["further_rad"] * second + some * p["knee_nm"]) / (whole + some)
+    shapes = ((1.0, 2.5), (0.0, 4.0))
+    return tuple(
+        {
+            "windup_rad": whole / 2,
+            "knee_nm": mean / (0.5 + 0.5 * ratio),
+            "further_rad": whole / 2,
+            "knee_ratio": np.full_like(mean, ratio),
+            "sharpness": np.full_like(mean, sharp),
+        }
+        for sharp, ratio in shapes
+    )
 
 
 EFFECT = Effect(
@@ -106,6 +123,7 @@ EFFECT = Effect(
         ),
     ),
     joint=_law,
+    restarts=_restarts,
     needs_torque_sign=True,
 )
 

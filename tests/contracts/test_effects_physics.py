@@ -165,7 +165,8 @@ def test_a_search_can_leave_the_neutral_values(effect: Effect) -> None:
     """There, where diagnosis begins: slopes are finite, and every number that has a neutral value is felt; what is
     freed only where the data ask for it, once the effect is there."""
     assert _felt(effect, effect.neutral(N)) >= {p.name for p in _leads(effect) if not p.extra}
-    there = {p.name: np.full(p.count(N), p.neutral if p.extra and p.neutral is not None else p.start) for p in effect.parameters}
+    own = effect.parameters
+    there = {p.name: np.full(p.count(N), p.start if p.neutral is None or not p.extra else p.neutral) for p in own}
     assert _felt(effect, there) >= {p.name for p in _leads(effect) if p.extra}
 
 

@@ -55,11 +55,20 @@ def cut_off(x: float) -> float:
 
 
 def _posture(given: Joints, p: Numbers) -> Floats:
-    """sin^2 of half the angle from where the joint is stiffest; cos 2q and sin 2q by products of sin q and cos q."""
+    """sin^2 of half the angle from where the joint is stiffest; the others by products of sin q and cos q."""
     s, c = np.sin(given.angle), np.cos(given.angle)
     share = p["softer"] * np.sin((given.angle - p["stiffest_rad"]) / 2) ** 2
     share = share + p["cos2"] * (c + s) * (c - s) + p["sin2"] * 2 * s * c
+    share = share + p["cos3"] * c * (4 * c**2 - 3) + p["sin3"] * s * (3 - 4 * s**2)
     return np.asarray(given.torque / given.stiffness * share)
+
+
+def _waving(rng: np.random.Generator) -> dict[str, Floats]:
+    """Harmonics that leave every angle some compliance."""
+    between = {"softer": (0, 1), "stiffest_rad": (-3, 3)} | dict.fromkeys(("cos2", "sin2", "cos3", "sin3"), (-0.3, 0.3))
+    values = {name: rng.uniform(*ends, 6) for name, ends in between.items()}
+    values["softer"] += 0.3
+    return {k: v * 0.8 if k[:3] in ("cos", "sin") else v for k, v in values.items()}
 
 
 def slid(held: float, now: Step, friction: float, share: float = 1.0) -> float:
@@ -154,7 +163,12 @@ JOINTS: dict[str, Oracle] = {
         on_base=True,
     ),
     "joint-coupling": Oracle(joint=_coupled, nothing={"coupling": 0.0}, on_base=True, sample=_correlated),
-    "posture-stiffness": Oracle(joint=_posture, nothing={"softer": 0.0, "cos2": 0.0, "sin2": 0.0}, on_base=True),
+    "posture-stiffness": Oracle(
+        joint=_posture,
+        nothing=dict.fromkeys(("softer", "cos2", "sin2", "cos3", "sin3"), 0.0),
+        on_base=True,
+        sample=_waving,
+    ),
     "joint-angle-error": Oracle(angle=_wrong_angle, nothing={"error_rad": 0.0}, without_load=True),
     "gravity-compensator": Oracle(torque=_compensated, nothing={"moment_nm": 0.0}, sample=_pinned),
 }
