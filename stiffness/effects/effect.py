@@ -164,6 +164,19 @@ class Clamp:
 
 
 @dataclass(frozen=True)
+class TargetClamp:
+    """States along a path whose command is corrected for the deflection that they are.
+
+    Attributes:
+        clamp: of coordinates in [-1, 1], arrays (..., n * states), by the moves of the target.
+        mix: (n, states, states): the states of a joint over their half ranges are ``mix`` times its coordinates.
+    """
+
+    clamp: Clamp
+    mix: Floats
+
+
+@dataclass(frozen=True)
 class Memory:
     """What a joint remembers of the way it came: one or several numbers.
 
@@ -174,19 +187,21 @@ class Memory:
         rule: (commanded move (N, n) rad, torque (N, n) N*m, parameters, stiffness (n,) N*m/rad of the base model,
             infinite where there is none) -> Clamp.
         bounds: parameters, numbers or symbols -> half range (n * states,): a state lies in [-half, half].
-        gain: parameters -> (n * states,): change of deflection per commanded move while the state moves
-            freely. Not zero for a state that is itself a deflection: a correction then acts back
-            on it, and the walk along a corrected path has to solve for both.
         meaning: what the state is, for whoever looks at its curve in a report.
         states: how many numbers every joint has.
+        deflection: (states (..., n * states), stiffness) -> (..., n) rad, of states that are themselves a deflection,
+            whatever the torque. A correction then acts back on them: the move of the command is that of the target
+            minus the change of this deflection, and both are solved together:
+        by_target: as ``rule``, by the moves of such a target.
     """
 
     unit: str
     rule: Callable[[Floats, Floats, Numbers, Floats], Clamp]
     bounds: Callable[[Numbers], Floats]
-    gain: Callable[[Numbers], Floats]
     meaning: str = ""
     states: int = 1
+    deflection: Callable[[Floats, Floats], Floats] | None = None
+    by_target: Callable[[Floats, Floats, Numbers, Floats], TargetClamp] | None = None
 
 
 def _nothing_wrong(values: Numbers) -> str:

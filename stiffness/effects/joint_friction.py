@@ -31,6 +31,7 @@ from stiffness.effects.effect import (
     Memory,
     Numbers,
     Parameter,
+    TargetClamp,
     Values,
 )
 
@@ -60,10 +61,47 @@ def _rule(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> Clamp:
     # no drive turns a link over at once: where the base model is rigid, a reversal does
     travel = move * np.minimum(stiffness, 4 * p["friction_nm"] / p["held"] / REVERSAL)
     driven = p["held"] * (np.diff(torque, axis=0, prepend=torque[:1]) + travel)
-    shaken = (1 - p["lag"]) * np.minimum(np.abs(move) / (0.5 * REVERSAL), 1.0)
-    half = (1 - np.concatenate([shaken] * len(RATIOS), axis=-1)) * most
+    half = np.concatenate([1 - _shaken(move, p)] * len(RATIOS), axis=-1) * most
     shift = np.concatenate([-driven * share for share in _shares(p)], axis=-1)
     return Clamp(shift, -half, half)
+
+
+def _deflection(state: Floats, stiffness: Floats) -> Floats:
+    return np.asarray(state.reshape(*state.shape[:-1], len(RATIOS), -1).sum(axis=-2) / stiffness)
+
+
+def _by_target(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> TargetClamp:
+    """Stop operators again, by the moves of the target: the inverse of a Prandtl-Ishlinskii operator is one
+    (Krejci, Kuhnen 2001).
+
+    Let v be what drives the operators (load, and K times the command), z_k = -f_k / b_k, and u what would drive them if
+    the command were not corrected: u = v - sum b_k z_k. On a first loading, between the thresholds of the next smaller
+    operator and of operator k, u grows by the share c_k = 1 - sum of b of all that still stick: so its threshold in u
+    is rho_k = rho_(k-1) + (r_k - r_(k-1)) c_k, and v is u by stop operators with these. Hence z_k from theirs, y_j:
+
+        z_k = y_k / c_k + sum over smaller j of (1 / c_j - 1 / c_(j + 1)) y_j
+    """
+    order, n = np.argsort(RATIOS), move.shape[-1]
+    share = np.stack([s * p["held"] for s in _shares(p)])[order]
+    r = np.array(RATIOS)[order][:, None]
+    c = np.maximum(1 - np.cumsum(share[::-1], axis=0)[::-1], 1e-9)  # what sticks fully moves by nothing
+    rho = np.cumsum(np.diff(r, axis=0, prepend=0) * c, axis=0)
+    mix = np.zeros((n, len(r), len(r)))
+    for k in range(len(r)):
+        mix[:, order[k], order[k]] = rho[k] / c[k] / r[k]
+        for j in range(k):
+            mix[:, order[k], order[j]] = rho[j] * (1 / c[j] - 1 / c[j + 1]) / r[k]
+    threshold = np.maximum(rho[np.argsort(order)] * p["friction_nm"] / p["held"], 1e-9)
+    # as if the command were not corrected for friction: corrected for the load it is, so a link that stays takes none
+    travel = move + np.diff(torque, axis=0, prepend=torque[:1]) / stiffness
+    shift = [-travel * np.minimum(stiffness, 4 * t / REVERSAL) / t for t in threshold]
+    free = np.concatenate([1 - _shaken(move, p)] * len(r), axis=-1)
+    return TargetClamp(Clamp(np.concatenate(shift, axis=-1), -free, free), mix)
+
+
+def _shaken(move: Floats, p: Numbers) -> Floats:
+    """The share of the wind-up that a move shakes off."""
+    return np.asarray((1 - p["lag"]) * np.minimum(np.abs(move) / (0.5 * REVERSAL), 1.0))
 
 
 def _restarts(p: Numbers) -> tuple[dict[str, Floats], ...]:
@@ -136,8 +174,9 @@ EFFECT = Effect(
         unit="N*m",
         rule=_rule,
         bounds=_bounds,
-        gain=lambda p: np.zeros(len(RATIOS) * len(p["friction_nm"])),
         states=len(RATIOS),
+        deflection=_deflection,
+        by_target=_by_target,
     ),
     restarts=_restarts,
     needs_torque_sign=True,

@@ -60,7 +60,6 @@ EFFECT = Effect(
         unit="1",
         rule=_rule,
         bounds=lambda p: 1 + 0 * p["ratio"],
-        gain=lambda p: 0 * p["ratio"],
         meaning="the direction of the last rotation, up is positive",
     ),
     needs_torque_sign=True,

@@ -359,7 +359,7 @@ def test_memory_advances_as_the_oracle_says(effect: Effect, seed: int) -> None:
     half = effect.memory.bounds(values)
     count, states = N * effect.memory.states, effect.memory.states
     assert states == oracle_of(effect).states
-    assert half.shape == (count,) and np.all(half >= 0) and effect.memory.gain(values).shape == (count,)
+    assert half.shape == (count,) and np.all(half >= 0)
     move = rng.choice([0.0, 1e-7, 1e-5, 1e-3], (40, N)) * rng.choice([-1, 1], (40, N))
     torque = rng.choice([0.0, 1e-3, 0.1, 30.0, 3000.0], (40, N)) * rng.choice([-1, 1], (40, N))
     stiffness = STIFFNESS if seed % 2 else np.full(N, np.inf)

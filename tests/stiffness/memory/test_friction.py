@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from stiffness.effects import BY_NAME
 from stiffness.effects.effect import REVERSAL, Numbers
 from stiffness.memory.preload import PreloadState, unknown, walk
 from tests.oracles.effects import ORACLES, Step
+from tests.plant.joints import Friction, Memory
 
 Floats = npt.NDArray[np.float64]
 FRICTION = (BY_NAME["joint-friction"],)
@@ -149,3 +151,90 @@ def test_the_walk_is_the_oracle_step_by_step(rows: int) -> None:
             state = step(state, now, p)
             states.append(state)
     np.testing.assert_allclose(got.T.ravel(), states, atol=1e-9)
+
+
+K = 2e5  # N*m/rad
+SPRING = (BY_NAME["joint-stiffness"], *FRICTION)
+
+
+def sprung(share: float, weights: tuple[float, float, float], lag: float = 1.0) -> Mapping[str, Numbers]:
+    numbers = {"friction_nm": T, "held": share, "lag": lag} | dict(zip(WEIGHTS, weights, strict=True))
+    own = {name: np.array([number]) for name, number in numbers.items()}
+    return {"joint-stiffness": {"k_nm_per_rad": np.array([K])}, "joint-friction": own}
+
+
+def prandtl_ishlinskii(load: Floats, angle: Floats, share: float, weights: tuple[float, float, float]) -> Floats:
+    """Friction along a history, by the textbook: a weighted sum of play operators of what drives them.
+
+    Kuhnen, European Journal of Control 9 (2003) 407: y = sum w_k p_k, p' = max(x - r, min(x + r, p)). A play takes
+    what a stop leaves: the stop of x is x - p.
+    """
+    driving, total = load + K * angle, np.zeros(len(load))
+    weight = np.array([1.0, *weights])
+    for w, ratio in zip(weight / weight.sum(), (1.0, 0.5, 2.0, 0.25), strict=True):
+        r, play = ratio * T / share, driving[0]
+        for k, x in enumerate(driving):
+            play = max(x - r, min(x + r, play))
+            total[k] -= w * share * (x - play)
+    return total
+
+
+@pytest.mark.parametrize("share", [1.0, 0.7, 0.3])
+@pytest.mark.parametrize("weights", [(0.0, 0.0, 0.0), (0.5, 0.3, 0.8), (2.0, 0.0, 0.1)])
+def test_loads_and_moves_drive_one_prandtl_ishlinskii_operator(share: float, weights: tuple[float, float, float]) -> None:
+    rng = np.random.default_rng(5)
+    load, angle = (np.cumsum(rng.normal(size=400)) * size for size in (15 / share, 60 / K))
+    start = np.zeros(4)
+    found = walk(
+        SPRING,
+        sprung(share, weights),
+        move=np.diff(angle, prepend=angle[0])[:, None],
+        torque=load[:, None],
+        start=PreloadState(start, start),
+    )
+    expected = prandtl_ishlinskii(load, angle, share, weights)
+    np.testing.assert_allclose(whole(found.middle), expected, atol=1e-9)
+    assert np.ptp(expected) > T
+
+
+@pytest.mark.parametrize("grip", [4.0, 0.5])
+def test_a_reversal_turns_over_as_the_plant_s_dry_bearing_does(grip: float) -> None:
+    """The release travel is 2 T / (b K): small moves to and fro, and loads, against a bearing dragged by a drive."""
+    rng = np.random.default_rng(3)
+    share = grip / (1 + grip)
+    move = rng.choice([-1, 1], 200).repeat(3) * rng.uniform(0, 1.2 * T / (share * K), 600)
+    load = np.repeat(np.cumsum(rng.normal(size=60)) * 10, 10)
+    bearing, stiffness = Friction(np.array([T]), np.array([grip])), np.array([K])
+    memory, expected = Memory.fresh([0.0]), []
+    memory = replace(memory, anchor=bearing.dragged(load[:1], stiffness, np.array([load[0] / K])))
+    for step, torque in zip(move, load, strict=True):
+        command = memory.command + step
+        anchor = bearing.carried(memory, command, 1e-12)
+        expected.append(-float(bearing.torque(np.array([torque]), stiffness, anchor)[0]))
+        memory = replace(memory, command=command, anchor=bearing.dragged(np.array([torque]), stiffness, anchor))
+    start, values = np.zeros(4), sprung(share, (0.0, 0.0, 0.0))
+    found = walk(SPRING, values, move=move[:, None], torque=load[:, None], start=PreloadState(start, start))
+    np.testing.assert_allclose(whole(found.middle), expected, atol=1e-6)
+    assert np.mean(np.abs(expected) < 0.9 * T) > 0.2 and np.max(np.abs(expected)) == pytest.approx(T)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.8, 0.4])
+@pytest.mark.parametrize("weights", [(0.0, 0.0, 0.0), (0.5, 0.3, 0.8), (1.0, 2.0, 0.0)])
+@pytest.mark.parametrize("lag", [1.0, 0.0])
+def test_the_command_of_a_corrected_target_leads_to_the_states_it_was_corrected_for(
+    share: float, weights: tuple[float, float, float], lag: float
+) -> None:
+    rng = np.random.default_rng(7)
+    turns = np.cumsum(rng.random(800) < 0.15) % 2 * 2 - 1
+    target = turns * rng.choice([0.0, 2e-6, 2e-5, 2e-4, 2e-3], 800) * rng.uniform(0.5, 1, 800)
+    load = np.repeat(np.cumsum(rng.normal(size=80)) * 20, 10)
+    target -= np.diff(load, prepend=load[0]) / K  # corrected for the spring
+    values = sprung(share, weights, lag)
+    begin = 0.3 * unknown(SPRING, values).high * (np.array([1.0, *weights]) > 0)
+    start = PreloadState(begin, begin)
+    corrected = walk(SPRING, values, move=target[:, None], torque=load[:, None], start=start, corrected=True).middle
+    f = whole(np.vstack([begin, corrected]))
+    command = target - np.diff(f) / K
+    again = walk(SPRING, values, move=command[:, None], torque=load[:, None], start=start).middle
+    np.testing.assert_allclose(whole(again), f[1:], atol=1e-6 * T)
+    assert np.ptp(f) > (1.2 * T if lag else 0.2 * T)
