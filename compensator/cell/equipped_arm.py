@@ -11,10 +11,11 @@ import numpy.typing as npt
 from compensator.cell.arm import Arm, Conditions
 from compensator.errors import CellError, SolveError
 from compensator.path.tool_set import ToolSet
-from stiffness.effects.effect import Effect, Numbers, state_columns
+from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import EquilibriumError
 from stiffness.kinematics.inverse import Inverse
 from stiffness.memory.preload import PreloadState, base_stiffness, unknown
+from stiffness.memory.state_columns import state_columns
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
 from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues

@@ -35,7 +35,7 @@ whether it is there. ``neutral`` values are those without effect; ``trials`` are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -189,9 +189,8 @@ class Memory:
         bounds: parameters, numbers or symbols -> half range (n * states,): a state lies in [-half, half].
         meaning: what the state is, for whoever looks at its curve in a report.
         states: how many numbers every joint has.
-        deflection: (states (..., n * states), stiffness) -> (..., n) rad, of states that are themselves a deflection,
-            whatever the torque. A correction then acts back on them: the move of the command is that of the target
-            minus the change of this deflection, and both are solved together:
+        deflection: (states (..., n * states), stiffness) -> (..., n) rad, of states that are themselves a deflection.
+            A correction then acts back on them: the command moves by the target's move less the change of it.
         by_target: as ``rule``, by the moves of such a target.
     """
 
@@ -230,8 +229,7 @@ class Effect:
         angle_sd: angles (N, n), values, standard deviations -> standard deviation (N, n) rad of the law, where it was
             identified over part of the range of a joint only.
         nearest: the allowed values nearest to values that ``check`` refuses.
-        restarts: values -> other values that make about the same of its load, all extras away from their bounds: where
-            a fit with extras may begin, as one that begins with the simple form can be held by a bound.
+        restarts: values -> others of about the same law, all extras away from their bounds, which can hold a fit.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
         stiffness: of the base model alone: values -> (n,) N*m/rad.
@@ -276,16 +274,6 @@ class Effect:
     def neutral(self, joints: int) -> dict[str, Floats]:
         """Values without effect, the rest at their start; for effects that have such values."""
         return {p.name: np.full(p.count(joints), p.start if p.neutral is None else p.neutral) for p in self.parameters}
-
-
-def state_columns(effects: Sequence[Effect], joints: int) -> dict[str, slice]:
-    """Columns of every remembering effect in the state of all, which stands in the order of the effects."""
-    out, at = {}, 0
-    for e in effects:
-        if e.memory:
-            out[e.name] = slice(at, at + joints * e.memory.states)
-            at += joints * e.memory.states
-    return out
 
 
 def place_name(place: int, joints: int) -> str:

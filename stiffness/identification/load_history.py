@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, Numbers, state_columns
+from stiffness.effects.effect import Effect, Numbers
 from stiffness.memory.preload import PreloadState, unknown, walk
+from stiffness.memory.state_columns import state_columns
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]

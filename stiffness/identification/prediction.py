@@ -14,11 +14,12 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers, state_columns
+from stiffness.effects.effect import Numbers
 from stiffness.identification.readings import ArmEquilibria, ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.station import TrackerPoses
 from stiffness.identification.unknowns import Unknowns
+from stiffness.memory.state_columns import state_columns
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import STANDARD_GRAVITY
 

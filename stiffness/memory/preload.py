@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, Memory, Numbers, TargetClamp, state_columns
+from stiffness.effects.effect import Effect, Memory, Numbers, TargetClamp
 from stiffness.memory.clamp_scan import scan
+from stiffness.memory.state_columns import state_columns
 
 Floats = npt.NDArray[np.float64]
 

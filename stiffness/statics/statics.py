@@ -19,7 +19,8 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, JointInput, PlaceInput, Values, state_columns
+from stiffness.effects.effect import Effect, JointInput, PlaceInput, Values
+from stiffness.memory.state_columns import state_columns
 from stiffness.robot.robot import Robot, axis_rotation, constant
 from stiffness.statics.deflected_arm import DeflectedArm, LinkFrame
 from stiffness.statics.load import Load, with_loads

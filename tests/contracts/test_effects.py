@@ -245,6 +245,25 @@ def test_thermal_effects_are_those_that_temperature_moves(effect: Effect) -> Non
     assert effect.thermal == bool(np.abs(cold).max() == 0.0 < np.abs(warm).max())
 
 
+@every_effect
+@pytest.mark.parametrize("seed", range(3))
+def test_restarts_are_values_that_a_fit_may_begin_with(effect: Effect, seed: int) -> None:
+    """Allowed, with every extra that vanishes at neutral awake; what a joint does not have it does not get."""
+    values = sample(effect, seed)
+    found = effect.restarts(values)
+    assert bool(found) == (effect.name in ("joint-hardening", "joint-friction"))
+    extras = [p for p in effect.parameters if p.extra and p.neutral is not None]
+    for more in found:
+        assert more.keys() == values.keys() and effect.check(more) == ""
+        for p in effect.parameters:
+            assert more[p.name].shape == values[p.name].shape
+            assert np.all((more[p.name] >= p.low) & (more[p.name] <= p.high))
+        assert all(np.all(more[p.name] != p.neutral) for p in extras)
+    for more in effect.restarts(effect.neutral(N)):
+        given = joints(effect, more, seed)
+        np.testing.assert_allclose(JointLaw(effect, more)(given, more), 0, atol=1e-18)
+
+
 def test_one_effect_is_the_base_model() -> None:
     assert [e for e in CATALOGUE if e.is_base] == [BASE] == [CATALOGUE[0]]
 

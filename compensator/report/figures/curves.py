@@ -9,8 +9,8 @@ import numpy as np
 from compensator.report.figures.layout import AFTER, BEFORE, FONT, GRID, ORANGE, ZERO_LINE, Figure, hover, label, number
 from compensator.report.figures.thinning import Floats, Index, numbers, path_length, thin
 from compensator.solve.compensation import Compensation
-from stiffness.effects.effect import state_columns
 from stiffness.memory.preload import PreloadState
+from stiffness.memory.state_columns import state_columns
 
 # colours after Okabe and Ito: colour-blind readers can distinguish them
 JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")

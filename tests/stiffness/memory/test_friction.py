@@ -181,7 +181,9 @@ def prandtl_ishlinskii(load: Floats, angle: Floats, share: float, weights: tuple
 
 @pytest.mark.parametrize("share", [1.0, 0.7, 0.3])
 @pytest.mark.parametrize("weights", [(0.0, 0.0, 0.0), (0.5, 0.3, 0.8), (2.0, 0.0, 0.1)])
-def test_loads_and_moves_drive_one_prandtl_ishlinskii_operator(share: float, weights: tuple[float, float, float]) -> None:
+def test_loads_and_moves_drive_one_prandtl_ishlinskii_operator(
+    share: float, weights: tuple[float, float, float]
+) -> None:
     rng = np.random.default_rng(5)
     load, angle = (np.cumsum(rng.normal(size=400)) * size for size in (15 / share, 60 / K))
     start = np.zeros(4)
