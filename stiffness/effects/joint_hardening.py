@@ -15,11 +15,15 @@ torque, rising, no memory. A file without ``knee_ratio`` and ``sharpness`` is sm
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import casadi as ca
 import numpy as np
 
 from stiffness.effects.effect import Effect, Floats, JointInput, Numbers, Parameter, Values
 
+_RATIO = (1.1, 30.0)  # of the second knee over the first
 CORNER = 0.04  # of a knee: an error of 2 % of the wind-up at the corner alone; makers draw no sharper lines
 
 
@@ -101,8 +105,8 @@ EFFECT = Effect(
             unit="1",
             size="joint",
             start=4.0,
-            low=1.1,
-            high=30.0,
+            low=_RATIO[0],
+            high=_RATIO[1],
             scale=1.0,
             meaning="second knee over the first",
             default=4.0,
@@ -128,7 +132,24 @@ EFFECT = Effect(
 )
 
 
-def values_of(windup: Floats, knee: Floats) -> dict[str, Floats]:
-    """Values of the effect from wind-up (n,) rad and knee (n,) N*m of one soft part, with no second one above it."""
-    shapes = {p.name: np.full(len(knee), p.default) for p in EFFECT.parameters if p.default is not None}
-    return {"windup_rad": windup, "knee_nm": knee, **shapes}
+def values_of_pieces(rigidity: Sequence[float], breaks: Sequence[float]) -> dict[str, float]:
+    """Values of one joint from the pieces of a data sheet, N*m/rad and N*m, on top of the last piece.
+
+    Two or three pieces are met as they are; of more, the first break and the last, the slope at zero torque and the
+    asymptote. One piece: no wind-up.
+    """
+    values = {p.name: p.start for p in EFFECT.parameters} | {"windup_rad": 0.0}
+    steps = [1 / a - 1 / b for a, b in pairwise(rigidity)]
+    slope, whole = sum(steps), sum(step * at for step, at in zip(steps, breaks, strict=True))
+    if slope <= 0:
+        return values
+    first, last = breaks[0], breaks[-1]
+    further = (whole - slope * first) / (1 - first / last) if last > first else 0.0
+    ratio = last / first if last > first else values["knee_ratio"]
+    return values | {
+        "windup_rad": whole - further,
+        "knee_nm": first,
+        "further_rad": further,
+        "knee_ratio": float(np.clip(ratio, *_RATIO)),
+        "sharpness": 1.0,
+    }
