@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -73,8 +73,10 @@ class LoadHistory:
         torque: Floats,
         resting: Floats,
         state: Floats,
+        only: Collection[tuple[str, str]] | None = None,
     ) -> dict[tuple[str, str], Floats]:
-        """How shares (N, n * states) change with the numbers of what remembers, by effect and parameter.
+        """How shares (N, n * states) change with the numbers of what remembers, by effect and parameter; ``only``
+        with these.
 
         A state at its bound stays there; one between its bounds does not grow with them.
         """
@@ -83,7 +85,7 @@ class LoadHistory:
         out, columns = {}, state_columns(effects, self._n)
         for effect in (e for e in effects if e.memory):
             for p in effect.parameters:
-                if p.fit == "direct":
+                if p.fit == "direct" and (only is None or (effect.name, p.name) in only):
                     now = opened(effect, values[effect.name])
                     step = -RELATIVE * np.maximum(np.abs(now[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
                     more = {**values, effect.name: {**now, p.name: now[p.name] + step}}

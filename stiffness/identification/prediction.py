@@ -148,7 +148,12 @@ class SessionPredictor:
         base, by_p, by_w, by_state, link = self._positions(p, arms, of, places)
         if memory.shape[1]:
             moved = data.history.slopes(
-                effects=effects, values=values, torque=torque, resting=self.resting, state=memory
+                effects=effects,
+                values=values,
+                torque=torque,
+                resting=self.resting,
+                state=memory,
+                only={(u.effect, u.parameter.name) for u in self.unknowns.free},
             )
             by_p = self._with_memory(by_p, by_state, moved)
         poses = data.station.placed(base) if state.poses is None else state.poses

@@ -297,6 +297,8 @@ CHAIN: Values = {
         "stiffest_rad": np.linspace(-1, 1, 6),
         "cos2": np.full(6, 0.1),
         "sin2": np.full(6, -0.1),
+        "cos3": np.full(6, 0.05),
+        "sin3": np.full(6, 0.04),
     },
     "gravity-compensator": {
         "moment_nm": np.array([2e4]),
