@@ -26,7 +26,7 @@ A joint law with memory declares it as a clamp,
 
     state' = min(max(state + shift, low), high),
 
-per joint, with shift, low and high functions of the commanded moves and torques so far: clamps are
+one or several per joint, with shift, low and high functions of the commanded moves and torques so far: clamps are
 closed under composition, which is what lets a path of a million poses be walked without a Python loop.
 
 Numbers of an effect belong to sites (a joint, a link, a pair of joints, or one place): diagnosis asks of every site
@@ -122,7 +122,7 @@ class JointInput:
     elastic: ca.SX  # deflection of the base model (joint-stiffness) under it, rad
     compliance: ca.SX  # of the base model, rad/(N*m)
     angle: ca.SX  # commanded, rad
-    state: ca.SX  # the effect's own memory, zeros when it has none
+    state: ca.SX  # (n * states,) the effect's own memory, state after state; zeros when it has none
     temperature: ca.SX  # (1,) K above the model's reference temperature
 
 
@@ -156,7 +156,7 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Clamp:
-    """state' = min(max(state + shift, low), high); arrays (..., n), low <= high."""
+    """state' = min(max(state + shift, low), high); arrays (..., n * states), low <= high."""
 
     shift: Floats
     low: Floats
@@ -164,24 +164,43 @@ class Clamp:
 
 
 @dataclass(frozen=True)
-class Memory:
-    """What a joint remembers of the way it came.
+class TargetClamp:
+    """States along a path whose command is corrected for the deflection that they are.
 
     Attributes:
-        unit: unit of the state.
-        rule: (commanded move (N, n) rad, torque (N, n) N*m, parameters) -> Clamp.
-        bounds: parameters, numbers or symbols -> half range (n,): the state lies in [-half, half].
-        gain: parameters -> (n,): change of deflection per commanded move while the state moves
-            freely. Not zero for a state that is itself a deflection: a correction then acts back
-            on it, and the walk along a corrected path has to solve for both.
+        clamp: of coordinates in [-1, 1], arrays (..., n * states), by the moves of the target.
+        mix: (n, states, states): the states of a joint over their half ranges are ``mix`` times its coordinates.
+    """
+
+    clamp: Clamp
+    mix: Floats
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a joint remembers of the way it came: one or several numbers.
+
+    State k (from 0) of joint j stands in column k n + j: all joints of the first state, then all of the second.
+
+    Attributes:
+        unit: unit of the states.
+        rule: (commanded move (N, n) rad, torque (N, n) N*m, parameters, stiffness (n,) N*m/rad of the base model,
+            infinite where there is none) -> Clamp.
+        bounds: parameters, numbers or symbols -> half range (n * states,): a state lies in [-half, half].
         meaning: what the state is, for whoever looks at its curve in a report.
+        states: how many numbers every joint has.
+        deflection: (states (..., n * states), stiffness) -> (..., n) rad, of states that are themselves a deflection.
+            A correction then acts back on them: the command moves by the target's move less the change of it.
+        by_target: as ``rule``, by the moves of such a target.
     """
 
     unit: str
-    rule: Callable[[Floats, Floats, Numbers], Clamp]
+    rule: Callable[[Floats, Floats, Numbers, Floats], Clamp]
     bounds: Callable[[Numbers], Floats]
-    gain: Callable[[Numbers], Floats]
     meaning: str = ""
+    states: int = 1
+    deflection: Callable[[Floats, Floats], Floats] | None = None
+    by_target: Callable[[Floats, Floats, Numbers, Floats], TargetClamp] | None = None
 
 
 def _nothing_wrong(values: Numbers) -> str:
@@ -210,8 +229,10 @@ class Effect:
         angle_sd: angles (N, n), values, standard deviations -> standard deviation (N, n) rad of the law, where it was
             identified over part of the range of a joint only.
         nearest: the allowed values nearest to values that ``check`` refuses.
+        restarts: values -> others of about the same law, all extras away from their bounds, which can hold a fit.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
+        stiffness: of the base model alone: values -> (n,) N*m/rad.
         fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
             arm), ``position`` (absolute positions), ``approach`` (known approaches and two levels of load, and only
             if the data ask for it); "" never.
@@ -236,8 +257,10 @@ class Effect:
     needs_torque_sign: bool = False
     angle_sd: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[[Numbers], dict[str, Floats]] | None = None
+    restarts: Callable[[Numbers], tuple[dict[str, Floats], ...]] = lambda values: ()
     check: Callable[[Numbers], str] = _nothing_wrong
     is_base: bool = False
+    stiffness: Callable[[Numbers], Floats] | None = None
     fitted_where: Literal["", "load", "position", "approach"] = ""
 
     def __repr__(self) -> str:

@@ -65,10 +65,12 @@ def _hardening(truth: Truth, cell: Cell) -> Told:
     if "exp" in truth.law:
         knee = _value(truth, "knee")
         windup = truth.factor * knee / cell.stiffness[k]
-    else:
-        first, knee = _value(truth, "T1"), _value(truth, "T2")
-        windup = truth.factor * (first + 0.5 * (knee - first)) / cell.stiffness[k]
-    return Told(starts=tuple({("windup_rad", k): windup, ("knee_nm", k): c * knee} for c in (0.35, 0.8, 2.0)))
+        return Told(starts=tuple({("windup_rad", k): windup, ("knee_nm", k): c * knee} for c in (0.35, 0.8, 2.0)))
+    first, second = _value(truth, "T1"), _value(truth, "T2")
+    each = 0.5 * truth.factor / cell.stiffness[k]
+    parts = {("windup_rad", k): each * first, ("knee_nm", k): first, ("further_rad", k): each * second}
+    simple = tuple({("windup_rad", k): each * (first + second), ("knee_nm", k): c * second} for c in (0.35, 0.8))
+    return Told(starts=({**parts, ("knee_ratio", k): second / first, ("sharpness", k): 1.0}, *simple))
 
 
 def _softening(truth: Truth, cell: Cell) -> Told:
