@@ -73,6 +73,8 @@ class Parameter:
         extra: freed only where the data ask for it.
         site: the kind of site it belongs to, where the effect has several kinds.
         each: how many numbers every site has, where it is more than one: a table.
+        prior_sd: how far it is from its start on real robots, one standard deviation, as the solver sees it; None: a
+            few typical sizes.
     """
 
     name: str
@@ -91,6 +93,7 @@ class Parameter:
     extra: bool = False
     site: str = ""
     each: int = 1
+    prior_sd: float | None = None
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Numbers
+from stiffness.identification.gauge import Gauge
 from stiffness.identification.prediction import PredictedReadings, SessionPredictor
 from stiffness.identification.problem import Problem, States, loose_sd
 from stiffness.identification.session_fit import SessionFit
+from stiffness.identification.setup_statistics import SetupStatistics
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
@@ -21,6 +23,9 @@ from stiffness.numerics.least_squares import Solution
 Floats = npt.NDArray[np.float64]
 
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
+UNSEEN = 3.0  # standard deviations of chi-square: so much structure a fit may hold that no test of its residual sees
+MEDIAN_TO_SD = 1.4826  # of the absolute value, normal distribution
+FAR = 6.0  # spreads of a table: a number so far out is learned from too little, or from wrong readings
 LOADED = 30.0  # typical sizes of compliance: a joint whose data have a larger standard deviation is not loaded
 
 
@@ -63,11 +68,30 @@ class Fit:
         """(P,) as the solver sees them."""
         return self.solution.vector[: len(self.unknowns)]
 
-    @property
+    @cached_property
     def sd(self) -> Floats:
-        """(P,) standard deviations, widened where the residual is larger than the noise explains."""
+        """(P,) standard deviations; where the residual is larger than the noise explains, widened by the misfit, or by
+        what leaving out one set-up after the other does to the numbers, if that is more."""
         variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
-        return np.asarray(np.sqrt(variance) * self.solution.misfit)
+        sd = np.asarray(np.sqrt(variance) * self.solution.misfit)
+        return sd if self.solution.misfit <= 1 else np.maximum(sd, self.by_setup.sd)
+
+    @cached_property
+    def by_setup(self) -> SetupStatistics:
+        """What the residuals tell set-up by set-up."""
+        setups = self.problem.setups(self.solution.vector, self.states)
+        return SetupStatistics.of(setups, self.solution.covariance, len(self.unknowns))
+
+    @cached_property
+    def gauge(self) -> Gauge:
+        """Which directions of the parameters the data determine."""
+        return Gauge.of(
+            unit=loose_sd(self.unknowns),
+            scale=self.unknowns.scale,
+            data=self.solution.information,
+            sd=self.problem.sd,
+            misfit=self.solution.misfit,
+        )
 
     def predicted_without(self, effect: Effect) -> tuple[PredictedReadings, ...]:
         """The readings of every session for the same numbers, one effect left out."""
@@ -83,16 +107,53 @@ class Fit:
         return tuple(out)
 
     def determined(self) -> npt.NDArray[np.bool_]:
-        """(P,) what the data determine: for a stiffness to half its value, else to half of what was assumed."""
+        """(P,) what the data determine: a stiffness to half its value, by loads that bend its joint visibly; any other
+        number to half of what was assumed, and not by the choice of one of several solutions alike."""
         ratio = self.sd / np.maximum(np.abs(self.parameters), 1e-300)
-        told = self.sd < DETERMINED * loose_sd(self.unknowns)
-        return np.where(self.unknowns.inverse, ratio < DETERMINED, told)
+        told = (self.sd < DETERMINED * loose_sd(self.unknowns)) & ~self.gauge.chosen
+        return np.where(self.unknowns.inverse, (ratio < DETERMINED) & self._loaded(), told)
+
+    def _loaded(self) -> npt.NDArray[np.bool_]:
+        """(P,) whether a number shows in the readings.
+
+        Between the states of a set-up errors of the arm's geometry cancel: what differs there counts by its standard
+        deviation. From set-up to set-up they do not: there a joint has to bend, over the torques that it has and
+        beyond what other numbers imitate, more than the model leaves of single readings.
+        """
+        size = np.abs(self.parameters)
+        within = np.zeros(len(size))
+        for s in self.sessions:
+            used, samples = np.flatnonzero(s.used), s.samples
+            _, of = np.unique(
+                np.column_stack([samples.setup, samples.reflector])[used], axis=0, return_inverse=True
+            )
+            slopes = s.predicted.by_parameter[used] / samples.sd[used][:, :, None]
+            for k in np.flatnonzero(self.unknowns.inverse):
+                mean = np.array([np.bincount(of.ravel(), slopes[:, axis, k]) for axis in range(3)]).T
+                mean /= np.bincount(of.ravel())[:, None]
+                within[k] += np.sum((slopes[:, :, k] - mean[of.ravel()]) ** 2)
+        loose = max(self.solution.misfit**2 - 1, UNSEEN * np.sqrt(2 / max(self.solution.freedom, 1.0)))
+        moves = size * np.sqrt(within) * DETERMINED > self.solution.misfit
+        return np.asarray(moves | (size * self.by_setup.signal > np.sqrt(loose)))
 
     def values(self) -> dict[str, dict[str, Floats]]:
-        """Values per effect and parameter; a table is zero where no reading was."""
+        """Values per effect and parameter; a table is zero where no reading was, or where it was not learned."""
+        return self.unknowns.values(np.where(self.learned(), self.parameters, 0.0), self.fixed)
+
+    def learned(self) -> npt.NDArray[np.bool_]:
+        """(P,) false for numbers of tables that no reading has, or that lie far out of the spread of their table."""
+        out = np.ones(len(self.unknowns), dtype=bool)
         seen = np.diag(self.solution.information)[: len(self.unknowns)] > 0
-        tabled = np.array([u.parameter.each > 1 for u in self.unknowns.free], dtype=bool)
-        return self.unknowns.values(np.where(tabled & ~seen, 0.0, self.parameters), self.fixed)
+        tables: dict[tuple[str, str, int], list[int]] = {}
+        for k, u in enumerate(self.unknowns.free):
+            if u.parameter.each > 1:
+                tables.setdefault((u.effect, u.parameter.name, u.index // u.parameter.each), []).append(k)
+        loose = loose_sd(self.unknowns)
+        for at in (np.array(numbers) for numbers in tables.values()):
+            size = np.abs(self.parameters[at])
+            spread = np.maximum(loose[at], MEDIAN_TO_SD * np.median(size[seen[at]]) if seen[at].any() else 0.0)
+            out[at] = seen[at] & (size <= FAR * spread)
+        return out
 
     def allowed_values(self) -> dict[str, dict[str, Floats]]:
         """Values, with those that an effect does not allow moved to the nearest that it does."""
@@ -111,25 +172,24 @@ class Fit:
         return out
 
     def condition_number(self) -> float:
-        """Of the design: largest over smallest singular value, numbers scaled to their typical size."""
-        n = len(self.unknowns)
-        scale = self.unknowns.scale
-        values = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale))
-        return float(np.sqrt(values[-1] / max(values[0], values[-1] * 1e-32)))
+        """Of the design: largest over smallest singular value of the directions that the data determine."""
+        singular = self.gauge.singular[0]
+        return float(singular[-1] / singular[0]) if len(singular) else float("nan")
 
     def observability(self) -> dict[str, float]:
-        """Observability indices of the design, numbers scaled to their typical size (Nahvi & Hollerbach 1996).
+        """Observability indices of the design in the directions that the data determine, numbers scaled to their
+        typical size (Nahvi & Hollerbach 1996), and how many directions are ``determined`` and ``undetermined``.
 
         o1: geometric mean of the singular values (Borm & Menq); o2: smallest over largest (Driels & Pathre); o3:
         smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers.
         """
-        n = len(self.unknowns)
-        scale = self.unknowns.scale
-        squares = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale)) / self.solution.count
-        singular = np.sqrt(np.maximum(squares, 0.0))
+        counts = {"determined": self.gauge.count, "undetermined": len(self.unknowns) - self.gauge.count}
+        if not self.gauge.count:
+            return {"o1": 0.0, "o2": 0.0, "o3": 0.0, "o4": 0.0, **counts}
+        singular = self.gauge.singular[0] / np.sqrt(self.solution.count)
         low, high = float(singular[0]), float(singular[-1])
-        product = float(np.exp(np.mean(np.log(singular)))) if low > 0 else 0.0
-        return {"o1": product, "o2": low / high, "o3": low, "o4": low**2 / high}
+        mean = float(np.exp(np.mean(np.log(singular))))
+        return {"o1": mean, "o2": low / high, "o3": low, "o4": low**2 / high, **counts}
 
     def not_identified(self) -> list[str]:
         """What the data do not determine, in the user's words."""

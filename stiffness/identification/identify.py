@@ -18,6 +18,7 @@ from stiffness.effects.effect import Effect
 from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit, fitted
 from stiffness.identification.outliers import cleaned, reconsidered
+from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.plausibility import doubts
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
@@ -138,4 +139,5 @@ def _robust(
     if used is not None:
         states = tuple(replace(state, used=rows) for state, rows in zip(states, used, strict=True))
     fit = cleaned(fitted(problem, states))
+    fit = nearest_to_drawing(fit)
     return replace(fit, notes=tuple(doubts(fit)))

@@ -90,6 +90,7 @@ def solve(
     prior_sd: Floats,
     low: Floats,
     high: Floats,
+    held: Floats | None = None,
     spent: int = 0,
 ) -> tuple[Solution, State]:
     """Levenberg-Marquardt with a Gaussian prior and bounds; undamped unless a step makes things worse.
@@ -99,12 +100,15 @@ def solve(
             state that the next evaluation starts from.
         start: (P,) first vector. state: what the first evaluation starts from.
         prior, prior_sd: (P,) mean and standard deviation. low, high: (P,) bounds.
+        held: (K, P) combinations of the numbers that have the mean of the prior, in standard deviations; they do not
+            count in the covariance.
         spent: numbers that free offsets inside the blocks take up: they fit themselves.
 
     Returns:
         The solution, and the state of the last evaluation, whether its step was taken or not.
     """
-    weight = 1 / prior_sd**2
+    own = np.diag(1 / prior_sd**2)
+    weight = own if held is None else own + held.T @ held
     vector, damping, steps, ended, last = start.copy(), 0.0, 0, False, False
     parts, state = blocks(vector, state)
     here = _Quadratic.of(parts, vector, prior, weight)
@@ -126,7 +130,7 @@ def solve(
         ended, last = little and damping == 0, last or little
         damping = damping / 3 if damping > 1e-9 and not little else 0.0
     chi2 = sum(float(b.residual @ b.residual) for b in here.parts)
-    covariance = here.covariance()
+    covariance = inverse(here.information + own)
     used = float(np.trace(covariance @ here.information))
     return Solution(
         vector=vector,
@@ -152,9 +156,9 @@ class _Quadratic:
 
     @classmethod
     def of(cls, parts: Sequence[Whitened], vector: Floats, prior: Floats, weight: Floats) -> _Quadratic:
-        n = len(vector)
-        cost = sum(float(b.residual @ b.residual) for b in parts) + float(weight @ (vector - prior) ** 2)
-        information, gradient = np.zeros((n, n)), -weight * (vector - prior)
+        n, off = len(vector), vector - prior
+        cost = sum(float(b.residual @ b.residual) for b in parts) + float(off @ weight @ off)
+        information, gradient = np.zeros((n, n)), -weight @ off
         for some in batches(parts):
             jacobian = np.concatenate([b.jacobian for b in some])
             information += jacobian.T @ jacobian
@@ -164,15 +168,12 @@ class _Quadratic:
     def step(self, damping: float, low: Floats, high: Floats) -> Floats:
         """Where the quadratic is smallest between bounds."""
         return bounded_minimum(
-            self.information + np.diag(self.weight + damping * np.diag(self.information)), self.gradient, low, high
+            self.information + self.weight + np.diag(damping * np.diag(self.information)), self.gradient, low, high
         )
 
     def length(self, step: Floats) -> float:
         """Of a step, in standard deviations."""
-        return float(max(float(step @ self.information @ step + self.weight @ step**2), 0.0) ** 0.5)
-
-    def covariance(self) -> Floats:
-        return inverse(self.information + np.diag(self.weight))
+        return float(max(float(step @ (self.information + self.weight) @ step), 0.0) ** 0.5)
 
 
 def bounded_minimum(curvature: Floats, gradient: Floats, low: Floats, high: Floats) -> Floats:
