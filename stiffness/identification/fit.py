@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+from scipy import stats
 
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.identification.gauge import Gauge
@@ -22,6 +23,7 @@ from stiffness.numerics.least_squares import Solution
 
 Floats = npt.NDArray[np.float64]
 
+DOUBTFUL = 0.05  # false-positive rate: of fits that miss nothing, and yet have standard deviations by set-ups
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
 UNSEEN = 3.0  # standard deviations of chi-square: so much structure a fit may hold that no test of its residual sees
 MEDIAN_TO_SD = 1.4826  # of the absolute value, normal distribution
@@ -70,11 +72,12 @@ class Fit:
 
     @cached_property
     def sd(self) -> Floats:
-        """(P,) standard deviations; where the residual is larger than the noise explains, widened by the misfit, or by
-        what leaving out one set-up after the other does to the numbers, if that is more."""
+        """(P,) standard deviations; where the residual may be larger than the noise explains, widened by the misfit, or
+        by what leaving out one set-up after the other does to the numbers, if that is more."""
         variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
         sd = np.asarray(np.sqrt(variance) * self.solution.misfit)
-        return sd if self.solution.misfit <= 1 else np.maximum(sd, self.by_setup.sd)
+        doubtful = stats.chi2.sf(self.solution.chi2, max(self.solution.freedom, 1.0)) < DOUBTFUL
+        return np.maximum(sd, self.by_setup.sd) if doubtful else sd
 
     @cached_property
     def by_setup(self) -> SetupStatistics:
@@ -109,6 +112,10 @@ class Fit:
     def determined(self) -> npt.NDArray[np.bool_]:
         """(P,) what the data determine: a stiffness to half its value, by loads that bend its joint visibly; any other
         number to half of what was assumed, and not by the choice of one of several solutions alike."""
+        return self._known
+
+    @cached_property
+    def _known(self) -> npt.NDArray[np.bool_]:
         ratio = self.sd / np.maximum(np.abs(self.parameters), 1e-300)
         told = (self.sd < DETERMINED * loose_sd(self.unknowns)) & ~self.gauge.chosen
         return np.where(self.unknowns.inverse, (ratio < DETERMINED) & self._loaded(), told)
@@ -118,7 +125,7 @@ class Fit:
 
         Between the states of a set-up errors of the arm's geometry cancel: what differs there counts by its standard
         deviation. From set-up to set-up they do not: there a joint has to bend, over the torques that it has and
-        beyond what other numbers imitate, more than the model leaves of single readings.
+        beyond what other numbers imitate, twice as much as the model leaves of single readings.
         """
         size = np.abs(self.parameters)
         within = np.zeros(len(size))
@@ -134,7 +141,7 @@ class Fit:
                 within[k] += np.sum((slopes[:, :, k] - mean[of.ravel()]) ** 2)
         loose = max(self.solution.misfit**2 - 1, UNSEEN * np.sqrt(2 / max(self.solution.freedom, 1.0)))
         moves = size * np.sqrt(within) * DETERMINED > self.solution.misfit
-        return np.asarray(moves | (size * self.by_setup.signal > np.sqrt(loose)))
+        return np.asarray(moves | (size * self.by_setup.signal * DETERMINED > np.sqrt(loose)))
 
     def values(self) -> dict[str, dict[str, Floats]]:
         """Values per effect and parameter; a table is zero where no reading was, or where it was not learned."""
@@ -171,10 +178,11 @@ class Fit:
             out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
         return out
 
-    def condition_number(self) -> float:
-        """Of the design: largest over smallest singular value of the directions that the data determine."""
+    def condition_number(self) -> float | None:
+        """Of the design: largest over smallest singular value of the directions that the data determine; None where
+        they determine none."""
         singular = self.gauge.singular[0]
-        return float(singular[-1] / singular[0]) if len(singular) else float("nan")
+        return float(singular[-1] / singular[0]) if len(singular) else None
 
     def observability(self) -> dict[str, float]:
         """Observability indices of the design in the directions that the data determine, numbers scaled to their
@@ -241,10 +249,13 @@ class Fit:
             correlations=self.correlations(),
         )
 
-    def correlations(self) -> Correlations:
-        """Between the robot's numbers as the solver sees them; an inverse turns the sign."""
-        # tables are left out: hundreds of numbers, and their neighbours are what correlates
-        own = [k for k, u in enumerate(self.unknowns.free) if u.parameter.each == 1]
+    def correlations(self) -> Correlations | None:
+        """Between the robot's numbers that are determined, as the solver sees them; an inverse turns the sign."""
+        # tables are left out: hundreds of numbers, and their neighbours are what correlates; so is what is not known
+        known = self.determined()
+        own = [k for k, u in enumerate(self.unknowns.free) if u.parameter.each == 1 and known[k]]
+        if not own:
+            return None
         turn = np.where(self.unknowns.inverse[own], -1.0, 1.0)
         covariance = self.solution.covariance[np.ix_(own, own)] * np.outer(turn, turn)
         return Correlations.of(tuple(str(self.unknowns.free[k]) for k in own), 0.5 * (covariance + covariance.T))

@@ -17,8 +17,8 @@ from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit, fitted
-from stiffness.identification.outliers import cleaned, reconsidered
 from stiffness.identification.nearest import nearest_to_drawing
+from stiffness.identification.outliers import cleaned, reconsidered
 from stiffness.identification.plausibility import doubts
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
