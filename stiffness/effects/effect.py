@@ -212,7 +212,8 @@ class Effect:
             controller takes the sag off.
         angle_sd: angles (N, n), values, standard deviations -> standard deviation (N, n) rad of the law, where it was
             identified over part of the range of a joint only.
-        nearest: the allowed values nearest to values that ``check`` refuses.
+        nearest: the allowed values nearest to values that ``check`` refuses; a second argument, if any, is the
+            precision matrix of all their numbers in the order of the parameters: what is known well moves least.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
         fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
@@ -238,7 +239,7 @@ class Effect:
     thermal: bool = False
     needs_torque_sign: bool = False
     angle_sd: Callable[[Floats, Numbers, Numbers], Floats] | None = None
-    nearest: Callable[[Numbers], dict[str, Floats]] | None = None
+    nearest: Callable[..., dict[str, Floats]] | None = None
     check: Callable[[Numbers], str] = _nothing_wrong
     is_base: bool = False
     fitted_where: Literal["", "load", "position", "approach"] = ""

@@ -19,7 +19,7 @@ from stiffness.identification.setup_statistics import SetupStatistics
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import Solution
+from stiffness.numerics.least_squares import Solution, inverse
 
 Floats = npt.NDArray[np.float64]
 
@@ -163,11 +163,23 @@ class Fit:
         return out
 
     def allowed_values(self) -> dict[str, dict[str, Floats]]:
-        """Values, with those that an effect does not allow moved to the nearest that it does."""
+        """Values, with those that an effect does not allow moved to the nearest that it does, by how well they are
+        known; all other numbers answer to it."""
         out = self.values()
         for e in self.unknowns.effects:
-            if e.nearest and e.check(out[e.name]):
+            if not e.nearest or not e.check(out[e.name]):
+                continue
+            own = [k for k, u in enumerate(self.unknowns.free) if u.effect == e.name]
+            if len(own) < sum(p.count(self.unknowns.joints) for p in e.parameters):
                 out[e.name] = e.nearest(out[e.name])
+                continue
+            covariance = self.solution.covariance[: len(self.unknowns), own]
+            precision = inverse(covariance[own])
+            allowed = e.nearest(out[e.name], precision)
+            moved = np.concatenate([allowed[p.name] - out[e.name][p.name] for p in e.parameters])
+            low, high = self.unknowns.bounds()
+            answer = np.clip(self.parameters + covariance @ precision @ moved, low, high)
+            out = self.unknowns.values(np.where(self.learned(), answer, 0.0), self.fixed) | {e.name: allowed}
         return out
 
     def deviations(self) -> dict[str, dict[str, Floats]]:

@@ -167,7 +167,7 @@ def test_tracker_and_reflectors_are_where_the_lab_had_them(tmp_path: Path) -> No
         away = Rotation.from_matrix(t.rotation @ truth[:3, :3].T).as_rotvec()
         assert np.abs(t.origin - truth[:3, 3]).max() < 1e-4
         assert np.abs(away).max() < 1e-4
-        assert t.origin_sd.max() == pytest.approx(1e-3, rel=0.1)  # along the first axis: that of z of link 1
+        assert 5e-4 < t.origin_sd.max() < 5e-3
         assert 1e-7 < t.rotation_sd.min() < 1e-5 and 5e-4 < t.rotation_sd.max() < 2e-3
         assert Rotation.from_euler("xyz", t.rpy).as_matrix() == pytest.approx(t.rotation)
     reflectors = {r.name: r for r in placed_reflectors(fit)}
