@@ -12,10 +12,11 @@ from scipy import stats
 
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.identification.gauge import Gauge
+from stiffness.identification.learned_numbers import learned_numbers
 from stiffness.identification.prediction import PredictedReadings, SessionPredictor
 from stiffness.identification.problem import Problem, States, loose_sd
 from stiffness.identification.session_fit import SessionFit
-from stiffness.identification.setup_statistics import SetupStatistics
+from stiffness.identification.setup_statistics import SetupStatistics, moved_within_setups
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
@@ -26,8 +27,6 @@ Floats = npt.NDArray[np.float64]
 DOUBTFUL = 0.05  # false-positive rate: of fits that miss nothing, and yet have standard deviations by set-ups
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
 UNSEEN = 3.0  # standard deviations of chi-square: so much structure a fit may hold that no test of its residual sees
-MEDIAN_TO_SD = 1.4826  # of the absolute value, normal distribution
-FAR = 6.0  # spreads of a table: a number so far out is learned from too little, or from wrong readings
 LOADED = 30.0  # typical sizes of compliance: a joint whose data have a larger standard deviation is not loaded
 
 
@@ -128,19 +127,9 @@ class Fit:
         beyond what other numbers imitate, twice as much as the model leaves of single readings.
         """
         size = np.abs(self.parameters)
-        within = np.zeros(len(size))
-        for s in self.sessions:
-            used, samples = np.flatnonzero(s.used), s.samples
-            _, of = np.unique(
-                np.column_stack([samples.setup, samples.reflector])[used], axis=0, return_inverse=True
-            )
-            slopes = s.predicted.by_parameter[used] / samples.sd[used][:, :, None]
-            for k in np.flatnonzero(self.unknowns.inverse):
-                mean = np.array([np.bincount(of.ravel(), slopes[:, axis, k]) for axis in range(3)]).T
-                mean /= np.bincount(of.ravel())[:, None]
-                within[k] += np.sum((slopes[:, :, k] - mean[of.ravel()]) ** 2)
+        within = moved_within_setups(self.sessions, self.unknowns.inverse)
         loose = max(self.solution.misfit**2 - 1, UNSEEN * np.sqrt(2 / max(self.solution.freedom, 1.0)))
-        moves = size * np.sqrt(within) * DETERMINED > self.solution.misfit
+        moves = size * within * DETERMINED > self.solution.misfit
         return np.asarray(moves | (size * self.by_setup.signal * DETERMINED > np.sqrt(loose)))
 
     def values(self) -> dict[str, dict[str, Floats]]:
@@ -149,18 +138,11 @@ class Fit:
 
     def learned(self) -> npt.NDArray[np.bool_]:
         """(P,) false for numbers of tables that no reading has, or that lie far out of the spread of their table."""
-        out = np.ones(len(self.unknowns), dtype=bool)
-        seen = np.diag(self.solution.information)[: len(self.unknowns)] > 0
-        tables: dict[tuple[str, str, int], list[int]] = {}
-        for k, u in enumerate(self.unknowns.free):
-            if u.parameter.each > 1:
-                tables.setdefault((u.effect, u.parameter.name, u.index // u.parameter.each), []).append(k)
-        loose = loose_sd(self.unknowns)
-        for at in (np.array(numbers) for numbers in tables.values()):
-            size = np.abs(self.parameters[at])
-            spread = np.maximum(loose[at], MEDIAN_TO_SD * np.median(size[seen[at]]) if seen[at].any() else 0.0)
-            out[at] = seen[at] & (size <= FAR * spread)
-        return out
+        return learned_numbers(self.unknowns, self.parameters, self._seen, loose_sd(self.unknowns))
+
+    @property
+    def _seen(self) -> npt.NDArray[np.bool_]:
+        return np.asarray(np.diag(self.solution.information)[: len(self.unknowns)] > 0)
 
     def allowed_values(self) -> dict[str, dict[str, Floats]]:
         """Values, with those that an effect does not allow moved to the nearest that it does, by how well they are
@@ -227,6 +209,13 @@ class Fit:
                 out.append(f"{u.parameter.meaning} ({u.effect}) of {place}: {why}")
         for (meaning, effect, joint), rows in unseen.items():
             out.append(f"{meaning} ({effect}) of joint {joint}: {len(rows)} numbers, angles that no reading has")
+        for k in np.flatnonzero(self._seen & ~self.learned()):
+            u = self.unknowns.free[k]
+            at = f"joint {u.index // u.parameter.each + 1}, number {u.index % u.parameter.each + 1}"
+            out.append(
+                f"{u.parameter.meaning} ({u.effect}) of {at}: {self.parameters[k]:.2g} {u.parameter.unit} is far out "
+                "of its table: hardly a reading reaches it, or a wrong one"
+            )
         return out
 
     def outlier_rows(self) -> list[tuple[str, int]]:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.identification.session_fit import SessionFit
 from stiffness.numerics.least_squares import Whitened
 
 Floats = npt.NDArray[np.float64]
@@ -62,3 +63,18 @@ def _without(jacobian: Floats, residual: Floats, covariance: Floats, count: int)
         return np.asarray(spread[:, :count].T @ freed)
     inner = np.eye(len(covariance)) * (1 + 1e-9) - jacobian.T @ spread
     return np.asarray(covariance[:count] @ np.linalg.solve(inner, jacobian.T @ residual))
+
+
+def moved_within_setups(sessions: Sequence[SessionFit], asked: npt.NDArray[np.bool_]) -> Floats:
+    """(P,) what a unit of each number that is ``asked`` for does to the used readings from state to state of a set-up,
+    reflector by reflector, in standard deviations: root of the sum of squares."""
+    out = np.zeros(len(asked))
+    for s in sessions:
+        used, samples = np.flatnonzero(s.used), s.samples
+        key = np.column_stack([samples.setup, samples.reflector])[used]
+        of = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        for k in np.flatnonzero(asked):
+            slopes = s.predicted.by_parameter[used, :, k] / samples.sd[used]
+            mean = np.array([np.bincount(of, axis) for axis in slopes.T]).T / np.bincount(of)[:, None]
+            out[k] += np.sum((slopes - mean[of]) ** 2)
+    return np.sqrt(out)
