@@ -48,7 +48,7 @@ def identify(
     """
     one_robot(sessions)
     if effects is not None:
-        return _robust(sessions, _named(effects), prior)
+        return _finished(_robust(sessions, _named(effects), prior))
     there = {
         "load": any(s.has_displacement for s in sessions) or _sag(sessions),
         "position": any(s.has_absolute for s in sessions),
@@ -62,7 +62,13 @@ def identify(
             "only place the tracker and its reflectors"
         )
     fit = _robust(sessions, _named(names), prior)
-    return _with_memory(sessions, names, fit, prior)
+    return _finished(_with_memory(sessions, names, fit, prior))
+
+
+def _finished(fit: Fit) -> Fit:
+    """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
+    fit = nearest_to_drawing(fit)
+    return replace(fit, notes=(*fit.notes, *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:
@@ -138,6 +144,4 @@ def _robust(
     states = problem.first_states()
     if used is not None:
         states = tuple(replace(state, used=rows) for state, rows in zip(states, used, strict=True))
-    fit = cleaned(fitted(problem, states))
-    fit = nearest_to_drawing(fit)
-    return replace(fit, notes=tuple(doubts(fit)))
+    return cleaned(fitted(problem, states))
