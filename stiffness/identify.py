@@ -19,7 +19,9 @@ from stiffness.diagnosis.searched_numbers import searched_deviations, with_bette
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit
+from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import reconsidered
+from stiffness.identification.plausibility import doubts
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
@@ -46,7 +48,7 @@ def identify(
     """
     one_robot(sessions)
     if effects is not None:
-        return robust_fit(sessions, named_effects(effects), prior)
+        return _finished(robust_fit(sessions, named_effects(effects), prior))
     there = {
         "load": any(s.has_displacement for s in sessions) or _sag(sessions),
         "position": any(s.has_absolute for s in sessions),
@@ -60,7 +62,13 @@ def identify(
             "only place the tracker and its reflectors"
         )
     fit = robust_fit(sessions, named_effects(names), prior)
-    return _with_memory(sessions, names, fit, prior, say)
+    return _finished(_with_memory(sessions, names, fit, prior, say))
+
+
+def _finished(fit: Fit) -> Fit:
+    """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
+    fit = nearest_to_drawing(fit)
+    return replace(fit, notes=(*fit.notes, *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
+from compensator.solve.command_bounds import unidentified_loads
 from compensator.solve.compensation import Compensation
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.numerics.kernel import Kernel
@@ -166,26 +167,29 @@ class OpenAngles:
     Attributes:
         not_learned: angles that the path goes through and no reading told of.
         sd: (M,) m at the TCP of each cutting pose, one standard deviation.
+        loads: warnings of loads on joints whose stiffness is not identified.
     """
 
     not_learned: tuple[NotLearned, ...]
     sd: Floats
+    loads: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         return f"OpenAngles({len(self.not_learned)} not learned, {len(self.sd)} poses)"
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """A note for each stretch of angles."""
-        return tuple(Finding(NOTE, "", str(part)) for part in self.not_learned)
+        """The warnings, and a note for each stretch of angles."""
+        return self.loads + tuple(Finding(NOTE, "", str(part)) for part in self.not_learned)
 
 
 def open_angles(c: Compensation, q: Floats) -> OpenAngles:
     """What is left open where a path cuts, with the commands ``q`` (N, n) rad."""
     arm, cut = c.job.arm, c.cutting
     unsure = AngleUncertainty(arm.robot, arm.effects, arm.values, arm.model.sd)
+    loads = tuple(unidentified_loads(c))
     if not unsure.effects:
-        return OpenAngles((), np.zeros(int(cut.sum())))
+        return OpenAngles((), np.zeros(int(cut.sum())), loads)
     number = c.path.toolpath.tool[cut]
     tcp = np.array([arm.tools.tool(int(k)).position for k in number]).reshape(-1, 3)
-    return OpenAngles(tuple(unsure.not_learned(q[cut], tcp)), unsure.at_tcp(q[cut], tcp))
+    return OpenAngles(tuple(unsure.not_learned(q[cut], tcp)), unsure.at_tcp(q[cut], tcp), loads)

@@ -186,7 +186,8 @@ class ModelFits:
         wrong = [a for a in additions if a.effect.nearest and a.effect.check(values[a.effect.name])]
         if not wrong:
             return fit
-        held = {a.effect.name: a.effect.nearest(values[a.effect.name]) for a in wrong if a.effect.nearest}
+        allowed = fit.allowed_values()
+        held = {a.effect.name: allowed[a.effect.name] for a in wrong}
         moved = [replace(a, values=held.get(a.effect.name, values[a.effect.name])) for a in additions]
         return self.fit(moved, fit, held=tuple(held))
 

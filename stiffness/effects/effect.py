@@ -73,6 +73,8 @@ class Parameter:
         extra: freed only where the data ask for it.
         site: the kind of site it belongs to, where the effect has several kinds.
         each: how many numbers every site has, where it is more than one: a table.
+        prior_sd: how far it is from its start on real robots, one standard deviation, as the solver sees it; None: a
+            few typical sizes.
     """
 
     name: str
@@ -91,6 +93,7 @@ class Parameter:
     extra: bool = False
     site: str = ""
     each: int = 1
+    prior_sd: float | None = None
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""
@@ -228,7 +231,8 @@ class Effect:
             controller takes the sag off.
         angle_sd: angles (N, n), values, standard deviations -> standard deviation (N, n) rad of the law, where it was
             identified over part of the range of a joint only.
-        nearest: the allowed values nearest to values that ``check`` refuses.
+        nearest: the allowed values nearest to values that ``check`` refuses; a second argument, if any, is the
+            precision matrix of all their numbers in the order of the parameters: what is known well moves least.
         restarts: values -> others of about the same law, all extras away from their bounds, which can hold a fit.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
@@ -256,7 +260,7 @@ class Effect:
     thermal: bool = False
     needs_torque_sign: bool = False
     angle_sd: Callable[[Floats, Numbers, Numbers], Floats] | None = None
-    nearest: Callable[[Numbers], dict[str, Floats]] | None = None
+    nearest: Callable[..., dict[str, Floats]] | None = None
     restarts: Callable[[Numbers], tuple[dict[str, Floats], ...]] = lambda values: ()
     check: Callable[[Numbers], str] = _nothing_wrong
     is_base: bool = False

@@ -17,7 +17,6 @@ from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit, fitted
 from stiffness.identification.outliers import cleaned
-from stiffness.identification.plausibility import doubts
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknown, start_values, unknowns
@@ -104,5 +103,4 @@ def robust_fit(
     states = problem.first_states()
     if used is not None:
         states = tuple(replace(state, used=rows) for state, rows in zip(states, used, strict=True))
-    fit = cleaned(fitted(problem, states))
-    return replace(fit, notes=tuple(doubts(fit)))
+    return cleaned(fitted(problem, states))

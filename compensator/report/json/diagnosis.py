@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.report.json.fit import station_report
 from compensator.report.json.text import MM, Report
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
@@ -47,6 +48,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
         "outlier_rows": [{"session": name, "row": int(row)} for name, row in d.outliers],
         "held_setups": [list(map(int, setups)) for setups in d.held],
         "not_applied": not_applied(d),
+        **station_report(d.fit),
         "notes": list(d.notes),
     }  # fmt: skip
 

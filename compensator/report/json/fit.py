@@ -12,6 +12,7 @@ from compensator.report.json.text import MM, Report, known_numbers
 from stiffness.effects import BASE
 from stiffness.identification import scores
 from stiffness.identification.fit import Fit
+from stiffness.identification.placed_station import placed_reflectors, placed_trackers
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.text import local_text
 from stiffness.model.model import ComplianceModel
@@ -38,8 +39,37 @@ def fit_report(fit: Fit) -> Report:
         "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
         "condition_number": fit.condition_number(),
         "observability": fit.observability(),
+        "converged": fit.solution.converged,
         "not_identified": fit.not_identified(),
+        **station_report(fit),
         "notes": list(fit.notes),
+    }
+
+
+def station_report(fit: Fit) -> Report:
+    """Tracker poses in the base, and reflectors in their links, that were estimated beside the model."""
+    return {
+        "tracker_poses": [
+            {
+                "session": t.session,
+                "block": t.block,
+                "xyz_mm": (t.origin * MM).tolist(),
+                "rpy_deg": np.degrees(t.rpy).tolist(),
+                "xyz_sd_mm": (t.origin_sd * MM).tolist(),
+                "turn_sd_deg": np.degrees(t.rotation_sd).tolist(),
+            }
+            for t in placed_trackers(fit)
+        ],
+        "reflectors": [
+            {
+                "session": r.session,
+                "name": r.name,
+                "link": r.link,
+                "xyz_mm": (r.position * MM).tolist(),
+                "xyz_sd_mm": (r.sd * MM).tolist(),
+            }
+            for r in placed_reflectors(fit)
+        ],
     }
 
 
