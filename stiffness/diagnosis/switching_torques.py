@@ -31,6 +31,8 @@ def with_better_torques(fit: Fit, additions: Sequence[Addition]) -> list[Additio
                 for torque in _tried(fit, states, index):
                     chi2, states = _chi2(fit, states, with_number(out[k], p.name, index, torque))
                     tried.append((chi2, torque))
+                if not tried:  # the joint has one torque in all readings
+                    continue
                 best = min(tried, key=lambda t: t[0])
                 now, states = _chi2(fit, states, out[k])
                 if best[0] < now:

@@ -25,6 +25,7 @@ from stiffness.identification.unknowns import start_values, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
+from stiffness.session.twice import refuse_twice
 
 Bools = npt.NDArray[np.bool_]
 
@@ -76,8 +77,9 @@ def _named(names: Sequence[str]) -> tuple[Effect, ...]:
 
 
 def one_robot(sessions: Sequence[Session]) -> None:
-    """Refuse sessions of different robots."""
+    """Refuse sessions of different robots, and the same readings given twice."""
     first = sessions[0]
+    refuse_twice(sessions)
     for s in sessions[1:]:
         if not s.robot.same_kinematics(first.robot) or s.gravity != first.gravity:
             raise StiffnessError(

@@ -137,13 +137,13 @@ class Session:
 
     @property
     def _numbers_read(self) -> int:
-        """Independent numbers: three per reading, at most six per group and state."""
+        """Independent numbers: three per reading; of a group in one state five for two readings, at most six."""
         s, group = self.samples, self.group
         free = int(np.sum(group[s.reflector] < 0))
         probe = group[s.reflector] >= 0
         key = np.column_stack([s.setup, s.state, s.block, s.repeat, group[s.reflector]])[probe]
         _, members = np.unique(key, axis=0, return_counts=True)
-        return 3 * free + int(np.minimum(3 * members, 6).sum())
+        return 3 * free + int(np.where(members == 2, 5, np.minimum(3 * members, 6)).sum())
 
     @cached_property
     def group(self) -> Ints:

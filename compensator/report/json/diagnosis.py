@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.report.json.findings import findings
 from compensator.report.json.text import MM, Report
+from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
@@ -15,6 +17,7 @@ KINDS = ("displacement", "absolute")
 def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
+        "findings": findings(session_doubts(d.fit.sessions, d.outliers)),
         "verdict": d.verdict,
         "added": [_added(a) for a in d.added],
         "changed": [
