@@ -12,18 +12,19 @@ import numpy as np
 from compensator.report.json.evaluation import evaluation_report
 from compensator.report.json.fit import fit_report, local_fit_report
 from compensator.report.json.text import as_json
+from compensator.solve.unlearned_angles import AngleUncertainty, NotLearned
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.errors import StiffnessError
-from stiffness.identification.evaluate import Evaluation, evaluate
+from stiffness.identification.evaluate import Evaluation, evaluate, shown_effects
 from stiffness.identification.fit import Fit
 from stiffness.identification.identify import identify
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.identify import identify_local
-from stiffness.model.model import load_model, model_text
+from stiffness.model.model import ComplianceModel, load_model, model_text
 from stiffness.session.session import Session, load_session
 
 
@@ -102,12 +103,19 @@ def evaluate_file(
     _same_kind(loaded, values.gravity, values.source)
     say("predicting")
     result = evaluate(loaded, values, register)
-    report = evaluation_report(result)
+    report = evaluation_report(result, _not_learned(loaded, values))
     if json:
         with Outputs() as outputs:
             outputs.text(json, as_json(report))
             outputs.commit()
     return result, report
+
+
+def _not_learned(session: Session, model: ComplianceModel) -> list[NotLearned]:
+    """Angles of a session's states that the effects of a model did not learn."""
+    unsure = AngleUncertainty(session.robot, shown_effects(model, session), model.values, model.sd)
+    q = session.samples.q[session.states.first]
+    return unsure.not_learned(q, np.tile(session.tool.position, (len(q), 1)))
 
 
 def _same_kind(session: Session, gravity: str, source: str) -> None:

@@ -37,10 +37,11 @@ class RefitAnswer:
         sd = fit.samples.sd
         design = np.concatenate([fit.predicted.by_parameter, fit.predicted.by_station], axis=2)
         design = np.where(rows[:, None, None], design / sd[:, :, None], 0.0)
-        flat = design.reshape(-1, design.shape[2])
+        flat = design.reshape(3 * len(rows), design.shape[2])
         normal = flat.T @ flat
         scale = np.diag(normal)
-        return cls(rows, sd, design, inverse(normal + np.diag(WEAK * scale + 1e-30)))
+        known = inverse(normal + np.diag(WEAK * scale + 1e-30)) if len(scale) else normal
+        return cls(rows, sd, design, known)
 
     def without(self, residual: Floats) -> Floats:
         """(N, 3) m: a residual after all numbers have answered to it."""
@@ -71,5 +72,5 @@ class RefitAnswer:
         return self._project(weighted.reshape(-1, 1)).reshape(-1, 3)
 
     def _project(self, columns: Floats) -> Floats:
-        flat = self.design.reshape(-1, self.design.shape[2])
+        flat = self.design.reshape(3 * len(self.design), self.design.shape[2])
         return np.asarray(flat @ (self.inverse @ (flat.T @ columns)))

@@ -12,12 +12,14 @@ from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
 from stiffness.identification import scores
+from stiffness.identification.isolated import isolated_rows
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
+from stiffness.session.far_readings import far_rows
 from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
@@ -28,11 +30,21 @@ REGISTER = 25  # states per block that place the tracker of a session that is no
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Scores on every reading that did not help to place the tracker; None where a session cannot tell."""
+    """Scores on every reading that did not help to place the tracker; None where a session cannot tell.
+
+    Attributes:
+        displacement, absolute: without wrong rows; ``with_wrong``: by kind, with them.
+        registered_on: readings that placed the tracker.
+        wrong: (N,) readings that were left out: gross errors, and single rows that nothing else of their state shares.
+        seen: the session as predicted; the readings that are not wrong are in use.
+    """
 
     displacement: scores.Score | None
     absolute: scores.Score | None
     registered_on: int
+    with_wrong: Mapping[str, scores.Score | None]
+    wrong: Bools
+    seen: SessionFit
 
 
 def evaluate(session: Session, model: ComplianceModel, register: int | None = None) -> Evaluation:
@@ -52,13 +64,21 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             f"{session.source}: --register {count}: the session is not registered, so some states have to place "
             f"the tracker; give a number above 0 (default {REGISTER})"
         )
-    chosen = _evenly(session, count)
-    seen = predicted_by(model, session, chosen, _drift(session, model) if count else None).predicted
-    rest, every = ~chosen, np.ones(len(session.samples), dtype=bool)
+    far = far_rows(session)
+    chosen = _evenly(session, count, ~far)
+    placed = predicted_by(model, session, chosen, _drift(session, model) if count else None)
+    seen, rest, every = placed.predicted, ~chosen, np.ones(len(session.samples), dtype=bool)
+    wrong = far | isolated_rows(session, seen)
     return Evaluation(
-        displacement=scores.displacement(session, seen, rest, every),
-        absolute=scores.absolute(session, seen, rest, every),
+        displacement=scores.displacement(session, seen, rest, ~wrong),
+        absolute=scores.absolute(session, seen, rest, ~wrong),
         registered_on=int(chosen.sum()),
+        with_wrong={
+            "displacement": scores.displacement(session, seen, rest, every),
+            "absolute": scores.absolute(session, seen, rest, every),
+        },
+        wrong=wrong,
+        seen=replace(placed, state=replace(placed.state, used=~wrong)),
     )
 
 
@@ -107,8 +127,8 @@ def _placed(session: Session, layout: Unknowns, fixed: Mapping[str, Numbers], us
     return placed
 
 
-def _evenly(session: Session, count: int) -> npt.NDArray[np.bool_]:
-    """(N,) readings of ``count`` states per block, evenly by position in the file."""
+def _evenly(session: Session, count: int, right: Bools) -> Bools:
+    """(N,) readings of ``count`` states per block, evenly by position in the file, where they are ``right``."""
     chosen = np.zeros(len(session.samples), dtype=bool)
     of = session.states.of
     for block in np.unique(session.samples.block) if count else ():
@@ -117,4 +137,4 @@ def _evenly(session: Session, count: int) -> npt.NDArray[np.bool_]:
         states = of[rows[np.sort(first)]]
         picked = states[np.round(np.linspace(0, len(states) - 1, min(count, len(states)))).astype(int)]
         chosen[rows] |= np.isin(of[rows], picked)
-    return chosen
+    return chosen & right

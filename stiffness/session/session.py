@@ -32,6 +32,7 @@ from stiffness.session.file import (
     tool,
 )
 from stiffness.session.loads import SessionHeader
+from stiffness.session.reseat import reseated
 from stiffness.session.samples import Samples, read_samples
 from stiffness.session.table import SessionError, read_table
 from stiffness.session.views import LoadStates, Pairs, load_states, pairs_of
@@ -191,11 +192,12 @@ def load_session(path: str | Path) -> Session:
         ),
     )
     check_agreement(table, samples)
+    samples, seats = reseated(table, samples, known)
     sensed = "fx" in table.cells
     check_fit(
         label=csv_label,
         robot=robot,
-        reflectors=known,
+        reflectors=seats,
         samples=samples,
         units=file.units,
         registered=file.registered,
@@ -223,7 +225,7 @@ def load_session(path: str | Path) -> Session:
         ),
         wrench_frame=file.wrench.frame if file.wrench and sensed else None,
         wrench_about=file.wrench.about if file.wrench and sensed else None,
-        reflectors=known,
+        reflectors=seats,
         instruments=instruments(label, file, sensed),
         purposes=purposes(label, file, known, robot.n),
         samples=samples,

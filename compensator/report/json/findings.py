@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from compensator.report.json.text import Report
 from stiffness.diagnosis.doubt import Doubt
-from toolpaths.finding import WARNING
+from toolpaths.finding import NOTE, WARNING
 
 
 def findings(doubts: Iterable[Doubt]) -> list[Report]:
@@ -14,3 +14,8 @@ def findings(doubts: Iterable[Doubt]) -> list[Report]:
     return [
         {"level": WARNING, "what": d.what, "where": d.where, "source_line": d.first, "count": d.count} for d in doubts
     ]
+
+
+def notes(where: str, sentences: Iterable[str]) -> list[Report]:
+    """What a result does not know."""
+    return [{"level": NOTE, "what": text, "where": where, "source_line": None, "count": 1} for text in sentences]
