@@ -25,6 +25,7 @@ from stiffness.session.session import Session
 Bools = npt.NDArray[np.bool_]
 
 RIGID = 1e12  # N*m/rad
+PLACINGS = 3  # of the tracker, without the wrong rows that the last placing showed
 REGISTER = 25  # states per block that place the tracker of a session that is not registered
 
 
@@ -64,11 +65,15 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             f"{session.source}: --register {count}: the session is not registered, so some states have to place "
             f"the tracker; give a number above 0 (default {REGISTER})"
         )
-    far = far_rows(session)
-    chosen = _evenly(session, count, ~far)
-    placed = predicted_by(model, session, chosen, _drift(session, model) if count else None)
+    chosen = _evenly(session, count)
+    free = _drift(session, model) if count else None
+    wrong = far = far_rows(session)
+    for _ in range(PLACINGS):
+        placed = predicted_by(model, session, chosen & ~wrong, free)
+        before, wrong = wrong, far | isolated_rows(session, placed.predicted)
+        if np.array_equal(before & chosen, wrong & chosen):
+            break
     seen, rest, every = placed.predicted, ~chosen, np.ones(len(session.samples), dtype=bool)
-    wrong = far | isolated_rows(session, seen)
     return Evaluation(
         displacement=scores.displacement(session, seen, rest, ~wrong),
         absolute=scores.absolute(session, seen, rest, ~wrong),
@@ -127,8 +132,8 @@ def _placed(session: Session, layout: Unknowns, fixed: Mapping[str, Numbers], us
     return placed
 
 
-def _evenly(session: Session, count: int, right: Bools) -> Bools:
-    """(N,) readings of ``count`` states per block, evenly by position in the file, where they are ``right``."""
+def _evenly(session: Session, count: int) -> Bools:
+    """(N,) readings of ``count`` states per block, evenly by position in the file."""
     chosen = np.zeros(len(session.samples), dtype=bool)
     of = session.states.of
     for block in np.unique(session.samples.block) if count else ():
@@ -137,4 +142,4 @@ def _evenly(session: Session, count: int, right: Bools) -> Bools:
         states = of[rows[np.sort(first)]]
         picked = states[np.round(np.linspace(0, len(states) - 1, min(count, len(states)))).astype(int)]
         chosen[rows] |= np.isin(of[rows], picked)
-    return chosen & right
+    return chosen

@@ -78,14 +78,14 @@ def test_a_probe_is_put_on_as_a_whole(tmp_path: Path) -> None:
 def test_the_angles_read_back_are_a_regressor(tmp_path: Path) -> None:
     write(tmp_path, noise=lab.Noise(1e-5))
     rows = Rows(tmp_path)
-    lag = np.linspace(-0.02, 0.03, len(rows.order))
+    lag = np.linspace(-0.02, 0.03, len(rows.order)).tolist()
     for row, off in zip(rows.order, lag, strict=True):
         for k in range(1, 7):
             row[f"read{k}"] = repr(float(row[f"q{k}"]) + k * off)
     session = load_session(rows.write())
     s = session.samples
     for k in range(6):
-        assert s.extra[f"read{k + 1}"] == pytest.approx(np.radians((k + 1) * lag), abs=1e-12)
+        assert s.extra[f"read{k + 1}"] == pytest.approx(np.radians((k + 1) * np.array(lag)), abs=1e-12)
     assert np.degrees(s.q[0, 0]) == pytest.approx(float(rows.order[0]["q1"]))
     assert {f"read{k}" for k in range(1, 7)} <= set(columns(session))
     rows.order[4]["read3"] = repr(float(rows.order[4]["q3"]) + 3.0)
