@@ -34,7 +34,7 @@ class NotLearned:
     Attributes:
         effect: its name. joint: counted from 1.
         low, high: rad, the commanded angles there.
-        poses: how many. sd: m, the largest standard deviation of the TCP there.
+        poses: how many, ``of`` so many. sd: m, the largest standard deviation of the TCP there.
     """
 
     effect: str
@@ -42,7 +42,13 @@ class NotLearned:
     low: float
     high: float
     poses: int
+    of: int
     sd: float
+
+    @property
+    def share(self) -> float:
+        """Of all poses."""
+        return self.poses / max(self.of, 1)
 
     def as_dict(self) -> dict[str, Any]:
         """As in the JSON report."""
@@ -52,15 +58,17 @@ class NotLearned:
             "from_deg": float(np.degrees(self.low)),
             "to_deg": float(np.degrees(self.high)),
             "poses": self.poses,
+            "share_of_poses": self.share,
             "sd_mm": self.sd * 1e3,
         }
 
     def __str__(self) -> str:
         low, high = (f"{np.degrees(a):.1f}" for a in (self.low, self.high))
         where = f"at {low} deg" if low == high else f"between {low} and {high} deg"
+        share = f"{100 * self.share:.3g} % of the poses"
         return (
-            f"{self.effect} of joint {self.joint} was not learned {where}: it contributes nothing there, and the TCP "
-            f"is uncertain by {self.sd * 1e3:.2g} mm (one sd) more"
+            f"{self.effect} of joint {self.joint} was not learned {where}: it contributes nothing there ({share}), and "
+            f"the TCP is uncertain by {self.sd * 1e3:.2g} mm (one sd) more"
         )
 
 
@@ -105,7 +113,7 @@ class AngleUncertainty:
                 out.append(
                     NotLearned(
                         effect=effect.name, joint=j + 1, low=float(angle.min()), high=float(angle.max()),
-                        poses=len(rows), sd=float(sd[rows, j].max()),
+                        poses=len(rows), of=len(q), sd=float(sd[rows, j].max()),
                     )
                 )  # fmt: skip
         return out

@@ -47,7 +47,8 @@ def show_evaluation(report: dict[str, Any]) -> None:
     console = screen()
     if console is None:
         return
-    for kind, score in report.items():
+    for kind in ("displacement", "absolute"):
+        score = report[kind]
         if score is None:
             console.print(f"{kind}: no such evidence")
             continue
@@ -55,3 +56,6 @@ def show_evaluation(report: dict[str, Any]) -> None:
             f"{kind}: rms {score['rms_mm']:.4f} mm per axis (noise {score['noise_floor_mm']:.4f}), "
             f"95 % {score['p95_mm']:.4f} mm, max {score['max_mm']:.4f} mm"
         )
+        if wrong := report.get("outlier_rows"):
+            every = report["with_outliers"][kind]
+            console.print(f"  with {len(wrong)} wrong rows: rms {every['rms_mm']:.4f} mm, max {every['max_mm']:.4f} mm")

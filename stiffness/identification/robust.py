@@ -23,6 +23,7 @@ from stiffness.identification.unknowns import Unknown, start_values, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
+from stiffness.session.twice import refuse_twice
 
 Bools = npt.NDArray[np.bool_]
 
@@ -55,8 +56,9 @@ def named_effects(names: Sequence[str]) -> tuple[Effect, ...]:
 
 
 def one_robot(sessions: Sequence[Session]) -> None:
-    """Refuse sessions of different robots."""
+    """Refuse sessions of different robots, and the same readings given twice."""
     first = sessions[0]
+    refuse_twice(sessions)
     for s in sessions[1:]:
         if not s.robot.same_kinematics(first.robot) or s.gravity != first.gravity:
             raise StiffnessError(

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.report.json.findings import findings
 from compensator.report.json.fit import station_report
 from compensator.report.json.text import MM, Report
+from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
@@ -16,6 +18,7 @@ KINDS = ("displacement", "absolute")
 def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
+        "findings": findings(session_doubts(d.fit.sessions, d.outliers)),
         "verdict": d.verdict,
         "added": [_added(a) for a in d.added],
         "removed": [{"effect": r.effect, "where": list(r.where), "why": r.why} for r in d.removed],

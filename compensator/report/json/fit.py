@@ -8,7 +8,9 @@ import numpy as np
 
 from compensator.report.analysis.by_reflector import KINDS
 from compensator.report.analysis.predicted import predicted_sessions
+from compensator.report.json.findings import findings
 from compensator.report.json.text import MM, Report, known_numbers
+from stiffness.diagnosis.doubts import session_doubts
 from stiffness.effects import BASE
 from stiffness.identification import scores
 from stiffness.identification.fit import Fit
@@ -28,6 +30,7 @@ def fit_report(fit: Fit) -> Report:
     k = fit.values()[BASE.name]["k_nm_per_rad"]
     sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
     return {
+        "findings": findings(session_doubts(fit.sessions)),
         "effects": [e.name for e in fit.unknowns.effects],
         "stiffness_nm_per_rad": known_numbers(k, known),
         "stiffness_sd_nm_per_rad": known_numbers(sd, known),
@@ -89,6 +92,7 @@ def _rms(fit: Fit) -> dict[str, Any]:
 def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
     """The numbers of a fit joint by joint, and of the model made of it, under the same keys."""
     return {
+        "findings": [],
         "effects": list(model.values),
         "stiffness_nm_per_rad": known_numbers(fit.stiffness, fit.identified),
         "stiffness_sd_nm_per_rad": known_numbers(fit.sd, fit.identified),
