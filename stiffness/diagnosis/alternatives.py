@@ -23,13 +23,19 @@ BETTER = 6.0  # difference of BIC by which an alternative takes the place
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Alternatives:
-    """An addition with its alternatives: the fraction of the residual above the noise that it ``explains``, ``fits`` of
-    the effects that explain the readings as well, by name, and the gain in chi-square of the best other effect over its
-    own, in the linearised model."""
+    """An addition with its alternatives.
+
+    Attributes:
+        explains: fraction of the residual above the noise.
+        fits: of the effects that explain the readings as well, by name.
+        held_out: fraction that it explains in cross-validation of the linearised model; runner_up: the largest that any
+            other effect does in its place.
+    """
 
     addition: Addition
     explains: float
     fits: Mapping[str, Fit]
+    held_out: float = 0.0
     runner_up: float = 0.0
 
 
@@ -71,7 +77,7 @@ def with_alternatives(
         if len(rest) == len(additions):  # another has taken its place
             continue
         bare = search.fits.fit(rest, fit) if rest else base
-        trials, runner_up = _trials(search=search, bare=bare, rest=rest, a=a, fit=fit)
+        trials, shares = _trials(search=search, bare=bare, rest=rest, a=a, fit=fit)
         better = [t for t in trials if t.bic < bic(fit, fit.solution.misfit) - BETTER]
         if better:
             best = min(better, key=lambda t: t.bic)
@@ -82,7 +88,7 @@ def with_alternatives(
         explains = float(np.clip((bare.solution.chi2 - fit.solution.chi2) / above, 0, 1))
         least = bic(fit, fit.solution.misfit)
         alike = {t.name: t.fit for t in trials if bic(t.fit, fit.solution.misfit) < least + ODDS}
-        out[a.effect.name] = Alternatives(a, explains, alike, runner_up)
+        out[a.effect.name] = Alternatives(a, explains, alike, *shares)
     return fit, additions, [out[a.effect.name] for a in additions if a.effect.name in out]
 
 
@@ -98,18 +104,20 @@ class _Trial:
 
 def _trials(
     search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: Fit
-) -> tuple[list[_Trial], float]:
-    """Effects that the linearised model does not put clearly behind an addition, each fitted in its place; and the gain
-    of the best of all over that of the addition."""
+) -> tuple[list[_Trial], tuple[float, float]]:
+    """Effects that the linearised model does not put clearly behind an addition, each fitted in its place; and what the
+    addition and the best of the others explain in cross-validation."""
     linear = search.linearisation.at(bare, rest)
     selector = linear.selector
     own = within(selector, a.effect)
     found = [within(selector, e) for e in search.effects if e is not a.effect]
-    runner_up = max((s.fit.gain for s in found), default=0.0) / max(own.fit.gain, 1e-9)
+    none = float(selector.cross_validated([]).sum())
+    above = max(none - selector.equations.count, 1e-9)
+    gains = [(none - float(selector.cross_validated(s.terms).sum())) / above for s in (own, *found)]
     found = [s for s in found if s.terms and s.bic_gain > own.bic_gain - ODDS - LINEAR * own.fit.gain]
     out = []
     for chosen in sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST]:
         more, trial = adopted(search.fits, linear, chosen, rest)
         name = chosen.terms[0].effect.name
         out.append(_Trial(name, trial, more, bic(trial, fit.solution.misfit)))
-    return out, runner_up
+    return out, (gains[0], max(gains[1:], default=0.0))

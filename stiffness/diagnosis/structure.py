@@ -19,7 +19,7 @@ SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanatio
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
 LARGE = 0.4  # of what was above the noise: an effect that explains more and leaves all others behind stands
-AHEAD = 0.7  # of its gain in chi-square: where no other effect gains more, an effect leaves all others behind
+AHEAD = 0.7  # of what it explains in cross-validation: where no other explains more, it leaves all others behind
 PARTLY = 0.2  # of what was above the noise: an effect that explains less is not called the explanation
 
 
@@ -62,7 +62,7 @@ def judged(
     search.say("looking where the rest sits")
     now = Judged(fit, additions, _structure(search, base, fit))
     notes = now.structure.notes
-    ahead = {r.addition.effect.name for r in found if r.explains > LARGE and r.runner_up < AHEAD}
+    ahead = {r.addition.effect.name for r in found if r.held_out > LARGE and r.runner_up < AHEAD * r.held_out}
     while now.structure.left and (doubtful := _doubtful(search, base, now, ahead)) is not None:
         note = (
             f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
