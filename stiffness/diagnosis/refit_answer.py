@@ -21,8 +21,8 @@ class RefitAnswer:
     """Least squares about a fit, linear, of readings on their own: no free offsets of set-ups.
 
     Attributes:
-        rows: (N,) readings that take part. sd: (N, 3) m.
-        design: (N, 3, V) derivatives of the readings by all numbers over their sd; zero where they take no part.
+        rows: (N,) readings that take part, K of them. sd: (K, 3) m.
+        design: (K, 3, V) derivatives of the readings by all numbers over their sd.
         inverse: (V, V) of the normal matrix.
     """
 
@@ -34,18 +34,18 @@ class RefitAnswer:
     @classmethod
     def of(cls, fit: SessionFit, rows: Bools) -> RefitAnswer:
         """Of one session; ``rows`` (N,) take part."""
-        sd = fit.samples.sd
-        design = np.concatenate([fit.predicted.by_parameter, fit.predicted.by_station], axis=2)
-        design = np.where(rows[:, None, None], design / sd[:, :, None], 0.0)
-        flat = design.reshape(3 * len(rows), design.shape[2])
+        sd, seen = fit.samples.sd[rows], fit.predicted
+        design = np.concatenate([seen.by_parameter[rows], seen.by_station[rows]], axis=2) / sd[:, :, None]
+        flat = design.reshape(3 * len(design), design.shape[2])
         normal = flat.T @ flat
         scale = np.diag(normal)
         known = inverse(normal + np.diag(WEAK * scale + 1e-30)) if len(scale) else normal
         return cls(rows, sd, design, known)
 
     def without(self, residual: Floats) -> Floats:
-        """(N, 3) m: a residual after all numbers have answered to it."""
-        return np.asarray((self._weighted(residual) - self._answered(self._weighted(residual))) * self.sd)
+        """(N, 3) m: a residual after all numbers have answered to it; zero for readings that take no part."""
+        weighted = (residual[self.rows] / self.sd).reshape(-1, 1)
+        return self._whole(weighted - self._project(weighted))
 
     def gain(self, share: Floats, turn: Floats | None, residual: Floats) -> tuple[float, Floats, Floats]:
         """Chi-square that a motion takes away, the motion (3,) m, and the residual (N, 3) m that it leaves.
@@ -54,22 +54,20 @@ class RefitAnswer:
             share: (N,) of the motion that a reading shows. turn: (N, 3, 3) from the axes of the readings to those of
                 the motion; None: they are the same. residual: (N, 3) m, as ``without`` left it.
         """
-        axes = np.tile(np.eye(3), (len(share), 1, 1)) if turn is None else np.swapaxes(turn, 1, 2)
-        pattern = np.where(self.rows[:, None, None], share[:, None, None] * axes / self.sd[:, :, None], 0.0)
-        flat = pattern.reshape(-1, 3)
+        share = share[self.rows]
+        axes = np.tile(np.eye(3), (len(share), 1, 1)) if turn is None else np.swapaxes(turn[self.rows], 1, 2)
+        flat = (share[:, None, None] * axes / self.sd[:, :, None]).reshape(-1, 3)
         free = flat - self._project(flat)
-        r = self._weighted(residual).reshape(-1)
+        r = (residual[self.rows] / self.sd).reshape(-1)
         normal = flat.T @ free + WEAK * np.diag(np.maximum(np.sum(flat**2, axis=0), 1e-30))
         slope = free.T @ r
         motion = np.linalg.solve(normal, slope)
-        left = (r - free @ motion).reshape(-1, 3) * self.sd
-        return float(slope @ motion), np.asarray(motion), np.asarray(left)
+        return float(slope @ motion), np.asarray(motion), self._whole(r - free @ motion)
 
-    def _weighted(self, residual: Floats) -> Floats:
-        return np.where(self.rows[:, None], residual / self.sd, 0.0)
-
-    def _answered(self, weighted: Floats) -> Floats:
-        return self._project(weighted.reshape(-1, 1)).reshape(-1, 3)
+    def _whole(self, weighted: Floats) -> Floats:
+        out = np.zeros((len(self.rows), 3))
+        out[self.rows] = weighted.reshape(-1, 3) * self.sd
+        return out
 
     def _project(self, columns: Floats) -> Floats:
         flat = self.design.reshape(3 * len(self.design), self.design.shape[2])
