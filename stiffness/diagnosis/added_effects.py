@@ -83,7 +83,8 @@ def merged(
         return [*old, with_sites(Addition(term.effect, (term.site,), extras, begun), joints)]
     values = {k: np.array(v) for k, v in before.values.items()}
     for p in (p for p in term.effect.parameters if p.site == term.site.kind):
-        if term.site not in before.sites or p.extra:  # of a site that is there only the extras are new
+        # of a site that is there only the extras are new; what shapes the law stays as it was fitted
+        if term.site not in before.sites or (p.extra and p.neutral is not None):
             values[p.name][p.of_site(term.site.index)] = begun[p.name][p.of_site(term.site.index)]
     sites = before.sites if term.site in before.sites else (*before.sites, term.site)
     order = {s: k for k, s in enumerate(term.effect.sites(joints))}
@@ -154,7 +155,8 @@ class ModelFits:
 
     def _there(self, u: Unknown) -> bool:
         """Whether the model at hand uses a number that is freed only where data ask for it."""
-        return bool(np.any(self.values[u.effect][u.parameter.name] != u.parameter.neutral))
+        idle = u.parameter.start if u.parameter.neutral is None else u.parameter.neutral
+        return bool(np.any(self.values[u.effect][u.parameter.name] != idle))
 
     def fit(
         self,
@@ -163,8 +165,14 @@ class ModelFits:
         *,
         base_fixed: bool = False,
         held: tuple[str, ...] = (),
+        anew: str = "",
     ) -> Fit:
-        """The model at hand with additions; ``start``: a fit to begin with; ``held``: effects that stay as they are."""
+        """The model at hand with additions.
+
+        Args:
+            start: a fit to begin with, but for the effect ``anew``.
+            held: effects that stay as they are.
+        """
         layout = self.layout(additions, base_fixed=base_fixed)
         layout = replace(layout, free=tuple(u for u in layout.free if u.effect not in held))
         fixed = {e.name: self.values[e.name] for e in self.base}
@@ -176,7 +184,7 @@ class ModelFits:
             replace(state, used=used, allowed=allowed, poses=guess)
             for state, used, allowed, guess in zip(problem.first_states(), self.used, self.allowed, poses, strict=True)
         )
-        vector = None if start is None else _begun(problem, start)
+        vector = None if start is None else _begun(problem, start, anew)
         return fitted(problem, states, vector, once=not any(a.effect.angle for a in additions))
 
     def within_limits(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
@@ -192,11 +200,11 @@ class ModelFits:
         return self.fit(moved, fit, held=tuple(held))
 
 
-def _begun(problem: Problem, start: Fit) -> Floats:
-    """(V,) numbers of another fit where it has them; those of the stations are the same in both."""
-    known = {
-        (u.effect, u.parameter.name, u.index): v for u, v in zip(start.unknowns.free, start.parameters, strict=True)
-    }
+def _begun(problem: Problem, start: Fit, anew: str) -> Floats:
+    """(V,) numbers of another fit where it has them, but for the effect ``anew``; those of the stations are the same in
+    both."""
+    pairs = zip(start.unknowns.free, start.parameters, strict=True)
+    known = {(u.effect, u.parameter.name, u.index): v for u, v in pairs if u.effect != anew}
     layout = problem.unknowns
     first = layout.start(problem.fixed)
     own = np.array(

@@ -14,7 +14,7 @@ from stiffness.diagnosis.candidates import Column, Term
 from stiffness.diagnosis.linearisation import Linearised, weak
 from stiffness.diagnosis.searched_numbers import with_better_numbers
 from stiffness.diagnosis.selection import CHANCE, Selection
-from stiffness.effects.effect import Site
+from stiffness.effects.effect import Numbers, Site
 from stiffness.identification.fit import Fit
 from stiffness.numerics.least_squares import inverse
 
@@ -48,7 +48,28 @@ def adopted(
         if moved is None or other.solution.chi2 >= fit.solution.chi2 * (1 - 1e-6):
             break
         fit, begun = other, moved
-    return at_values_of(fit, begun), fit
+    return _restarted(fits, at_values_of(fit, begun), fit)
+
+
+def _restarted(fits: ModelFits, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
+    """The best of fits that begin with other values of about the same law: bounds of its extras can hold a fit."""
+    for k, a in enumerate(additions):
+        for site in sorted(a.extras, key=str) if fit.solution.misfit > 1 else ():
+            for other in a.effect.restarts(additions[k].values):
+                trial = list(additions)
+                trial[k] = replace(a, values=_at_site(additions[k], site, other))
+                again = fits.fit(trial, fit, anew=a.effect.name)
+                if again.solution.chi2 < fit.solution.chi2 - 1:
+                    additions, fit = at_values_of(again, trial), again
+    return additions, fit
+
+
+def _at_site(a: Addition, site: Site, other: Numbers) -> dict[str, Floats]:
+    """Values of an addition, but for others at one of its sites."""
+    values = {name: np.array(v) for name, v in a.values.items()}
+    for p in (p for p in a.effect.parameters if p.site == site.kind and p.name in other):
+        values[p.name][p.of_site(site.index)] = other[p.name][p.of_site(site.index)]
+    return values
 
 
 def _merged(

@@ -22,6 +22,7 @@ from stiffness.diagnosis.structure import Judged, Structure, judged, without_cru
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import Fit
+from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import cleaned, with_whole_setups
 from stiffness.identification.robust import one_robot
 from stiffness.model.model import ComplianceModel
@@ -97,6 +98,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     better = with_better_numbers(last, additions)
     if better is not None:
         additions, last = better, whole.fit(better, last)
+    last = nearest_to_drawing(last)
     last = replace(last, searched_sd=searched_deviations(last, additions))
     moved = bool(other or changed)
     refined = bare.within_limits(fit, additions) if moved else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,8 +18,8 @@ from stiffness.identification.fit import CLEAR, Fit
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
-LARGE = 0.4  # of what was above the noise: an effect that explains more and leaves all others behind stands
-AHEAD = 0.7  # of what it explains in cross-validation: where no other explains more, it leaves all others behind
+LARGE = 0.6  # of what was above the noise: an effect that explains more and leaves all others behind stands
+AHEAD = 0.5  # of what it explains in cross-validation: where no other explains more, it leaves all others behind
 PARTLY = 0.2  # of what was above the noise: an effect that explains less is not called the explanation
 
 
@@ -62,8 +62,8 @@ def judged(
     search.say("looking where the rest sits")
     now = Judged(fit, additions, _structure(search, base, fit))
     notes = now.structure.notes
-    ahead = {r.addition.effect.name for r in found if r.held_out > LARGE and r.runner_up < AHEAD * r.held_out}
-    while now.structure.left and (doubtful := _doubtful(search, base, now, ahead)) is not None:
+    compared = {r.addition.effect.name: r for r in found}
+    while now.structure.left and (doubtful := _doubtful(search, base, now, compared)) is not None:
         note = (
             f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
             "structure in the same place: not added"
@@ -99,9 +99,9 @@ def _sources(search: Search, fit: Fit) -> list[ResidualSource]:
     return [] if like_noise(fit) else residual_sources(fit, search.sensitivities)
 
 
-def _doubtful(search: Search, base: Fit, now: Judged, ahead: set[str]) -> Addition | None:
-    """The first addition that only took the nearest name beside structure that is left; one that is far ``ahead`` of
-    all other effects is the right name for its part."""
+def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alternatives]) -> Addition | None:
+    """The first addition that only took the nearest name beside structure that is left; one that is far ahead of all
+    other effects is the right name for its part."""
     joints = search.fits.joints
     places = [s.what for s in now.structure.sources if not s.what.startswith("column:")]
     for a in (a for a in now.additions if not a.held):
@@ -109,8 +109,10 @@ def _doubtful(search: Search, base: Fit, now: Judged, ahead: set[str]) -> Additi
         explained = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)
         beside = {part_of(w, joints) for w in a.where}
         there = not places or part_of(places[0], joints) in beside
-        certain = a.effect.name in ahead
-        if explained < PARTLY or (explained < 1 - PARTLY and there and not certain):
+        own = compared.get(a.effect.name)
+        share = explained if own is None else min(explained, own.held_out)
+        certain = own is not None and share > LARGE and own.runner_up < AHEAD * own.held_out
+        if share < PARTLY or (share < 1 - PARTLY and there and not certain):
             return a
     return None
 
