@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.search import ROUGH, Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
@@ -99,9 +99,12 @@ def _found(
 ) -> tuple[list[Addition], dict[str, tuple[str, ...]]]:
     """What of the approach's effects a search adds to a fit, and the names of those that cannot be told from each."""
     values = fit.values()
-    fits = ModelFits.of(sessions, fit.unknowns.effects, values, [s.used for s in fit.sessions])
+    whole = ModelFits.of(sessions, fit.unknowns.effects, values, [s.used for s in fit.sessions])
+    fits = replace(whole, nothing=ROUGH)
     search = Search(fits, (), say)
     start = search.linearisation.at(fits.fit([]), [])
+    if not search.may_end_with(start, lambda e: e.fitted_where == "approach"):
+        return [], {}
     best, additions = search.run(start)
     if not any(a.effect.fitted_where == "approach" for a in additions):
         return [], {}

@@ -16,7 +16,7 @@ from stiffness.diagnosis.known_effects import KnownEffects, with_known
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.refined_model import refined_model
 from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.search import ROUGH, Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
@@ -26,6 +26,7 @@ from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import cleaned, with_whole_setups
 from stiffness.identification.robust import one_robot
 from stiffness.model.model import ComplianceModel
+from stiffness.numerics.least_squares import NOTHING
 from stiffness.planning.next_setups import NextSetup, splitting, spread
 from stiffness.session.repeats import with_repeats
 from stiffness.session.session import Session
@@ -77,7 +78,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     fits, base = _without_outliers(fits, fits.fit([]), [])
     enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= FEWEST
     own = KnownEffects.of(model, effects, sessions)
-    bare = replace(fits, base=own.base, given=own.given)
+    bare = replace(fits, base=own.base, given=own.given, nothing=ROUGH)
     found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
     news = [a for a in (_new(a, own.known) for a in additions) if a is not None]
@@ -91,6 +92,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     say("scoring on readings that took no part")
     whole = replace(
         bare,
+        nothing=NOTHING,
         used=tuple(np.ones_like(h) for h in held),
         allowed=tuple(np.ones_like(h) for h in held),
     )

@@ -27,6 +27,7 @@ from stiffness.identification.fit import Fit
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
 
+ROUGH = 0.1  # of chi-square: a fit that gains less is good enough to be compared
 ROUNDS = 4  # of linearisation and fit
 SINGLE = 3  # effects that a way begins with
 MUCH = 0.5  # of what the best single effect explains: a way begins with no effect that explains less
@@ -78,6 +79,10 @@ class Search:
             ends.append(self._from_known(start.fit))
         best = preferred(ends)
         return best.fit, best.additions
+
+    def may_end_with(self, start: Linearised, wanted: Callable[[Effect], bool]) -> bool:
+        """Whether a way through the terms begins with an effect that is ``wanted``."""
+        return any(wanted(t.effect) for chosen in self._beginnings(start) for t in chosen.terms)
 
     def _plain(self, end: End) -> bool:
         """Whether one kind of effect explains all: no other way can end with fewer."""

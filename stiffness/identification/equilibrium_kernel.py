@@ -20,7 +20,7 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
 STEPS = 6
-SETTLED = 1e-7  # m and rad: the error that the next step would take away is its square
+SETTLED = 1e-5  # m and rad: the error that the next step would take away is its square
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -20,7 +20,7 @@ from stiffness.identification.setup_statistics import SetupStatistics, moved_wit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import Solution, inverse
+from stiffness.numerics.least_squares import NOTHING, Solution, inverse
 
 Floats = npt.NDArray[np.float64]
 
@@ -282,15 +282,17 @@ def fitted(
     *,
     notes: tuple[str, ...] = (),
     once: bool = False,
+    nothing: float = NOTHING,
 ) -> Fit:
     """Least squares of a problem.
 
     Args:
         states: where the evaluations start. start: (V,) first vector; None: the mean of the prior.
         once: priors are too loose to be weighed anew.
+        nothing: gain in chi-square that ends the iteration.
     """
-    solution, states = problem.solved(states, start)
+    solution, states = problem.solved(states, start, nothing=nothing)
     if solution.misfit > 1 and not once:
         # what the model does not explain is noise to its parameters: the prior weighs more against it
-        solution, states = problem.solved(states, solution.vector, widened=solution.misfit)
+        solution, states = problem.solved(states, solution.vector, widened=solution.misfit, nothing=nothing)
     return Fit(problem, solution, states, notes)

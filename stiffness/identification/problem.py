@@ -17,7 +17,7 @@ from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import Solution, Whitened, lowest, solve
+from stiffness.numerics.least_squares import NOTHING, Solution, Whitened, lowest, solve
 
 Floats = npt.NDArray[np.float64]
 States = tuple[Any, ...]  # one per observations, each of its own kind
@@ -107,6 +107,7 @@ class Problem:
         widened: float = 1.0,
         bounded: bool = True,
         held: Floats | None = None,
+        nothing: float = NOTHING,
     ) -> tuple[Solution, States]:
         """Least squares.
 
@@ -115,6 +116,7 @@ class Problem:
             widened: factor on the noise: the prior of the robot's parameters weighs so much more.
             bounded: whether parameters stay within what their effects allow.
             held: (K, V) combinations of the numbers that stay at the mean of the prior, in standard deviations.
+            nothing: gain in chi-square that ends the iteration.
         """
         low, high = self._bounds()
         infinite = np.full(len(self.start), np.inf)
@@ -128,6 +130,7 @@ class Problem:
             low=low if bounded else -infinite,
             high=high if bounded else infinite,
             held=held,
+            nothing=nothing,
             spent=sum(o.spent(s) for o, s in zip(self.observations, states, strict=True)),
         )
 

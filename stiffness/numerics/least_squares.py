@@ -92,6 +92,7 @@ def solve(
     high: Floats,
     held: Floats | None = None,
     spent: int = 0,
+    nothing: float = NOTHING,
 ) -> tuple[Solution, State]:
     """Levenberg-Marquardt with a Gaussian prior and bounds; undamped unless a step makes things worse.
 
@@ -102,6 +103,7 @@ def solve(
         prior, prior_sd: (P,) mean and standard deviation. low, high: (P,) bounds.
         held: (K, P) combinations of the numbers that have the mean of the prior, in standard deviations; they do not
             count in the covariance.
+        nothing: gain in cost, of a residual of unit variance, that ends the iteration.
         spent: numbers that free offsets inside the blocks take up: they fit themselves.
 
     Returns:
@@ -124,7 +126,7 @@ def solve(
         if not there.cost <= here.cost * (1 + 1e-9):
             ended, damping = last, max(8 * damping, 1e-7)
             continue
-        little = here.cost - there.cost < NOTHING * max(here.cost / max(total, 1), 1.0)
+        little = here.cost - there.cost < nothing * max(here.cost / max(total, 1), 1.0)
         vector, here = vector + step, there
         # damping holds what the data do not determine where it happens to be: before the end a step without is tried
         ended, last = little and damping == 0, last or little
