@@ -22,7 +22,7 @@ Floats = npt.NDArray[np.float64]
 
 SETTLED = 1.1  # residual over noise below which a fit is not started anew from elsewhere
 NOT_THERE = 1e-3  # chance above which a site of a fitted effect counts as empty
-SEARCHES = 3  # of the numbers that no derivative leads to, a fit after each
+SEARCHES = 2  # of the numbers that no derivative leads to, a fit after each
 
 
 def adopted(

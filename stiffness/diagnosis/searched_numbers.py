@@ -22,8 +22,8 @@ from stiffness.identification.problem import States
 
 Floats = npt.NDArray[np.float64]
 
-VALUES = 12  # on trial at a time
-FINER = 3  # looks at what is between them
+VALUES = 8  # on trial at a time
+FINER = 2  # looks at what is between them
 SURE = 0.95  # of an interval
 NORMAL = float(stats.norm.isf((1 - SURE) / 2))
 
