@@ -62,7 +62,7 @@ def identify(
             "only place the tracker and its reflectors"
         )
     fit = robust_fit(sessions, named_effects(names), prior)
-    return _finished(_with_memory(sessions, names, fit, prior, say))
+    return _finished(_with_memory(sessions, names=names, fit=fit, prior=prior, say=say))
 
 
 def _finished(fit: Fit) -> Fit:
@@ -81,17 +81,30 @@ def _with_memory(
     """Add what depends on the approach where the approach is known and a search over the catalogue finds it."""
     if not any(np.any(s.samples.approach != 0) for s in sessions):
         return fit
+    if not any(_load_levels(s) > 1 for s in sessions):
+        note = "one load level: a gap between flanks and a softer flank cannot be told apart"
+        fit = replace(fit, notes=(*fit.notes, note))
     found, alike = _found(sessions, fit, say)
     if not found:
         return fit
     every = named_effects([*names, *(a.effect.name for a in found)])
-    trial = robust_fit(sessions, every, prior, [s.used for s in fit.sessions], found)
+    trial = robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in fit.sessions], only=found)
     moved = with_better_numbers(trial, at_values_of(trial, found))
     if moved is not None:
-        found, trial = moved, robust_fit(sessions, every, prior, [s.used for s in trial.sessions], moved)
+        found, trial = (
+            moved,
+            robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in trial.sessions], only=moved),
+        )
     notes = tuple(_note(a, fit, trial, alike.get(a.effect.name, ())) for a in found)
-    last = reconsidered(replace(trial, notes=(*trial.notes, *notes)))
+    last = reconsidered(replace(trial, notes=(*fit.notes, *notes)))
     return replace(last, searched_sd=searched_deviations(last, at_values_of(last, found)))
+
+
+def _load_levels(session: Session) -> int:
+    """How many sizes of wrench a session has, apart by a third at least."""
+    size = np.linalg.norm(session.samples.load.wrench[:, :3], axis=1)
+    loaded = np.sort(size[size > 0.1 * size.max()]) if size.any() else np.empty(0)
+    return 0 if not len(loaded) else 1 + int(loaded[-1] > 1.3 * loaded[0])
 
 
 def _found(

@@ -73,6 +73,15 @@ def with_sites(addition: Addition, joints: int) -> Addition:
     return replace(addition, values=kept, extras=addition.extras & set(addition.sites))
 
 
+def simplified(a: Addition, site: Site, joints: int) -> Addition:
+    """An addition without extras at a site."""
+    idle = a.effect.neutral(joints)
+    values = {name: np.array(v) for name, v in a.values.items()}
+    for p in (p for p in a.effect.parameters if p.extra and p.site == site.kind):
+        values[p.name][p.of_site(site.index)] = idle[p.name][p.of_site(site.index)]
+    return replace(a, values=values, extras=a.extras - {site})
+
+
 def merged(
     old: Sequence[Addition], term: Term, columns: Sequence[Column], weight: Floats, joints: int
 ) -> list[Addition]:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged
+from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged, simplified
 from stiffness.diagnosis.candidates import Column, Term
 from stiffness.diagnosis.linearisation import Linearised, weak
 from stiffness.diagnosis.searched_numbers import with_better_numbers
@@ -30,14 +30,16 @@ def adopted(
 ) -> tuple[list[Addition], Fit]:
     """Chosen terms as additions, fitted; where much is left, the fit is started from every shape on trial."""
     weights = {u.key: chosen.weights(u) for u in chosen.terms}
-    begun = _merged(fits, linear, chosen.terms, weights, additions)
+    begun = _merged(fits, linear=linear, terms=chosen.terms, weights=weights, additions=additions)
     fit = fits.fit(begun, linear.fit)
     if fit.solution.misfit > SETTLED:  # the numbers of a model without the effect may be far off with it
         other = fits.fit(begun)
         fit = min(fit, other, key=lambda f: f.solution.chi2)
     for term in chosen.terms if fit.solution.misfit > SETTLED else ():
         for alone in _one_trial_each(term, linear.columns, weights[term.key]):
-            trial = _merged(fits, linear, chosen.terms, {**weights, term.key: alone}, additions)
+            trial = _merged(
+                fits, linear=linear, terms=chosen.terms, weights={**weights, term.key: alone}, additions=additions
+            )
             other = fits.fit(trial, linear.fit)
             if other.solution.chi2 < fit.solution.chi2:
                 fit, begun = other, trial
@@ -103,7 +105,7 @@ def pruned(fits: ModelFits, additions: Sequence[Addition], fit: Fit) -> tuple[li
     superfluous."""
     now = list(additions)
     while True:
-        empty = [(_chance(fits, fit, a, s), a, s) for a in now for s in a.sites]
+        empty = [(site_chance(fits, fit, a, s), a, s) for a in now for s in a.sites]
         worst = max(empty, key=lambda t: t[0], default=None)
         if worst is None or worst[0] < NOT_THERE:
             break
@@ -112,7 +114,20 @@ def pruned(fits: ModelFits, additions: Sequence[Addition], fit: Fit) -> tuple[li
         now = [b for a in now if (b := less if a is where else a) is not None]
         fit = fits.fit(now, fit)
         now = at_values_of(fit, now)
-    return without_superfluous(fits, now, fit)
+    return without_superfluous(fits, *_with_simple_forms(fits, now, fit))
+
+
+def _with_simple_forms(fits: ModelFits, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
+    """With the simple form of a law wherever that does not raise the Bayesian information criterion."""
+    for a in additions:
+        for site in sorted(a.extras, key=str):
+            simple = simplified(a, site, fits.joints)
+            trial = [simple if b is a else b for b in additions]
+            less = fits.fit(trial, fit, anew=a.effect.name)
+            price = (len(fit.unknowns) - len(less.unknowns)) * float(np.log(fit.solution.count))
+            if less.solution.chi2 - fit.solution.chi2 < price * fit.solution.misfit**2:
+                return _with_simple_forms(fits, at_values_of(less, trial), less)
+    return additions, fit
 
 
 def without_superfluous(fits: ModelFits, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
@@ -132,7 +147,7 @@ def better(more: Fit, less: Fit) -> bool:
     return bool(stats.chi2.sf(max(drop, 0.0), max(numbers, 1)) < CHANCE)
 
 
-def _chance(fits: ModelFits, fit: Fit, addition: Addition, site: Site) -> float:
+def site_chance(fits: ModelFits, fit: Fit, addition: Addition, site: Site) -> float:
     """Probability that noise alone gives what the fit finds at a site (Wald test)."""
     mine = set(replace(addition, sites=(site,)).numbers(fits.joints))
     at = [k for k, u in enumerate(fit.unknowns.free) if u in mine and u.parameter.neutral is not None]

@@ -116,7 +116,11 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
         notes=(*notes, *structure.notes, *more),
-        model=refined_model(model, allowed, last, additions, [r.effect for r in found.removed]) if moved else model,
+        model=refined_model(
+            model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]
+        )
+        if moved
+        else model,
         base=base,
         fit=fit,
         held=tuple(tuple(np.unique(s.samples.setup[h]).tolist()) for s, h in zip(sessions, held, strict=True)),
@@ -142,9 +146,11 @@ def _searched(search: Search, base: Fit) -> _Found:
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)
     fit, additions, removed = with_known(search.fits, fit, additions, search.known)
-    outcome = judged(search, base, fit, additions, found)
+    outcome = judged(search, base=base, fit=fit, additions=additions, found=found)
     kept = [r for r in found if any(a.effect is r.addition.effect for a in outcome.additions)]
-    return _Found(outcome, tuple(kept), tuple(ranking), base_rms, tuple(removed))
+    return _Found(
+        judged=outcome, alternatives=tuple(kept), ranking=tuple(ranking), base_rms=base_rms, removed=tuple(removed)
+    )
 
 
 def _as_it_is(base: Fit, known: Sequence[Addition]) -> _Found:

@@ -44,7 +44,7 @@ def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Additio
     for k, a in enumerate(additions):
         for p, index in _searched(a, fit.unknowns.joints):
             now, states = _chi2(fit, states, out[k])
-            profile, states = _profile(fit, states, out[k], p, index)
+            profile, states = _profile(fit, states=states, a=out[k], p=p, index=index)
             best = min(profile, key=lambda r: r.chi2, default=None)
             if best is not None and best.chi2 < now * (1 - 1e-9):
                 out[k], found = with_number(out[k], p.name, index, best.value), True
@@ -58,7 +58,7 @@ def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, di
     states = fit.states
     for a in additions:
         for p, index in _searched(a, fit.unknowns.joints):
-            profile, states = _profile(fit, states, a, p, index)
+            profile, states = _profile(fit, states=states, a=a, p=p, index=index)
             if not profile:
                 continue
             limit = float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2

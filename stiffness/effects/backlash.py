@@ -12,17 +12,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import (
-    Clamp,
-    Effect,
-    Floats,
-    JointInput,
-    Memory,
-    Numbers,
-    Parameter,
-    TargetClamp,
-    Values,
-)
+from stiffness.effects.effect import Effect, Floats, JointInput, Numbers, Parameter, Values
+from stiffness.effects.memory import Clamp, Memory, TargetClamp
 
 AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
 _NO_TORQUE = 0.01  # N*m: no gear turns freely under less; a torque that is zero by symmetry chooses no flank

@@ -22,18 +22,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import (
-    REVERSAL,
-    Clamp,
-    Effect,
-    Floats,
-    JointInput,
-    Memory,
-    Numbers,
-    Parameter,
-    TargetClamp,
-    Values,
-)
+from stiffness.effects.effect import REVERSAL, Effect, Floats, JointInput, Numbers, Parameter, Values
+from stiffness.effects.memory import Clamp, Memory, TargetClamp
 
 RATIOS = (1.0, 0.5, 2.0, 0.25)  # of the operators' thresholds: 8 to 1 in octaves, the first one's in their middle
 WEIGHTS = ("weight_half", "weight_double", "weight_quarter")  # of the operators after the first

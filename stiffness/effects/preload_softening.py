@@ -13,17 +13,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import (
-    REVERSAL,
-    Clamp,
-    Effect,
-    Floats,
-    JointInput,
-    Memory,
-    Numbers,
-    Parameter,
-    Values,
-)
+from stiffness.effects.effect import REVERSAL, Effect, Floats, JointInput, Numbers, Parameter, Values
+from stiffness.effects.memory import Clamp, Memory
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg
 
 from stiffness.effects.effect import Floats
 
@@ -43,7 +42,7 @@ def nearest_semidefinite(wanted: Floats, precision: Floats, *, unit_diagonal: bo
             turned = inner @ basis
             gradient = precision @ (c - target) - mu * np.trace(turned, axis1=1, axis2=2)
             curved = precision + mu * np.einsum("pij,qji->pq", turned, turned)
-            step = -linalg.solve(curved, gradient, assume_a="pos")
+            step = -np.linalg.solve(curved, gradient)
             # along a Newton step of a barrier 1 / (1 + length) of it is safe
             length = float(np.sqrt(max(-gradient @ step, 0.0) / mu))
             c = c + step * (1.0 if length < 0.25 else 1 / (1 + length))

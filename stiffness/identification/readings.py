@@ -247,7 +247,14 @@ class SweepKey:
         ]
         com = () if tool.com is None else tuple(tool.com)
         held = (tuple(tool.position), tuple(tool.rotation.ravel()), (tool.mass,), com)
-        return cls(robot, effects, tuple(given), held, tuple(map(float, gravity)), calibrated_out)
+        return cls(
+            robot=robot,
+            effects=effects,
+            given=tuple(given),
+            tool=held,
+            gravity=tuple(map(float, gravity)),
+            calibrated_out=calibrated_out,
+        )
 
     def model(self) -> ReadingModel:
         """With all numbers free."""

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, Memory, Numbers, TargetClamp
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.effects.memory import Memory, TargetClamp
 from stiffness.memory.clamp_scan import scan
 from stiffness.memory.state_columns import state_columns
 

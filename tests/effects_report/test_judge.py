@@ -20,7 +20,8 @@ from tests.plant.cells import SCENARIOS, SINGLE
 GOOD = Row(
     arm="ur10", scenario="backlash joint-1", seed=1, size=3.0, of="left",
     truth=(("backlash", ("joint-1",)),), change=4.0, left=3.0, verdict="explained",
-    named=(Named("backlash", ("joint-1",), ()),), moved=(), points_at=(("joint-1", 0.9, "approach"),),
+    named=(Named("backlash", ("joint-1",), ()),), added=("backlash",),
+    at_hand=("joint-stiffness",), moved=(), points_at=(("joint-1", 0.9, "approach"),),
     before={"displacement": 9e-5, "absolute": 7e-5}, after={"displacement": 3e-5, "absolute": 2.1e-5},
     floor={"displacement": 3e-5, "absolute": 2e-5}, told={"displacement": 2.9e-5, "absolute": 2.05e-5},
     distance=("backlash gap_rad[1]", 1.4), compared=7, notes=(), seconds=1.0,

@@ -13,7 +13,7 @@ from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.wrench_scale import wrench_doubt
 from stiffness.identification.evaluate import evaluate
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
 from stiffness.session.table import SessionError
 from tests.stiffness.bench_lab import Lab

@@ -13,7 +13,7 @@ import pytest
 from stiffness.diagnosis.change_test import line_test, step_test
 from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.jumps import CHANCE, MeasurementChange, measurement_changes
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
 from tests.plant import lab
 from tests.plant.lab_design import random_setups

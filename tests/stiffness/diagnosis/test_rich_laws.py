@@ -13,7 +13,7 @@ import pytest
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.effects import BASE, BY_NAME
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.session.session import load_session
 from tests.plant import ailments_joint as joint
 from tests.plant.ailment import Ailment

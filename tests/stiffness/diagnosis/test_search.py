@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged, with_sites
-from stiffness.diagnosis.adoption import adopted, pruned
+from stiffness.diagnosis.adoption import adopted, pruned, site_chance
 from stiffness.diagnosis.candidates import columns_of
 from stiffness.diagnosis.linearisation import FOLDS, WARMED, fold_of
 from stiffness.diagnosis.search import Search
@@ -34,7 +34,7 @@ def addition(name: str, *where: str) -> Addition:
 def searched(session: Session, base: tuple[Effect, ...] = (BASE,)) -> set[str]:
     model = sick("clean").fits
     fits = ModelFits.of([session], base, model.values, [np.ones(len(session), dtype=bool)])
-    return {e.name for e in Search(fits, lambda text: None).effects}
+    return {e.name for e in Search(fits, (), lambda text: None).effects}
 
 
 def test_only_what_the_sessions_could_show_is_looked_for() -> None:
@@ -62,7 +62,7 @@ def test_what_the_model_has_is_not_looked_for() -> None:
         used=whole.fits.used,
         allowed=whole.fits.allowed,
     )
-    assert "backlash" not in {e.name for e in Search(fits, lambda text: None).effects}
+    assert "backlash" not in {e.name for e in Search(fits, (), lambda text: None).effects}
 
 
 def test_setups_are_dealt_to_folds_in_turn() -> None:
@@ -136,7 +136,7 @@ def test_the_chance_of_a_site_is_that_of_the_chi_square_that_it_saves() -> None:
     clean = sick("clean")
     found = [addition("payload", "tool")]
     fit = clean.fits.fit(found, clean.base)
-    chance = clean.search._chance(fit, found[0], found[0].sites[0])
+    chance = site_chance(clean.fits, fit, found[0], found[0].sites[0])
     saved = clean.base.solution.chi2 - fit.solution.chi2
     assert chance == pytest.approx(stats.chi2.sf(saved, 1), abs=0.05)
     assert chance > 1e-3
@@ -156,7 +156,7 @@ def test_the_chance_of_a_site_is_that_of_the_chi_square_that_it_saves() -> None:
 def test_a_search_adds_what_is_there(scenario: str, expected: list[tuple[str, tuple[str, ...]]]) -> None:
     told: list[str] = []
     ill: Sick = sick(scenario)
-    search = Search(ill.fits, told.append)
+    search = Search(ill.fits, (), told.append)
     fit, additions = search.run(search.linearisation.at(ill.base, []))
     assert [(a.effect.name, a.where) for a in additions] == expected
     assert bool(told) == bool(expected)

@@ -15,9 +15,9 @@ from stiffness.effects import BASE
 from stiffness.identification.evaluate import predicted_by, predicted_rigid
 from stiffness.identification.fit import Fit
 from stiffness.identification.gauge import TOLD
-from stiffness.identification.identify import identify
 from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.placed_station import placed_reflectors, placed_trackers
+from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
 from tests.plant.lab import Form, Noise, Notes, Target, measure
 from tests.plant.lab_design import random_setups

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from stiffness.identification.evaluate import evaluate
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
 from tests.plant.lab import Form

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffness.effects import BASE
-from stiffness.identification.identify import identify
 from stiffness.identification.setup_statistics import SetupStatistics
+from stiffness.identify import identify
 from stiffness.numerics.least_squares import Whitened, inverse, whitened
 from stiffness.session.session import load_session
 from tests.plant.cell_design import CELLS

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from stiffness.identification.identify import identify
 from stiffness.identification.outliers import contradicting
+from stiffness.identify import identify
 from stiffness.session.far_readings import far_rows
 from stiffness.session.session import Session, load_session
 from tests.plant import lab

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffness.diagnosis.regressors import columns
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.session.session import load_session
 from stiffness.session.table import SessionError
 from tests.plant import lab
