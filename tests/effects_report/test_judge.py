@@ -12,7 +12,7 @@ from tests.effects_report.__main__ import QUICK
 from tests.effects_report.case import Named, Row
 from tests.effects_report.judge import misses, sure
 from tests.effects_report.table import markdown
-from tests.effects_report.told import sites, told
+from tests.effects_report.told import SINGLY, sites, told
 from tests.plant.ailment import Truth
 from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS, SINGLE
@@ -114,9 +114,10 @@ def test_words_of_the_plant_are_sites_and_numbers_of_the_catalogue(name: str) ->
                 p = parameters[parameter]
                 assert 0 <= index < p.count(6)
                 assert p.low <= value <= p.high
-        assert any(np.any(np.array(list(n.values()), dtype=float)) for n in (hint.exact, *hint.starts))
+        hinted = any(np.any(np.array(list(n.values()), dtype=float)) for n in (hint.exact, *hint.starts))
+        assert hinted != (len(ailment.where) > 1 and ailment.effect in SINGLY)
 
 
 def test_quick_cases_are_there() -> None:
-    assert {name for _, name in QUICK} <= set(SCENARIOS)
-    assert {arm for arm, _ in QUICK} <= set(CELLS)
+    assert {name for _, name, _ in QUICK} <= set(SCENARIOS)
+    assert {arm for arm, _, _ in QUICK} <= set(CELLS)
