@@ -175,7 +175,7 @@ SINGLE: dict[str, Ailment] = {
     "kinematic-offset all": several(
         "every zero and every frame",
         [(body.zero(k), g) for k, g in zip(JOINTS, (1.0, -0.6, 0.8, 2.0, -1.5, 2.5), strict=True)]
-        + [(body.geometry(k), g) for k, g in zip(JOINTS, (0.8, -1.0, 0.5, -0.7, 0.6, 0.4), strict=True)],
+        + [(body.geometry(k), g) for k, g in zip(JOINTS[:5], (0.8, -1.0, 0.5, -0.7, 0.6), strict=True)],
     ),
 } | {f"unknown {name}": make() for name, make in UNKNOWN.items()}
 
