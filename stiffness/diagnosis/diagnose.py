@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alternatives
 from stiffness.diagnosis.attribution import ResidualSource
-from stiffness.diagnosis.held_out import FEWEST, held_out, held_out_scores
+from stiffness.diagnosis.held_out import held_out, held_out_scores
 from stiffness.diagnosis.known_effects import KnownEffects, with_known
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.refined_model import refined_model
@@ -32,6 +32,7 @@ from stiffness.session.repeats import with_repeats
 from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
+ENOUGH = 6  # set-ups: one per joint
 Say = Callable[[str], None]
 
 
@@ -76,7 +77,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     fits = ModelFits.of(sessions, effects, values, [~h for h in held])
     say("fitting the model's own parameters")
     fits, base = _without_outliers(fits, fits.fit([]), [])
-    enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= FEWEST
+    enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= ENOUGH
     own = KnownEffects.of(model, effects, sessions)
     bare = replace(fits, base=own.base, given=own.given, nothing=ROUGH)
     found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
@@ -176,7 +177,7 @@ def _verdict(
     """The verdict, and what the report has to note on it; ``other``: whether effects have been added or removed."""
     if not enough:
         count = sum(len(np.unique(s.samples.setup)) for s in sessions)
-        return "insufficient-data", [f"{count} set-ups: fewer than {FEWEST} cannot tell; measure more postures"]
+        return "insufficient-data", [f"{count} set-ups: fewer than {ENOUGH} cannot tell; measure more postures"]
     if structure.left:
         return "unexplained", []
     if other:

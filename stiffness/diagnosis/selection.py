@@ -22,6 +22,7 @@ Floats = npt.NDArray[np.float64]
 
 CHANCE = 0.01  # false-positive rate: of one session of a robot to whose model nothing needs to be added
 STEADY = 1.5  # standard errors of the mean by which held-out folds have to improve
+FEWEST = 8  # folds; what one set-up in seven shows, the other six cannot bear out
 MOST = 14  # terms
 TRIED = 5  # of the best terms, where the best does not improve the cross-validated chi-square
 ROUNDS = 3  # of exchanges per step
@@ -58,10 +59,14 @@ class Selection:
 
 
 class Selector:
-    """Compares terms by the normal equations of one fit, which has ``freedom`` degrees of freedom."""
+    """Compares terms by the normal equations of one fit, which has ``freedom`` degrees of freedom.
+
+    Where there are too few folds for cross-validation, significance and BIC decide alone.
+    """
 
     def __init__(self, equations: NormalEquations, terms: Sequence[Term], freedom: float) -> None:
         self.equations, self.terms, self.freedom = equations, tuple(terms), freedom
+        self._crossed = len(equations.folds) >= FEWEST
         self.tried = max(len(self.terms), 1)  # what chance could have picked from
         self._cost = float(np.log(max(equations.count, 8)))
 
@@ -92,7 +97,7 @@ class Selector:
         drop, numbers = (more.fit.gain - less.fit.gain) / more.scale, max(more.fit.rank - less.fit.rank, 1)
         if stats.chi2.sf(max(drop, 0.0), numbers) * self.tried > CHANCE or more.bic_gain <= less.bic_gain:
             return False
-        return steady(self.cross_validated(less.terms) - self.cross_validated(more.terms))
+        return not self._crossed or steady(self.cross_validated(less.terms) - self.cross_validated(more.terms))
 
     def forward(self) -> Selection:
         """The selected terms."""
