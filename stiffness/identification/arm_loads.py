@@ -11,6 +11,8 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
+PIECE = 512  # readings at a time
+
 
 @dataclass(frozen=True)
 class LoadKind:
@@ -89,3 +91,9 @@ class ArmEquilibria:
             for rows, part in parts:
                 out[name][rows] = getattr(part, name)
         return cls(**out)
+
+
+def pieces_of_links(link: Index) -> list[Index]:
+    """Readings of one link each (k,), few enough at a time to keep memory small."""
+    each = [np.flatnonzero(link == k) for k in np.unique(link)]
+    return [part for rows in each for part in np.array_split(rows, -(-len(rows) // PIECE))]

@@ -19,6 +19,7 @@ from stiffness.numerics.kernel import Kernel
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
+PIECE = 512  # arms at a time: their slopes stay in the cache
 STEPS = 6
 SETTLED = 1e-5  # m and rad: the error that the next step would take away is its square
 
@@ -65,6 +66,13 @@ class EquilibriumKernel:
         Args:
             inputs: (N, width) or (width,) each. x: (N, m) start.
         """
+        pieces = [slice(a, a + PIECE) for a in range(0, max(len(x), 1), PIECE)]
+        found = [self._piece([v[rows] if v.ndim == 2 else v for v in inputs], x[rows]) for rows in pieces]
+        out, torque, by = (np.concatenate(part) for part in zip(*found, strict=True))
+        return out, torque, np.split(by, np.cumsum(self.widths)[:-1], axis=2)
+
+    def _piece(self, inputs: Sequence[Floats], x: Floats) -> tuple[Floats, Floats, Floats]:
+        """Coordinates, torques, and all slopes (N, m, sum of widths) of a few arms."""
         x, width = x.copy(), sum(self.widths)
         for _ in range(STEPS):
             new, torque, nonzero = self.kernel.run(*inputs, x)
@@ -75,7 +83,7 @@ class EquilibriumKernel:
             x += solved[:, :, width]
             if np.abs(solved[:, :, width]).max(initial=0.0) < SETTLED:
                 break
-        return x, torque, np.split(solved[:, :, :width], np.cumsum(self.widths)[:-1], axis=2)
+        return x, torque, solved[:, :, :width]
 
     def _solved(self, by_x: Floats, right: Floats) -> Floats:
         """(I - F_x)^-1 times ``right`` (N, m, k)."""

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
-from stiffness.identification.arm_loads import ArmEquilibria
+from stiffness.identification.arm_loads import ArmEquilibria, pieces_of_links
 from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.station import TrackerPoses
@@ -192,9 +192,9 @@ class SessionPredictor:
         s, count, tables = self.data.samples, len(self.data.samples), self.model.tables
         base, link = np.empty((count, 3)), np.empty((count, 3, 3))
         by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (len(p), 6, arms.by_state.shape[2]))
-        for k in np.unique(self.data.link):
-            rows = np.flatnonzero(self.data.link == k)
-            out = self.model.positions(arms.take(of[rows]), int(k), places[s.reflector[rows]])
+        for rows in pieces_of_links(self.data.link):
+            k = int(self.data.link[rows[0]])
+            out = self.model.positions(arms.take(of[rows]), k, places[s.reflector[rows]])
             base[rows], link[rows] = out.position, out.rotation
             by_w[rows], by_state[rows] = out.by_wrench, out.by_state
             every = np.empty((len(rows), 3, len(p)))
