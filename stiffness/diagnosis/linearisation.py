@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.candidates import Column, Term, columns_of
+from stiffness.diagnosis.held_out import FEWEST
 from stiffness.diagnosis.linear_fit import NormalEquations
 from stiffness.diagnosis.selection import Selector
 from stiffness.diagnosis.sensitivities import Sensitivities
@@ -60,7 +61,9 @@ class Linearisation:
         width = len(fit.solution.vector)
         equations, fit = normal_equations(fit, more, np.full(width, 1e-12) + weak(fit))
         terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
-        return Linearised(fit, tuple(columns), Selector(equations, terms, fit.solution.freedom))
+        crossed = sum(len(np.unique(s.samples.setup)) for s in fit.sessions) >= FEWEST
+        selector = Selector(equations, terms, fit.solution.freedom, crossed=crossed)
+        return Linearised(fit, tuple(columns), selector)
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivities, ...]:

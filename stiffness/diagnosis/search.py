@@ -134,7 +134,8 @@ def _layout(additions: Sequence[Addition]) -> set[tuple[object, ...]]:
 
 def within(selector: Selector, effect: Effect) -> Selection:
     """The sites of one effect that lower the BIC, one after the other."""
-    own = Selector(selector.equations, [t for t in selector.terms if t.effect is effect], selector.freedom)
+    terms = [t for t in selector.terms if t.effect is effect]
+    own = Selector(selector.equations, terms, selector.freedom, crossed=selector.crossed)
     chosen = own.together([])
     while len(chosen.terms) < MOST_SITES:
         ranked = own.ranked(chosen)
