@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.candidates import Column, Term, columns_of
-from stiffness.diagnosis.held_out import FEWEST
 from stiffness.diagnosis.linear_fit import NormalEquations
-from stiffness.diagnosis.selection import Selector
+from stiffness.diagnosis.selection import CROSSED, Selector
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
@@ -61,7 +60,7 @@ class Linearisation:
         width = len(fit.solution.vector)
         equations, fit = normal_equations(fit, more, np.full(width, 1e-12) + weak(fit))
         terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
-        crossed = sum(len(np.unique(s.samples.setup)) for s in fit.sessions) >= FEWEST
+        crossed = sum(len(np.unique(s.samples.setup)) for s in fit.sessions) >= CROSSED
         selector = Selector(equations, terms, fit.solution.freedom, crossed=crossed)
         return Linearised(fit, tuple(columns), selector)
 

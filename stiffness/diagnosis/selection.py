@@ -22,6 +22,7 @@ Floats = npt.NDArray[np.float64]
 
 CHANCE = 0.01  # false-positive rate: of one session of a robot to whose model nothing needs to be added
 STEADY = 1.5  # standard errors of the mean by which held-out folds have to improve
+CROSSED = 8  # set-ups from which on cross-validation decides too
 MOST = 14  # terms
 PROMISING = 12  # steps that are fitted together with all that is chosen
 TABLED = 2.0  # price of a number of a table
