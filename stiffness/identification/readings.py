@@ -79,7 +79,7 @@ class ReadingModel:
         self._gravity = ca.SX(ca.DM(gravity))
         self.tables = AngleTables(robot.n, unknowns, fixed)
         self._every = every_number(unknowns.effects, robot.n)
-        self._sweep = SweepKey.of(robot, unknowns.effects, fixed, tool, gravity=gravity, calibrated_out=calibrated_out)
+        self.sweep = SweepKey.of(robot, unknowns.effects, fixed, tool, gravity=gravity, calibrated_out=calibrated_out)
 
     @property
     def n_x(self) -> int:
@@ -103,7 +103,7 @@ class ReadingModel:
         values = self.unknowns.values(p, self.fixed)
         error = self.tables.error(loads.q, p)
         inputs = (loads.q, loads.wrench, loads.point, loads.state, loads.payload, loads.warm, error)
-        new, torque, by = equilibrium_kernel(self._sweep, kind).run([*inputs, self._every.start(values)], x)
+        new, torque, by = equilibrium_kernel(self.sweep, kind).run([*inputs, self._every.start(values)], x)
         by[0] = by[0][:, :, self._own]
         return ArmEquilibria(loads.q, new, torque, *by)
 

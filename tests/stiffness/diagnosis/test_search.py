@@ -13,7 +13,7 @@ from stiffness.diagnosis.adoption import adopted, pruned, site_chance
 from stiffness.diagnosis.candidates import columns_of
 from stiffness.diagnosis.linearisation import FOLDS, WARMED, fold_of
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.searched_numbers import with_better_numbers, with_number
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers, with_number
 from stiffness.effects import BASE, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.session.session import Session
@@ -253,3 +253,29 @@ def test_where_nothing_switches_there_is_nothing_to_search() -> None:
     found = [addition("payload", "tool")]
     fit = clean.fits.fit(found, clean.base)
     assert with_better_numbers(fit, found) is None
+
+
+def test_the_interval_of_a_searched_number_is_that_of_refits() -> None:
+    """Half the range of breakaway torques whose refit is within 3.84 of the best chi-square, over 1.96."""
+    ill = sick("backlash joint-3")
+    found = [addition("backlash", "joint-3")]
+    fit = ill.fits.fit(found, ill.base)
+    for _ in range(2):
+        better = with_better_numbers(fit, at_values_of(fit, found))
+        if better is None:
+            break
+        found, fit = better, ill.fits.fit(better, fit)
+    sd = searched_deviations(fit, at_values_of(fit, found))["backlash"]
+    torque = np.unique(np.abs(fit.sessions[0].predicted.torque[:, 2]))
+    low, high = torque[:-1], torque[1:]
+    near = np.abs(low - found[0].values["breakaway_nm"][2]) < 6 * max(float(sd["breakaway_nm"][2]), 1.0)
+    inside = []
+    for a, b in zip(low[near], high[near], strict=True):
+        trial = [with_number(found[0], "breakaway_nm", 2, float(0.5 * (a + b)))]
+        if ill.fits.fit(trial, fit).solution.chi2 < fit.solution.chi2 + 3.84 * fit.solution.misfit**2:
+            inside += [a, b]
+    width = (max(inside) - min(inside)) / (2 * 1.96)
+    assert 0.5 * width < sd["breakaway_nm"][2] < 4 * width  # linearised, and of ranges that hold several torques
+    assert sd["breakaway_nm"][2] < 0.2 * torque[-1]
+    assert np.all(sd["breakaway_nm"][[0, 1, 3, 4, 5]] == 0)
+    assert sd["side"][2] == 0.0  # the other side is out of the question
