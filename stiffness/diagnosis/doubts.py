@@ -10,6 +10,7 @@ import numpy.typing as npt
 from stiffness.diagnosis.doubt import Doubt
 from stiffness.diagnosis.jumps import measurement_changes
 from stiffness.diagnosis.wrench_scale import wrench_doubt
+from stiffness.identification.fit import CLEAR
 from stiffness.identification.outliers import WRONG, contradicting
 from stiffness.identification.session_fit import SessionFit
 from stiffness.session.session import Session
@@ -32,8 +33,15 @@ def session_doubts(fits: Sequence[SessionFit], wrong: Sequence[tuple[str, int]] 
         lines = [line for source, line in wrong if source == fit.session.source]
         out_of_fit = (fit.allowed & ~fit.used) if not wrong else np.isin(fit.samples.line, lines)
         out += [d for d in (left_out(fit.session, out_of_fit), _staying(fit)) if d is not None]
-        out += [Doubt(c.samples, c.sentence, first=c.after) for c in measurement_changes(fit)]
+        out += [Doubt(c.samples, c.sentence, first=c.after) for c in measurement_changes(fit) if c.size > _left(fit)]
     return tuple(out)
+
+
+def _left(fit: SessionFit) -> float:
+    """m, what the model leaves of a reading, where that is more than noise: a smaller change may be the model's."""
+    off = (fit.samples.position - fit.predicted.position)[fit.used] / fit.samples.sd[fit.used]
+    square = float(np.mean(off**2))
+    return float(np.sqrt(3 * square) * np.median(fit.samples.sd)) if square > CLEAR**2 else 0.0
 
 
 def left_out(session: Session, wrong: Bools) -> Doubt | None:
