@@ -21,7 +21,7 @@ Index = npt.NDArray[np.intp]
 
 PIECE = 512  # arms at a time: their slopes stay in the cache
 STEPS = 6
-SETTLED = 1e-5  # m and rad: the error that the next step would take away is its square
+SETTLED = 1e-6  # m and rad: the error that the next step would take away is its square
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from stiffness.diagnosis.doubts import session_doubts
 from stiffness.identification.outliers import contradicting
 from stiffness.identify import identify
 from stiffness.session.far_readings import far_rows
@@ -74,14 +75,17 @@ def test_a_gross_row_is_found_beside_structure(loose: Session) -> None:
 
 
 def test_a_reflector_of_which_a_quarter_is_moved_loses_no_rows(clean: Session) -> None:
-    """Too many to be wrong: they stay, and are said to contradict."""
+    """Too many to be wrong: they stay, and it is said what happened to them."""
     rows = np.flatnonzero(clean.samples.reflector == 0)[-18:]
     position = clean.samples.position.copy()
     position[rows] += [0.004, 0.0, 0.003]
     moved = replace(clean, samples=replace(clean.samples, position=position))
     fit = identify([moved], ["joint-stiffness", "kinematic-offset"])
     assert len(fit.outlier_rows()) <= 6
-    assert contradicting(fit.sessions[0])[rows].sum() > 9
+    assert contradicting(fit.sessions[0])[rows].sum() > 3
+    (said,) = session_doubts(fit.sessions)
+    assert "jumped" in said.what and clean.reflectors[0].name in said.what
+    assert said.first == clean.samples.line[rows[0]]
     assert not contradicting(identify([clean], ["joint-stiffness"]).sessions[0]).any()
 
 
