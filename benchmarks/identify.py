@@ -19,10 +19,10 @@ from scipy.spatial.transform import Rotation
 from benchmarks.table import Row
 from benchmarks.timing import interleaved, on_cores
 from stiffness.effects import BY_NAME
-from stiffness.identification.identify import identify
 from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import unknowns
+from stiffness.identify import identify
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 from stiffness.session.session import Session, load_session

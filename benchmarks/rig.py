@@ -32,6 +32,8 @@ RICHER = {
         "windup_rad": np.full(6, 5e-5),
         "knee_nm": np.array([400.0, 400, 300, 100, 60, 40]),
         "further_rad": np.zeros(6),
+        "knee_ratio": np.full(6, 4.0),
+        "sharpness": np.zeros(6),
     },
     "tool-compliance": {
         "linear_m_per_n": np.array([2.0e-8, 2.5e-8, 8e-9]),

@@ -108,11 +108,12 @@ def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verb
     """Turn measurement SESSIONS of one robot into a stiffness model."""
     from compensator.tasks.identify import identify_files
     from compensator.terminal.fit import show_fit
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_warnings, progress
 
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
         done = identify_files(sessions, output, effects=names, say=say, **options)
+    print_warnings(done.report, done.warnings)
     show_fit(done)
 
 
@@ -130,10 +131,11 @@ def diagnose(
     """Say what MODEL lacks in the readings of SESSIONS, add it, and say how much better that is."""
     from compensator.report.words.diagnosis import diagnosis_lines
     from compensator.tasks.diagnose import diagnose_files
-    from compensator.terminal.screen import progress, show_lines
+    from compensator.terminal.screen import print_warnings, progress, show_lines
 
     with progress(verbose) as say:
         done = diagnose_files(sessions, model, output, json=json, html=html, say=say)
+    print_warnings(done.report, done.warnings)
     show_lines([*diagnosis_lines(done.diagnosis, done.report), *(f"wrote {file}" for file in done.files)])
 
 
@@ -148,10 +150,11 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
     """Say how well a model predicts the readings of SESSION."""
     from compensator.tasks.identify import evaluate_file
     from compensator.terminal.fit import show_evaluation
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_warnings, progress
 
     with progress(verbose) as say:
         _, report = evaluate_file(session, model, register=register, json=json, say=say)
+    print_warnings(report)
     show_evaluation(report)
 
 

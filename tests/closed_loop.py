@@ -20,10 +20,10 @@ WELL = 0.998  # short of that, it is looked into what limits the result
 Row = dict[str, Any]
 
 
-def row(scenario: str, arm: str, size: float, seed: int) -> Row:
+def row(scenario: str, arm: str, size: float, seed: int, flow: str) -> Row:
     """One ill cell, all of its programs run on the plant. Errors in um."""
     with tempfile.TemporaryDirectory() as folder:
-        ill = Ill.make(scenario, arm, Path(folder), size=size, seed=seed)
+        ill = Ill.make(scenario, arm, Path(folder), size=size, seed=seed, at_once=flow == "b")
         before, joints, found = ill.errors(None), ill.errors(ill.at_hand), ill.diagnosis
         refined = _tried(ill, "refined", before)
         out: Row = {
@@ -31,6 +31,7 @@ def row(scenario: str, arm: str, size: float, seed: int) -> Row:
             "arm": arm,
             "size": size,
             "seed": seed,
+            "flow": flow,
             "verdict": found.verdict,
             "added": [f"{a.effect} {' '.join(a.where)}" for a in found.added],
             "none": _row(before),
@@ -120,16 +121,17 @@ def main() -> None:
     parser.add_argument("--only", default="", help="part of a scenario's name")
     parser.add_argument("--size", type=float, default=5.0, help="of the ailment, in noise floors")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--flow", choices=("a", "b"), default="a", help="of a healthy session, or the ill one")
     given = parser.parse_args()
     lines = given.rows.read_text().splitlines() if given.rows and given.rows.exists() else []
     kept = [json.loads(line) for line in lines]
-    done = {(r["arm"], r["scenario"], r["size"], r["seed"]): r for r in kept}
+    done = {(r["arm"], r["scenario"], r["size"], r["seed"], r.get("flow", "a")): r for r in kept}
     rows = []
     for arm in given.arm or PLACES:
         for name in (n for n in acting() if given.only in n):
-            key = (arm, name, given.size, given.seed)
+            key = (arm, name, given.size, given.seed, given.flow)
             if key not in done:
-                done[key] = row(name, arm, given.size, given.seed)
+                done[key] = row(name, arm, size=given.size, seed=given.seed, flow=given.flow)
                 if given.rows:
                     with given.rows.open("a") as stream:
                         stream.write(json.dumps(done[key]) + "\n")

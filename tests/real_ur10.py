@@ -18,7 +18,7 @@ from stiffness.diagnosis.refined_model import refined_model
 from stiffness.effects import BY_NAME
 from stiffness.identification.evaluate import evaluate
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session, load_session
 

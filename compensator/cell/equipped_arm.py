@@ -14,7 +14,8 @@ from compensator.path.tool_set import ToolSet
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import EquilibriumError
 from stiffness.kinematics.inverse import Inverse
-from stiffness.memory.preload import PreloadState, unknown
+from stiffness.memory.preload import PreloadState, base_stiffness, unknown
+from stiffness.memory.state_columns import state_columns
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
 from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
@@ -107,14 +108,12 @@ class EquippedArm:
 
     def joint_states(self, state: Floats) -> Floats:
         """(N, n) rad: the part of ``state`` that is itself a joint deflection."""
-        n = self.robot.n
-        total = np.zeros((len(state), n))
-        at = 0
+        columns = state_columns(self.effects, self.robot.n)
+        stiffness = base_stiffness(self.effects, self.values, self.robot.n)
+        total = np.zeros((len(state), self.robot.n))
         for e in self.effects:
-            if e.memory:
-                if np.any(e.memory.gain(self.values[e.name]) != 0):
-                    total += state[:, at : at + n]
-                at += n
+            if e.memory and e.memory.deflection:
+                total += e.memory.deflection(state[:, columns[e.name]], stiffness)
         return total
 
 

@@ -7,6 +7,9 @@ import numpy as np
 from compensator.errors import SolveError
 from compensator.path.pose_text import mm, place
 from compensator.solve.compensation import Compensation
+from toolpaths.finding import WARNING, Finding
+
+FELT = 1.0  # N*m: less of a process is no load
 
 
 def refuse_unsafe(c: Compensation) -> None:
@@ -37,15 +40,24 @@ def refuse_unsafe(c: Compensation) -> None:
 
 def _check_identified(c: Compensation) -> None:
     """Refuse a path that loads a joint whose stiffness the data did not determine."""
+    for found in unidentified_loads(c):
+        raise SolveError(f"{found.place}: {found.what}; {found.remedy}")
+
+
+def unidentified_loads(c: Compensation) -> list[Finding]:
+    """A warning for each joint that the process loads and whose stiffness the data did not determine."""
+    out = []
     for effect, flags in c.job.arm.model.identified.items():
         if flags.all():
             continue
         unloaded = c.job.arm.forward(c.path.toolpath, c.command.q, np.zeros_like(c.wrench), c.state.middle)
         process = np.abs(c.command.torque - unloaded.torque)
         for j in np.flatnonzero(~flags):
-            if process[:, j].max() > 1.0:
+            if process[:, j].max() > FELT:
                 k = int(np.argmax(process[:, j]))
-                raise SolveError(
-                    f"{place(c.path.toolpath, k)}: the process loads joint {j + 1} with {process[k, j]:.0f} N*m, but "
-                    f"{effect} of joint {j + 1} is not identified in {c.job.arm.model.source}; measure it first"
+                what = (
+                    f"the process loads joint {j + 1} with {process[k, j]:.0f} N*m, but {effect} of joint {j + 1} "
+                    f"is not identified in {c.job.arm.model.source}"
                 )
+                out.append(Finding(WARNING, place(c.path.toolpath, k), what, "measure it first"))
+    return out

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
+from compensator.solve.command_bounds import unidentified_loads
 from compensator.solve.compensation import Compensation
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.numerics.kernel import Kernel
@@ -33,7 +34,7 @@ class NotLearned:
     Attributes:
         effect: its name. joint: counted from 1.
         low, high: rad, the commanded angles there.
-        poses: how many. sd: m, the largest standard deviation of the TCP there.
+        poses: how many, ``of`` so many. sd: m, the largest standard deviation of the TCP there.
     """
 
     effect: str
@@ -41,7 +42,13 @@ class NotLearned:
     low: float
     high: float
     poses: int
+    of: int
     sd: float
+
+    @property
+    def share(self) -> float:
+        """Of all poses."""
+        return self.poses / max(self.of, 1)
 
     def as_dict(self) -> dict[str, Any]:
         """As in the JSON report."""
@@ -51,15 +58,17 @@ class NotLearned:
             "from_deg": float(np.degrees(self.low)),
             "to_deg": float(np.degrees(self.high)),
             "poses": self.poses,
+            "share_of_poses": self.share,
             "sd_mm": self.sd * 1e3,
         }
 
     def __str__(self) -> str:
         low, high = (f"{np.degrees(a):.1f}" for a in (self.low, self.high))
         where = f"at {low} deg" if low == high else f"between {low} and {high} deg"
+        share = f"{100 * self.share:.3g} % of the poses"
         return (
-            f"{self.effect} of joint {self.joint} was not learned {where}: it contributes nothing there, and the TCP "
-            f"is uncertain by {self.sd * 1e3:.2g} mm (one sd) more"
+            f"{self.effect} of joint {self.joint} was not learned {where}: it contributes nothing there ({share}), and "
+            f"the TCP is uncertain by {self.sd * 1e3:.2g} mm (one sd) more"
         )
 
 
@@ -104,7 +113,7 @@ class AngleUncertainty:
                 out.append(
                     NotLearned(
                         effect=effect.name, joint=j + 1, low=float(angle.min()), high=float(angle.max()),
-                        poses=len(rows), sd=float(sd[rows, j].max()),
+                        poses=len(rows), of=len(q), sd=float(sd[rows, j].max()),
                     )
                 )  # fmt: skip
         return out
@@ -166,26 +175,29 @@ class OpenAngles:
     Attributes:
         not_learned: angles that the path goes through and no reading told of.
         sd: (M,) m at the TCP of each cutting pose, one standard deviation.
+        loads: warnings of loads on joints whose stiffness is not identified.
     """
 
     not_learned: tuple[NotLearned, ...]
     sd: Floats
+    loads: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         return f"OpenAngles({len(self.not_learned)} not learned, {len(self.sd)} poses)"
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """A note for each stretch of angles."""
-        return tuple(Finding(NOTE, "", str(part)) for part in self.not_learned)
+        """The warnings, and a note for each stretch of angles."""
+        return self.loads + tuple(Finding(NOTE, "", str(part)) for part in self.not_learned)
 
 
 def open_angles(c: Compensation, q: Floats) -> OpenAngles:
     """What is left open where a path cuts, with the commands ``q`` (N, n) rad."""
     arm, cut = c.job.arm, c.cutting
     unsure = AngleUncertainty(arm.robot, arm.effects, arm.values, arm.model.sd)
+    loads = tuple(unidentified_loads(c))
     if not unsure.effects:
-        return OpenAngles((), np.zeros(int(cut.sum())))
+        return OpenAngles((), np.zeros(int(cut.sum())), loads)
     number = c.path.toolpath.tool[cut]
     tcp = np.array([arm.tools.tool(int(k)).position for k in number]).reshape(-1, 3)
-    return OpenAngles(tuple(unsure.not_learned(q[cut], tcp)), unsure.at_tcp(q[cut], tcp))
+    return OpenAngles(tuple(unsure.not_learned(q[cut], tcp)), unsure.at_tcp(q[cut], tcp), loads)

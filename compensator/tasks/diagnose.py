@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.text import as_json
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import refuse_clashes
+from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
 from compensator.tasks.say import Say, quiet
 from compensator.version import version
@@ -22,11 +23,12 @@ from stiffness.session.session import Session, load_session
 
 @dataclass(frozen=True, repr=False)
 class Diagnosed:
-    """A diagnosis, its JSON report, and the files that were written."""
+    """A diagnosis, its JSON report, the files that were written, and ``warnings`` about these."""
 
     diagnosis: Diagnosis
     report: dict[str, Any]
     files: tuple[Path, ...]
+    warnings: tuple[str, ...] = ()
 
 
 def diagnose_files(
@@ -60,26 +62,22 @@ def diagnose_files(
         texts.append((output, refined_text(found, known, loaded, output)))
     if json:
         texts.append((json, as_json(report)))
-    if html:
-        say("drawing the report")
-        texts.append((html, _page(found, known, report)))
-    with Outputs() as outputs:
-        for target, text in texts:
-            outputs.text(target, text)
-        outputs.commit()
-    return Diagnosed(found, report, tuple(target for target, _ in texts))
+    say("writing" if html is None else "writing, and drawing the report")
+    warnings = write_with_page(texts, html, lambda warn: _page(found, known, report, warn))
+    files = (*(target for target, _ in texts), *([html] if html else []))
+    return Diagnosed(found, report, files, warnings)
 
 
-def _page(found: Diagnosis, model: ComplianceModel, report: dict[str, Any]) -> str:
+def _page(found: Diagnosis, model: ComplianceModel, report: dict[str, Any], warn: Callable[[str], None]) -> str:
     from compensator.report.html.diagnosis import diagnosis_page
 
-    return diagnosis_page(found, model, report)
+    return diagnosis_page(found, model, report, warn)
 
 
 def refined_text(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Session], output: Path) -> str:
     """The model file to write at ``output``."""
     robot = robot_beside(Path(model.source).parent, model.robot, output)
-    if not (found.added or found.changed):
+    if not (found.added or found.removed or found.changed):
         if robot == model.robot:
             return Path(model.source).read_text(encoding="utf-8")
         return model_text(replace(model, robot=robot))
@@ -92,6 +90,7 @@ def _provenance(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Ses
     return {
         "verdict": found.verdict,
         "added": [f"{a.effect} in {', '.join(a.where)}" for a in found.added],
+        "removed": [f"{r.effect} in {', '.join(r.where)}" for r in found.removed],
         "changed": [f"{c.effect}.{c.parameter} of {', '.join(c.where)}" for c in found.changed],
         "model": f"{model.source} sha256:{digest[:16]}",
         "source": [f"{s.source} sha256:{s.sha256['samples'][:16]}" for s in sessions],

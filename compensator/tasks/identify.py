@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,15 +11,17 @@ import numpy as np
 
 from compensator.report.json.evaluation import evaluation_report
 from compensator.report.json.fit import fit_report, local_fit_report
-from compensator.report.json.text import Report, as_json
+from compensator.report.json.text import as_json
+from compensator.solve.unlearned_angles import AngleUncertainty, NotLearned
 from compensator.tasks.outputs import Outputs
+from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
 from compensator.version import version
 from stiffness.errors import StiffnessError
-from stiffness.identification.evaluate import Evaluation, evaluate
+from stiffness.identification.evaluate import Evaluation, evaluate, shown_effects
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.identify import identify_local
 from stiffness.model.model import ComplianceModel, load_model, model_text
@@ -28,11 +30,12 @@ from stiffness.session.session import Session, load_session
 
 @dataclass(frozen=True, repr=False)
 class Identified:
-    """A fit, its JSON report, and the files that were written."""
+    """A fit, its JSON report, the files that were written, and ``warnings`` about these."""
 
     fit: Fit | LocalFit
     report: dict[str, Any]
     files: tuple[Path, ...]
+    warnings: tuple[str, ...] = ()
 
 
 def identify_files(
@@ -65,32 +68,15 @@ def identify_files(
     report = fit_report(fit)
     robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
-    page = None if html is None else (html, _page(fit, report))
-    return Identified(fit, report, _written(model=model, output=output, report=report, json=json, page=page))
+    texts = [(output, model_text(model)), *([(json, as_json(report))] if json else [])]
+    warnings = write_with_page(texts, html, lambda warn: _page(fit, report, warn))
+    return Identified(fit, report, tuple(p for p in (output, json, html) if p), warnings)
 
 
-def _page(fit: Fit, report: dict[str, Any]) -> str:
+def _page(fit: Fit, report: dict[str, Any], warn: Callable[[str], None]) -> str:
     from compensator.report.html.fit import fit_page
 
-    return fit_page(fit, report)
-
-
-def _written(
-    model: ComplianceModel,
-    output: Path,
-    report: Report,
-    *,
-    json: Path | None,
-    page: tuple[Path, str] | None = None,
-) -> tuple[Path, ...]:
-    with Outputs() as outputs:
-        outputs.text(output, model_text(model))
-        if json:
-            outputs.text(json, as_json(report))
-        if page:
-            outputs.text(*page)
-        outputs.commit()
-    return tuple(p for p in (output, json, page and page[0]) if p)
+    return fit_page(fit, report, warn)
 
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
@@ -98,7 +84,9 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
     robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
     report = local_fit_report(fit, model)
-    return Identified(fit, report, _written(model=model, output=output, report=report, json=json))
+    texts = [(output, model_text(model)), *([(json, as_json(report))] if json else [])]
+    write_with_page(texts, None, lambda warn: "")
+    return Identified(fit, report, tuple(path for path, _ in texts))
 
 
 def evaluate_file(
@@ -115,12 +103,19 @@ def evaluate_file(
     _same_kind(loaded, values.gravity, values.source)
     say("predicting")
     result = evaluate(loaded, values, register)
-    report = evaluation_report(result)
+    report = evaluation_report(result, _not_learned(loaded, values))
     if json:
         with Outputs() as outputs:
             outputs.text(json, as_json(report))
             outputs.commit()
     return result, report
+
+
+def _not_learned(session: Session, model: ComplianceModel) -> list[NotLearned]:
+    """Angles of a session's states that the effects of a model did not learn."""
+    unsure = AngleUncertainty(session.robot, shown_effects(model, session), model.values, model.sd)
+    q = session.samples.q[session.states.first]
+    return unsure.not_learned(q, np.tile(session.tool.position, (len(q), 1)))
 
 
 def _same_kind(session: Session, gravity: str, source: str) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from compensator.terminal.screen import print_notes, print_written, screen, table
 
 if TYPE_CHECKING:  # the libraries of a fit take half a second to import
@@ -13,6 +15,8 @@ if TYPE_CHECKING:  # the libraries of a fit take half a second to import
 def show_fit(done: Identified) -> None:
     """Parameters, residuals and what the data do not determine."""
     console, report = screen(), done.report
+    if report.get("lacks"):
+        click.echo(f"compensator: {report['lacks']}", err=True)
     if console is None:
         return
     title = f"{report['n_readings']} readings, effects {', '.join(report['effects'])}"
@@ -43,7 +47,8 @@ def show_evaluation(report: dict[str, Any]) -> None:
     console = screen()
     if console is None:
         return
-    for kind, score in report.items():
+    for kind in ("displacement", "absolute"):
+        score = report[kind]
         if score is None:
             console.print(f"{kind}: no such evidence")
             continue
@@ -51,3 +56,6 @@ def show_evaluation(report: dict[str, Any]) -> None:
             f"{kind}: rms {score['rms_mm']:.4f} mm per axis (noise {score['noise_floor_mm']:.4f}), "
             f"95 % {score['p95_mm']:.4f} mm, max {score['max_mm']:.4f} mm"
         )
+        if wrong := report.get("outlier_rows"):
+            every = report["with_outliers"][kind]
+            console.print(f"  with {len(wrong)} wrong rows: rms {every['rms_mm']:.4f} mm, max {every['max_mm']:.4f} mm")

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from compensator.report.words.findings import finding_sentences
 from compensator.tasks.say import Say
 
 
@@ -61,3 +63,9 @@ def table(*heads: str, right: Collection[int] = (), title: str | None = None) ->
     for k, head in enumerate(heads):
         made.add_column(head, justify="right" if k in right else "left")
     return made
+
+
+def print_warnings(report: Mapping[str, Any], warnings: Iterable[str] = ()) -> None:
+    """Findings about the measurements, and warnings about the files, to standard error, piped or not."""
+    console = Console(stderr=True, markup=False, soft_wrap=True)
+    print_lines(console, (*finding_sentences(dict(report)), *(f"warning: {w}" for w in warnings)))

@@ -17,6 +17,7 @@ from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of, unknowns
 from stiffness.identification.weighting import Weighting
+from stiffness.numerics.least_squares import NOTHING
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -25,12 +26,14 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Addition:
-    """One effect: ``sites`` where it is, those of them with ``extras``, and ``values`` of all its numbers."""
+    """One effect: ``sites`` where it is, those of them with ``extras``, ``values`` of all its numbers, and whether they
+    are ``held`` as they are."""
 
     effect: Effect
     sites: tuple[Site, ...]
     extras: frozenset[Site]
     values: Numbers
+    held: bool = False
 
     @property
     def where(self) -> tuple[str, ...]:
@@ -39,12 +42,25 @@ class Addition:
 
     def numbers(self, joints: int) -> list[Unknown]:
         """Its free numbers."""
+        if self.held:
+            return []
         return [u for s in self.sites for u in numbers_of(self.effect, s, joints, s in self.extras)]
 
     def without(self, site: Site, joints: int) -> Addition | None:
         """The same elsewhere; None when nothing is left."""
         sites = tuple(s for s in self.sites if s != site)
         return with_sites(replace(self, sites=sites), joints) if sites else None
+
+
+def as_addition(effect: Effect, values: Numbers, joints: int) -> Addition | None:
+    """An effect of a model as if it had been added: the sites where its numbers are not neutral; None where there are
+    none."""
+    def used(site: Site, extra: bool) -> bool:
+        mine = (p for p in effect.parameters if p.site == site.kind and p.neutral is not None and p.extra == extra)
+        return any(np.any(values[p.name][p.of_site(site.index)] != p.neutral) for p in mine)
+
+    sites = tuple(s for s in effect.sites(joints) if used(s, False) or used(s, True))
+    return Addition(effect, sites, frozenset(s for s in sites if used(s, True)), values) if sites else None
 
 
 def with_sites(addition: Addition, joints: int) -> Addition:
@@ -55,6 +71,15 @@ def with_sites(addition: Addition, joints: int) -> Addition:
         for s in (s for s in addition.sites if s.kind == p.site):
             kept[p.name][p.of_site(s.index)] = addition.values[p.name][p.of_site(s.index)]
     return replace(addition, values=kept, extras=addition.extras & set(addition.sites))
+
+
+def simplified(a: Addition, site: Site, joints: int) -> Addition:
+    """An addition without extras at a site."""
+    idle = a.effect.neutral(joints)
+    values = {name: np.array(v) for name, v in a.values.items()}
+    for p in (p for p in a.effect.parameters if p.extra and p.site == site.kind):
+        values[p.name][p.of_site(site.index)] = idle[p.name][p.of_site(site.index)]
+    return replace(a, values=values, extras=a.extras - {site})
 
 
 def merged(
@@ -68,7 +93,8 @@ def merged(
         return [*old, with_sites(Addition(term.effect, (term.site,), extras, begun), joints)]
     values = {k: np.array(v) for k, v in before.values.items()}
     for p in (p for p in term.effect.parameters if p.site == term.site.kind):
-        if term.site not in before.sites or p.extra:  # of a site that is there only the extras are new
+        # of a site that is there only the extras are new; what shapes the law stays as it was fitted
+        if term.site not in before.sites or (p.extra and p.neutral is not None):
             values[p.name][p.of_site(term.site.index)] = begun[p.name][p.of_site(term.site.index)]
     sites = before.sites if term.site in before.sites else (*before.sites, term.site)
     order = {s: k for k, s in enumerate(term.effect.sites(joints))}
@@ -81,7 +107,9 @@ class ModelFits:
     """Fits of one model to the same readings, with and without effects added.
 
     Attributes:
-        base: effects of the model that these sessions show; ``values``: theirs.
+        base: effects of the model that these sessions show; ``values``: theirs; ``given``: names of those that stay as
+            they are.
+        nothing: gain in chi-square that ends a fit.
         used: per session (N,), readings that take part. allowed: readings that may.
     """
 
@@ -90,6 +118,8 @@ class ModelFits:
     values: Mapping[str, Numbers]
     used: tuple[Bools, ...]
     allowed: tuple[Bools, ...]
+    given: tuple[str, ...] = ()
+    nothing: float = NOTHING
 
     @classmethod
     def of(
@@ -130,14 +160,15 @@ class ModelFits:
         """The free numbers: all of the model at hand, and those of the additions."""
         names = {e.name for e in self.base} | {a.effect.name for a in additions}
         effects = tuple(e for e in CATALOGUE if e.name in names)
-        own = () if base_fixed else unknowns(self.base, self.joints, extras=True).free
+        own = () if base_fixed else unknowns(self.base, self.joints, self.given, extras=True).free
         own = tuple(u for u in own if not u.parameter.extra or self._there(u))
         more = [u for a in additions for u in a.numbers(self.joints)]
         return Unknowns(effects, self.joints, (*own, *more))
 
     def _there(self, u: Unknown) -> bool:
         """Whether the model at hand uses a number that is freed only where data ask for it."""
-        return bool(np.any(self.values[u.effect][u.parameter.name] != u.parameter.neutral))
+        idle = u.parameter.start if u.parameter.neutral is None else u.parameter.neutral
+        return bool(np.any(self.values[u.effect][u.parameter.name] != idle))
 
     def fit(
         self,
@@ -146,8 +177,14 @@ class ModelFits:
         *,
         base_fixed: bool = False,
         held: tuple[str, ...] = (),
+        anew: str = "",
     ) -> Fit:
-        """The model at hand with additions; ``start``: a fit to begin with; ``held``: effects that stay as they are."""
+        """The model at hand with additions.
+
+        Args:
+            start: a fit to begin with, but for the effect ``anew``.
+            held: effects that stay as they are.
+        """
         layout = self.layout(additions, base_fixed=base_fixed)
         layout = replace(layout, free=tuple(u for u in layout.free if u.effect not in held))
         fixed = {e.name: self.values[e.name] for e in self.base}
@@ -159,8 +196,8 @@ class ModelFits:
             replace(state, used=used, allowed=allowed, poses=guess)
             for state, used, allowed, guess in zip(problem.first_states(), self.used, self.allowed, poses, strict=True)
         )
-        vector = None if start is None else _begun(problem, start)
-        return fitted(problem, states, vector, once=not any(a.effect.angle for a in additions))
+        vector = None if start is None else _begun(problem, start, anew)
+        return fitted(problem, states, vector, once=not any(a.effect.angle for a in additions), nothing=self.nothing)
 
     def within_limits(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
         """A fit whose effects allow their values: what one does not allow is moved to the nearest that it does and held
@@ -169,16 +206,17 @@ class ModelFits:
         wrong = [a for a in additions if a.effect.nearest and a.effect.check(values[a.effect.name])]
         if not wrong:
             return fit
-        held = {a.effect.name: a.effect.nearest(values[a.effect.name]) for a in wrong if a.effect.nearest}
+        allowed = fit.allowed_values()
+        held = {a.effect.name: allowed[a.effect.name] for a in wrong}
         moved = [replace(a, values=held.get(a.effect.name, values[a.effect.name])) for a in additions]
         return self.fit(moved, fit, held=tuple(held))
 
 
-def _begun(problem: Problem, start: Fit) -> Floats:
-    """(V,) numbers of another fit where it has them; those of the stations are the same in both."""
-    known = {
-        (u.effect, u.parameter.name, u.index): v for u, v in zip(start.unknowns.free, start.parameters, strict=True)
-    }
+def _begun(problem: Problem, start: Fit, anew: str) -> Floats:
+    """(V,) numbers of another fit where it has them, but for the effect ``anew``; those of the stations are the same in
+    both."""
+    pairs = zip(start.unknowns.free, start.parameters, strict=True)
+    known = {(u.effect, u.parameter.name, u.index): v for u, v in pairs if u.effect != anew}
     layout = problem.unknowns
     first = layout.start(problem.fixed)
     own = np.array(

@@ -8,27 +8,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition
+from stiffness.diagnosis.adoption import adopted
+from stiffness.diagnosis.linearisation import Linearised
 from stiffness.diagnosis.result import Candidate
-from stiffness.diagnosis.search import Linearised, Search
-from stiffness.diagnosis.selection import Selection, Selector, steady
+from stiffness.diagnosis.search import ODDS, Search, bic, within
+from stiffness.diagnosis.selection import steady
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
 
-ODDS = 10.0  # difference of BIC, twice the logarithm of the odds, from which one explanation is preferred
 LINEAR = 0.08  # of a gain: how far the linearised model may be off
 CLOSEST = 3  # alternatives that are fitted
 BETTER = 6.0  # difference of BIC by which an alternative takes the place
-MOST_SITES = 8
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Alternatives:
-    """An addition with its alternatives: the fraction of the residual above the noise that it ``explains``, and
-    ``fits`` of the effects that explain the readings as well, by name."""
+    """An addition with its alternatives.
+
+    Attributes:
+        explains: fraction of the residual above the noise.
+        fits: of the effects that explain the readings as well, by name.
+        held_out: fraction that it explains in cross-validation of the linearised model; runner_up: the largest that any
+            other effect does in its place.
+    """
 
     addition: Addition
     explains: float
     fits: Mapping[str, Fit]
+    held_out: float = 0.0
+    runner_up: float = 0.0
 
 
 def candidates(effects: Sequence[Effect], base: Linearised) -> tuple[list[Candidate], float]:
@@ -54,18 +62,6 @@ def candidates(effects: Sequence[Effect], base: Linearised) -> tuple[list[Candid
     return out, floor * float(np.sqrt(max(none_added, 0.0) / count))
 
 
-def within(selector: Selector, effect: Effect) -> Selection:
-    """The sites of one effect that lower the BIC, one after the other."""
-    own = Selector(selector.equations, [t for t in selector.terms if t.effect is effect], selector.freedom)
-    chosen = own.together([])
-    while len(chosen.terms) < MOST_SITES:
-        ranked = own.ranked(chosen)
-        if not ranked or ranked[0].bic_gain <= chosen.bic_gain:
-            break
-        chosen = ranked[0]
-    return chosen
-
-
 def _floor(fit: Fit) -> float:
     """m, RMS per axis of the tracker's noise."""
     return float(np.sqrt(np.mean(np.concatenate([s.samples.sd[s.used] for s in fit.sessions]) ** 2)))
@@ -76,23 +72,23 @@ def with_alternatives(
 ) -> tuple[Fit, list[Addition], list[Alternatives]]:
     """Every addition compared with the other effects of the catalogue in its place; a better one takes it."""
     out: dict[str, Alternatives] = {}
-    for a in additions:
+    for a in (a for a in additions if not a.held):
         rest = [b for b in additions if b is not a]
         if len(rest) == len(additions):  # another has taken its place
             continue
         bare = search.fits.fit(rest, fit) if rest else base
-        trials = _trials(search=search, bare=bare, rest=rest, a=a, fit=fit)
-        better = [t for t in trials if t.bic < _bic(fit, fit.solution.misfit) - BETTER]
+        trials, shares = _trials(search=search, bare=bare, rest=rest, a=a, fit=fit)
+        better = [t for t in trials if t.bic < bic(fit, fit.solution.misfit) - BETTER]
         if better:
             best = min(better, key=lambda t: t.bic)
-            trials = [t for t in trials if t is not best] + [_Trial(a.effect.name, fit, additions, _bic(fit, 1.0))]
+            trials = [t for t in trials if t is not best] + [_Trial(a.effect.name, fit, additions, bic(fit, 1.0))]
             fit, additions = best.fit, best.additions
             a = next((b for b in additions if b.effect.name == best.name), a)
         above = max(base.solution.chi2 - base.solution.freedom, 1e-9)
         explains = float(np.clip((bare.solution.chi2 - fit.solution.chi2) / above, 0, 1))
-        least = _bic(fit, fit.solution.misfit)
-        alike = {t.name: t.fit for t in trials if _bic(t.fit, fit.solution.misfit) < least + ODDS}
-        out[a.effect.name] = Alternatives(a, explains, alike)
+        least = bic(fit, fit.solution.misfit)
+        alike = {t.name: t.fit for t in trials if bic(t.fit, fit.solution.misfit) < least + ODDS}
+        out[a.effect.name] = Alternatives(a, explains, alike, *shares)
     return fit, additions, [out[a.effect.name] for a in additions if a.effect.name in out]
 
 
@@ -106,21 +102,22 @@ class _Trial:
     bic: float
 
 
-def _trials(search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: Fit) -> list[_Trial]:
-    """Effects that the linearised model does not put clearly behind an addition, each fitted in its place."""
-    linear = search.linearised(bare, rest)
+def _trials(
+    search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: Fit
+) -> tuple[list[_Trial], tuple[float, float]]:
+    """Effects that the linearised model does not put clearly behind an addition, each fitted in its place; and what the
+    addition and the best of the others explain in cross-validation."""
+    linear = search.linearisation.at(bare, rest)
     selector = linear.selector
     own = within(selector, a.effect)
     found = [within(selector, e) for e in search.effects if e is not a.effect]
+    none = float(selector.cross_validated([]).sum())
+    above = max(none - selector.equations.count, 1e-9)
+    gains = [(none - float(selector.cross_validated(s.terms).sum())) / above for s in (own, *found)]
     found = [s for s in found if s.terms and s.bic_gain > own.bic_gain - ODDS - LINEAR * own.fit.gain]
     out = []
     for chosen in sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST]:
-        more, trial = search.adopted(linear, chosen, rest)
+        more, trial = adopted(search.fits, linear, chosen, rest)
         name = chosen.terms[0].effect.name
-        out.append(_Trial(name, trial, more, _bic(trial, fit.solution.misfit)))
-    return out
-
-
-def _bic(fit: Fit, misfit: float) -> float:
-    """Bayesian information criterion, with the noise widened by ``misfit``."""
-    return fit.solution.chi2 / misfit**2 + len(fit.unknowns) * float(np.log(fit.solution.count))
+        out.append(_Trial(name, trial, more, bic(trial, fit.solution.misfit)))
+    return out, (gains[0], max(gains[1:], default=0.0))

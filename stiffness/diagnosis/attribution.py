@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.diagnosis.linear_fit import HeldOutFold, NormalEquations
+from stiffness.diagnosis.linearisation import normal_equations
 from stiffness.diagnosis.regressors import Regressors, regressors, without_columns
-from stiffness.diagnosis.search import normal_equations
 from stiffness.diagnosis.selection import steady
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name

@@ -64,6 +64,11 @@ class Term:
         return f"{self.effect.name} in {' and '.join(self.site.where)}"
 
     @property
+    def tabled(self) -> bool:
+        """Whether its numbers are a table."""
+        return any(p.each > 1 for p in self.effect.parameters)
+
+    @property
     def key(self) -> tuple[str, tuple[str, ...]]:
         """Effect and site."""
         return self.effect.name, self.site.where

@@ -11,23 +11,28 @@ import numpy.typing as npt
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alternatives
 from stiffness.diagnosis.attribution import ResidualSource
-from stiffness.diagnosis.held_out import FEWEST, held_out, held_out_scores
+from stiffness.diagnosis.held_out import held_out, held_out_scores
+from stiffness.diagnosis.known_effects import KnownEffects, with_known
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.refined_model import refined_model
-from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, Verdict
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
+from stiffness.diagnosis.search import ROUGH, Search
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import one_robot
+from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import cleaned, with_whole_setups
+from stiffness.identification.robust import one_robot
 from stiffness.model.model import ComplianceModel
+from stiffness.numerics.least_squares import NOTHING
 from stiffness.planning.next_setups import NextSetup, splitting, spread
 from stiffness.session.repeats import with_repeats
 from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
+ENOUGH = 6  # set-ups: one per joint
 Say = Callable[[str], None]
 
 
@@ -55,13 +60,14 @@ class _Found:
 
     Attributes:
         ranking: every effect by itself; ``base_rms``: m, of the model at hand, None where it was not scored.
-        alternatives: of the additions that stand.
+        alternatives: of the additions that stand. removed: effects of the model at hand that do not.
     """
 
     judged: Judged
     alternatives: tuple[Alternatives, ...] = ()
     ranking: tuple[Candidate, ...] = ()
     base_rms: float | None = None
+    removed: tuple[RemovedEffect, ...] = ()
 
 
 def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, notes: Sequence[str]) -> Diagnosis:
@@ -71,26 +77,39 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     fits = ModelFits.of(sessions, effects, values, [~h for h in held])
     say("fitting the model's own parameters")
     fits, base = _without_outliers(fits, fits.fit([]), [])
-    enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= FEWEST
-    found = _searched(Search(fits, say), base) if enough else _Found(Judged(base, [], Structure(False, [])))
+    enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= ENOUGH
+    own = KnownEffects.of(model, effects, sessions)
+    bare = replace(fits, base=own.base, given=own.given, nothing=ROUGH)
+    found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
+    news = [a for a in (_new(a, own.known) for a in additions) if a is not None]
     # structure that no effect explains biases the model's own numbers: none of them is reported as moved
     known = enough and not structure.left
-    changed = moved_parameters(fits=fits, model=model, base=base, fit=fit, additions=additions) if known else []
-    verdict, more = _verdict(sessions=sessions, enough=enough, outcome=found.judged, changed=changed, base=base)
+    changed = moved_parameters(fits=fits, model=model, base=base, fit=fit, additions=news) if known else []
+    other = bool(news or found.removed)
+    verdict, more = _verdict(
+        sessions=sessions, enough=enough, structure=structure, other=other, changed=changed, base=base
+    )
     say("scoring on readings that took no part")
     whole = replace(
-        fits,
+        bare,
+        nothing=NOTHING,
         used=tuple(np.ones_like(h) for h in held),
         allowed=tuple(np.ones_like(h) for h in held),
     )
     whole, last = _without_outliers(whole, whole.fit(additions, fit), additions)
-    moved = bool(additions or changed)
-    refined = fits.within_limits(fit, additions) if moved else None
+    better = with_better_numbers(last, additions)
+    if better is not None:
+        additions, last = better, whole.fit(better, last)
+    last = nearest_to_drawing(last)
+    last = replace(last, searched_sd=searched_deviations(last, additions))
+    moved = bool(other or changed)
+    refined = bare.within_limits(fit, additions) if moved else None
     allowed = whole.within_limits(last, additions)
     return Diagnosis(
         verdict=verdict,
-        added=tuple(_added(a, allowed, last, found.alternatives) for a in additions),
+        added=tuple(_added(a, allowed, last, found.alternatives) for a in news),
+        removed=found.removed,
         changed=tuple(changed),
         scores=held_out_scores(model, base, refined, [s.used for s in last.sessions]),
         candidates=found.ranking,
@@ -98,7 +117,11 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
         notes=(*notes, *structure.notes, *more),
-        model=refined_model(model, allowed, last, additions) if moved else model,
+        model=refined_model(
+            model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]
+        )
+        if moved
+        else model,
         base=base,
         fit=fit,
         held=tuple(tuple(np.unique(s.samples.setup[h]).tolist()) for s, h in zip(sessions, held, strict=True)),
@@ -116,27 +139,48 @@ def _without_outliers(fits: ModelFits, fit: Fit, additions: Sequence[Addition]) 
 def _searched(search: Search, base: Fit) -> _Found:
     """Effects that explain the residual, those that would as well, and what is left."""
     search.say("comparing effects")
-    linear = search.linearised(base, [])
+    start = search.fits.fit([], base) if search.known else base
+    linear = search.linearisation.at(start, [])
     base = linear.fit
     ranking, base_rms = candidates(search.effects, linear)
     fit, additions = search.run(linear)
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)
-    outcome = judged(search, base, fit, additions)
+    fit, additions, removed = with_known(search.fits, fit, additions, search.known)
+    outcome = judged(search, base=base, fit=fit, additions=additions, found=found)
     kept = [r for r in found if any(a.effect is r.addition.effect for a in outcome.additions)]
-    return _Found(outcome, tuple(kept), tuple(ranking), base_rms)
+    return _Found(
+        judged=outcome, alternatives=tuple(kept), ranking=tuple(ranking), base_rms=base_rms, removed=tuple(removed)
+    )
+
+
+def _as_it_is(base: Fit, known: Sequence[Addition]) -> _Found:
+    """What a session that is too small leaves: the model at hand."""
+    return _Found(Judged(base, list(known), Structure(False, [])))
+
+
+def _new(a: Addition, known: Sequence[Addition]) -> Addition | None:
+    """An effect where the model at hand does not have it; None where it does."""
+    before = next((k for k in known if k.effect is a.effect), None)
+    sites = a.sites if before is None else tuple(s for s in a.sites if s not in before.sites)
+    return replace(a, sites=sites, extras=a.extras & set(sites)) if sites and not a.held else None
 
 
 def _verdict(
-    sessions: Sequence[Session], enough: bool, outcome: Judged, changed: Sequence[MovedParameter], base: Fit
+    sessions: Sequence[Session],
+    enough: bool,
+    structure: Structure,
+    other: bool,
+    changed: Sequence[MovedParameter],
+    base: Fit,
 ) -> tuple[Verdict, list[str]]:
-    """The verdict, and what the report has to note on it."""
+    """The verdict, and what the report has to note on it; ``other``: whether effects have been added or removed."""
     if not enough:
         count = sum(len(np.unique(s.samples.setup)) for s in sessions)
-        return "insufficient-data", [f"{count} set-ups: fewer than {FEWEST} cannot tell; measure more postures"]
-    if outcome.structure.left:
+        return "insufficient-data", [f"{count} set-ups: fewer than {ENOUGH} cannot tell; measure more postures"]
+    if structure.left:
         return "unexplained", []
-    if outcome.additions:
+    if other:
         return "explained", []
     if changed:
         return "parameters-changed", []

@@ -133,6 +133,25 @@ class NormalEquations:
         gain = float(2 * given.slope[at] @ weight - weight @ given.curvature[np.ix_(at, at)] @ weight)
         return LinearFit(weight, gain, rank)
 
+    def given(self, columns: Sequence[int], weight: Floats) -> ReducedEquations:
+        """The equations that are left when columns with these weights (K,), those of zero not, have been fitted."""
+        at = np.asarray(columns, dtype=np.intp)[weight != 0]
+        if not len(at):
+            return self.reduced
+        own = self.reduced
+        scale = 1 / np.sqrt(own.squares[at])
+        values, vectors = np.linalg.eigh(own.curvature[np.ix_(at, at)] * np.outer(scale, scale))
+        keep = values > SINGULAR
+        part = (scale[:, None] * vectors[:, keep]) / np.sqrt(values[keep])
+        across = own.curvature[:, at] @ part
+        solved = part.T @ own.slope[at]
+        return ReducedEquations(
+            curvature=own.curvature - across @ across.T,
+            slope=own.slope - across @ solved,
+            chi2=own.chi2 - float(solved @ solved),
+            squares=own.squares,
+        )
+
     def cross_validated(self, columns: Sequence[int], positive: Sequence[bool]) -> Floats:
         """(folds,) chi-square of every fold, fitted on the others."""
         at = np.asarray(columns, dtype=np.intp)

@@ -12,16 +12,29 @@ from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
 
 
-def refined_model(model: ComplianceModel, fit: Fit, free: Fit, additions: Sequence[Addition]) -> ComplianceModel:
-    """``model`` with the numbers of a fit; standard deviations of ``free``, where nothing was held."""
+def refined_model(
+    model: ComplianceModel, fit: Fit, free: Fit, additions: Sequence[Addition], removed: Sequence[str]
+) -> ComplianceModel:
+    """``model`` with the numbers of a fit, without the ``removed`` effects; standard deviations of ``free``, where
+    nothing was held."""
+    held = {a.effect.name for a in additions if a.held}
+    gone = set(removed) - {e.name for e in fit.unknowns.effects}
     fitted = fit.model(model.robot, model.provenance)
+    model = replace(
+        model,
+        values={e: v for e, v in model.values.items() if e not in gone},
+        sd={e: v for e, v in model.sd.items() if e not in gone},
+        identified={e: v for e, v in model.identified.items() if e not in gone},
+        tools={e: v for e, v in model.tools.items() if e not in gone},
+    )
     values = {
         name: {k: np.array(v) for k, v in numbers.items()}
         for name, numbers in {**model.values, **fitted.values}.items()
     }
+    deviations = {e: v for e, v in free.deviations().items() if e not in held}
     sd = {
         name: {k: np.array(v) for k, v in numbers.items()}
-        for name, numbers in {**model.sd, **free.deviations()}.items()
+        for name, numbers in {**model.sd, **deviations}.items()
     }
     tools = dict(model.tools)
     for a in additions:

@@ -39,6 +39,15 @@ class AddedEffect:
 
 
 @dataclass(frozen=True)
+class RemovedEffect:
+    """An effect of the model, or some of its places, that the readings would show and do not need, and ``why``."""
+
+    effect: str
+    where: tuple[str, ...]
+    why: str
+
+
+@dataclass(frozen=True)
 class MovedParameter:
     """A number of the model that has moved since the model was made, with its standard deviation."""
 
@@ -89,6 +98,7 @@ class Diagnosis:
 
     verdict: Verdict
     added: tuple[AddedEffect, ...]
+    removed: tuple[RemovedEffect, ...]
     changed: tuple[MovedParameter, ...]
     scores: Mapping[str, HeldOutScores | None]
     candidates: tuple[Candidate, ...]

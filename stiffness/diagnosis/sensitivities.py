@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Numbers
+from stiffness.identification.arm_loads import LoadKind, pieces_of_links
 from stiffness.identification.prediction import SessionPredictor
-from stiffness.identification.readings import LoadKind
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknown, Unknowns
@@ -25,8 +25,6 @@ from stiffness.numerics.kernel import Kernel
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
-
-PIECE = 512  # readings at a time
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -87,7 +85,7 @@ class Sensitivities:
             (nonzero,) = d.kernel.run(*given, p[model.tables.core], x[at])
             slope[some[:, None], d.row[None], d.column[None]] = nonzero
         out = np.zeros((len(data.samples), 3, len(self.numbers)))
-        for piece in _pieces(data.link):
+        for piece in pieces_of_links(data.link):
             by_x = self._by_coordinate(x, piece, fit.reflectors)
             out[piece[:, None, None], np.arange(3)[:, None], self._core] = by_x @ slope[of[piece]]
             if len(self._tabled):
@@ -106,7 +104,7 @@ class Sensitivities:
         place 0 ... n."""
         x = self._coordinates(fit)
         out = np.zeros((len(self.data.samples), 3, x.shape[1]))
-        for rows in _pieces(self.data.link):
+        for rows in pieces_of_links(self.data.link):
             out[rows] = self._by_coordinate(x, rows, fit.reflectors)
         return np.asarray(fit.predicted.back @ out)
 
@@ -161,9 +159,3 @@ class Sensitivities:
         nonzero = ca.SX(jacobian.nz[:])
         given = [q, w, point, payload, warm, state, error, p, x]
         return _Derivatives(Kernel(ca.Function("sensitivities", given, [ca.densify(nonzero)])), row, column)
-
-
-def _pieces(link: Index) -> list[Index]:
-    """Readings of one link each, few enough at a time to keep memory small."""
-    each = [np.flatnonzero(link == k) for k in np.unique(link)]
-    return [part for rows in each for part in np.array_split(rows, -(-len(rows) // PIECE))]

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import ResidualSource, residual_sources
 from stiffness.diagnosis.coherence import coherent
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.search import Search, like_noise
 from stiffness.effects.effect import part_of
-from stiffness.identification.fit import Fit
+from stiffness.identification.fit import CLEAR, Fit
 
-CLEAR = 1.15  # residual over noise from which structure is clear
-NOTICED = 1e-4  # chance of a residual that noise alone would leave
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
+LARGE = 0.6  # of what was above the noise: an effect that explains more and leaves all others behind stands
+AHEAD = 0.5  # of what it explains in cross-validation: where no other explains more, it leaves all others behind
 PARTLY = 0.2  # of what was above the noise: an effect that explains less is not called the explanation
 
 
@@ -56,12 +55,15 @@ def without_crumbs(
     return trial, at_values_of(trial, kept)
 
 
-def judged(search: Search, base: Fit, fit: Fit, additions: list[Addition]) -> Judged:
+def judged(
+    search: Search, base: Fit, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
+) -> Judged:
     """Additions that stand beside what is left, and the structure that is left or, where none is, that was there."""
     search.say("looking where the rest sits")
     now = Judged(fit, additions, _structure(search, base, fit))
     notes = now.structure.notes
-    while now.structure.left and (doubtful := _doubtful(search, base, now)) is not None:
+    compared = {r.addition.effect.name: r for r in found}
+    while now.structure.left and (doubtful := _doubtful(search, base, now, compared)) is not None:
         note = (
             f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
             "structure in the same place: not added"
@@ -78,7 +80,7 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
     """Whether a fit leaves clear structure, and where."""
     misfit = float(np.sqrt(fit.solution.chi2 / max(fit.solution.freedom, 1.0)))
     above, first = _above(fit), _above(base)
-    if _like_noise(fit) or misfit < CLEAR:
+    if like_noise(fit) or misfit < CLEAR:
         return Structure(False, [])
     if fit is not base and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
         note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
@@ -94,24 +96,23 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
 
 
 def _sources(search: Search, fit: Fit) -> list[ResidualSource]:
-    return [] if _like_noise(fit) else residual_sources(fit, search.sensitivities)
+    return [] if like_noise(fit) else residual_sources(fit, search.sensitivities)
 
 
-def _like_noise(fit: Fit) -> bool:
-    """Whether noise alone would leave such a residual."""
-    return bool(stats.chi2.sf(fit.solution.chi2, max(fit.solution.freedom, 1.0)) > NOTICED)
-
-
-def _doubtful(search: Search, base: Fit, now: Judged) -> Addition | None:
-    """The first addition that only took the nearest name beside structure that is left."""
+def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alternatives]) -> Addition | None:
+    """The first addition that only took the nearest name beside structure that is left; one that is far ahead of all
+    other effects is the right name for its part."""
     joints = search.fits.joints
     places = [s.what for s in now.structure.sources if not s.what.startswith("column:")]
-    for a in now.additions:
+    for a in (a for a in now.additions if not a.held):
         without = search.fits.fit([b for b in now.additions if b is not a], now.fit)
         explained = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)
         beside = {part_of(w, joints) for w in a.where}
         there = not places or part_of(places[0], joints) in beside
-        if explained < PARTLY or (explained < 1 - PARTLY and there):
+        own = compared.get(a.effect.name)
+        share = explained if own is None else min(explained, own.held_out)
+        certain = own is not None and share > LARGE and own.runner_up < AHEAD * own.held_out
+        if share < PARTLY or (share < 1 - PARTLY and there and not certain):
             return a
     return None
 

@@ -12,8 +12,10 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import Clamp, Effect, Floats, JointInput, Memory, Numbers, Parameter, Values
+from stiffness.effects.effect import Effect, Floats, JointInput, Numbers, Parameter, Values
+from stiffness.effects.memory import Clamp, Memory, TargetClamp
 
+AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
 _NO_TORQUE = 0.01  # N*m: no gear turns freely under less; a torque that is zero by symmetry chooses no flank
 
 
@@ -21,11 +23,24 @@ def _law(given: JointInput, p: Values) -> ca.SX:
     return given.state
 
 
-def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
+def _rule(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> Clamp:
     half = np.broadcast_to(p["gap_rad"] / 2, move.shape)
     held = np.abs(torque) > np.maximum(p["breakaway_nm"], _NO_TORQUE)
     side = np.copysign(half, torque)
     return Clamp(p["side"] * move, np.where(held, side, -half), np.where(held, side, half))
+
+
+def _by_target(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> TargetClamp:
+    """move = target move - (u' - u), hence u' = clamp(u + side / (1 + side) * target move).
+
+    A link that lags (side -1) crosses its gap at once; "at once" is a travel of AT_ONCE, so that rounding in a target
+    does not count as a reversal.
+    """
+    half = np.maximum(p["gap_rad"] / 2, 1e-30)
+    factor = 1 / np.maximum(1 + p["side"], 1 / np.maximum(2 * half / AT_ONCE, 1.0))
+    clamp = _rule(move, torque, p, stiffness)
+    within = Clamp(clamp.shift * factor / half, clamp.low / half, clamp.high / half)
+    return TargetClamp(within, np.ones((len(half), 1, 1)))
 
 
 EFFECT = Effect(
@@ -78,8 +93,9 @@ EFFECT = Effect(
         unit="rad",
         rule=_rule,
         bounds=lambda p: p["gap_rad"] / 2,
-        gain=lambda p: p["side"],
         meaning="where the joint stands in its gap, from its lowest to its highest angle",
+        deflection=lambda state, stiffness: state,
+        by_target=_by_target,
     ),
     needs_torque_sign=True,
     fitted_where="approach",

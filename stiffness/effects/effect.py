@@ -26,7 +26,7 @@ A joint law with memory declares it as a clamp,
 
     state' = min(max(state + shift, low), high),
 
-per joint, with shift, low and high functions of the commanded moves and torques so far: clamps are
+one or several per joint, with shift, low and high functions of the commanded moves and torques so far: clamps are
 closed under composition, which is what lets a path of a million poses be walked without a Python loop.
 
 Numbers of an effect belong to sites (a joint, a link, a pair of joints, or one place): diagnosis asks of every site
@@ -42,6 +42,8 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
+
+from stiffness.effects.memory import Memory
 
 Floats = npt.NDArray[np.float64]
 Values = Mapping[str, ca.SX]  # parameter name -> column vector
@@ -73,6 +75,8 @@ class Parameter:
         extra: freed only where the data ask for it.
         site: the kind of site it belongs to, where the effect has several kinds.
         each: how many numbers every site has, where it is more than one: a table.
+        prior_sd: how far it is from its start on real robots, one standard deviation, as the solver sees it; None: a
+            few typical sizes.
     """
 
     name: str
@@ -91,6 +95,7 @@ class Parameter:
     extra: bool = False
     site: str = ""
     each: int = 1
+    prior_sd: float | None = None
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""
@@ -122,7 +127,7 @@ class JointInput:
     elastic: ca.SX  # deflection of the base model (joint-stiffness) under it, rad
     compliance: ca.SX  # of the base model, rad/(N*m)
     angle: ca.SX  # commanded, rad
-    state: ca.SX  # the effect's own memory, zeros when it has none
+    state: ca.SX  # (n * states,) the effect's own memory, state after state; zeros when it has none
     temperature: ca.SX  # (1,) K above the model's reference temperature
 
 
@@ -154,36 +159,6 @@ class PointMass:
     com: ca.SX  # (3,) m in the frame of the link
 
 
-@dataclass(frozen=True)
-class Clamp:
-    """state' = min(max(state + shift, low), high); arrays (..., n), low <= high."""
-
-    shift: Floats
-    low: Floats
-    high: Floats
-
-
-@dataclass(frozen=True)
-class Memory:
-    """What a joint remembers of the way it came.
-
-    Attributes:
-        unit: unit of the state.
-        rule: (commanded move (N, n) rad, torque (N, n) N*m, parameters) -> Clamp.
-        bounds: parameters, numbers or symbols -> half range (n,): the state lies in [-half, half].
-        gain: parameters -> (n,): change of deflection per commanded move while the state moves
-            freely. Not zero for a state that is itself a deflection: a correction then acts back
-            on it, and the walk along a corrected path has to solve for both.
-        meaning: what the state is, for whoever looks at its curve in a report.
-    """
-
-    unit: str
-    rule: Callable[[Floats, Floats, Numbers], Clamp]
-    bounds: Callable[[Numbers], Floats]
-    gain: Callable[[Numbers], Floats]
-    meaning: str = ""
-
-
 def _nothing_wrong(values: Numbers) -> str:
     return ""
 
@@ -209,9 +184,12 @@ class Effect:
             controller takes the sag off.
         angle_sd: angles (N, n), values, standard deviations -> standard deviation (N, n) rad of the law, where it was
             identified over part of the range of a joint only.
-        nearest: the allowed values nearest to values that ``check`` refuses.
+        nearest: the allowed values nearest to values that ``check`` refuses; a second argument, if any, is the
+            precision matrix of all their numbers in the order of the parameters: what is known well moves least.
+        restarts: values -> others of about the same law, all extras away from their bounds, which can hold a fit.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
+        stiffness: of the base model alone: values -> (n,) N*m/rad.
         fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
             arm), ``position`` (absolute positions), ``approach`` (known approaches and two levels of load, and only
             if the data ask for it); "" never.
@@ -235,13 +213,20 @@ class Effect:
     thermal: bool = False
     needs_torque_sign: bool = False
     angle_sd: Callable[[Floats, Numbers, Numbers], Floats] | None = None
-    nearest: Callable[[Numbers], dict[str, Floats]] | None = None
+    nearest: Callable[..., dict[str, Floats]] | None = None
+    restarts: Callable[[Numbers], tuple[dict[str, Floats], ...]] = lambda values: ()
     check: Callable[[Numbers], str] = _nothing_wrong
     is_base: bool = False
+    stiffness: Callable[[Numbers], Floats] | None = None
     fitted_where: Literal["", "load", "position", "approach"] = ""
 
     def __repr__(self) -> str:
         return f"Effect({self.name})"
+
+    @property
+    def fitted_unasked(self) -> bool:
+        """Whether every identification fits it where the readings can tell: what all other effects are added to."""
+        return self.is_base or self.fitted_where in ("load", "position")
 
     def sites(self, joints: int) -> tuple[Site, ...]:
         """Where it can sit on a robot with so many joints."""

@@ -64,6 +64,7 @@ EFFECT = Effect(
             default=0.0,
             neutral=0.0,
             each=KNOTS,
+            prior_sd=SPREAD,
         ),
     ),
     angle=_law,

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from stiffness.effects.effect import Effect, Floats, JointInput, Numbers, Parameter, Values
+from stiffness.effects.semidefinite import nearest_semidefinite
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:
@@ -40,13 +41,17 @@ def _check(p: Numbers) -> str:
     return ""
 
 
-def _nearest(p: Numbers) -> dict[str, Floats]:
-    """Entries made smaller alike until no torque gains energy."""
+def _nearest(p: Numbers, precision: Floats | None = None) -> dict[str, Floats]:
+    """Entries with which no torque gains energy: nearest by their ``precision``, else all made smaller alike."""
     count = len(p["coupling"])
     n = round((1 + np.sqrt(1 + 8 * count)) / 2)
     rho = np.zeros((n, n))
     rho[np.tril_indices(n, -1)] = p["coupling"]
-    smallest = float(np.linalg.eigvalsh(rho + rho.T).min())
+    rho = rho + rho.T
+    if precision is not None:
+        made = nearest_semidefinite(rho + np.eye(n), precision, unit_diagonal=True)
+        return {"coupling": made[np.tril_indices(n, -1)] * (1 - 1e-9)}
+    smallest = float(np.linalg.eigvalsh(rho).min())
     return {"coupling": p["coupling"] * min(1.0, -1.0 / smallest if smallest < 0 else 1.0)}
 
 

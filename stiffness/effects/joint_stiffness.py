@@ -27,6 +27,7 @@ EFFECT = Effect(
     ),
     joint=lambda given, p: given.torque / p["k_nm_per_rad"],
     is_base=True,
+    stiffness=lambda p: p["k_nm_per_rad"],
     fitted_where="load",
 )
 

@@ -30,6 +30,7 @@ def _parameter(name: str, unit: str, meaning: str) -> Parameter:
         low=-most,
         high=most,
         scale=1e-3,
+        prior_sd=1e-3,
         meaning=meaning,
         default=0.0,
         neutral=0.0,

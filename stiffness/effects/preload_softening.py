@@ -13,17 +13,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from stiffness.effects.effect import (
-    REVERSAL,
-    Clamp,
-    Effect,
-    Floats,
-    JointInput,
-    Memory,
-    Numbers,
-    Parameter,
-    Values,
-)
+from stiffness.effects.effect import REVERSAL, Effect, Floats, JointInput, Numbers, Parameter, Values
+from stiffness.effects.memory import Clamp, Memory
 
 
 def _law(given: JointInput, p: Values) -> ca.SX:
@@ -31,7 +22,7 @@ def _law(given: JointInput, p: Values) -> ca.SX:
     return (1 / p["ratio"] - 1) * against
 
 
-def _rule(move: Floats, torque: Floats, p: Numbers) -> Clamp:
+def _rule(move: Floats, torque: Floats, p: Numbers, stiffness: Floats) -> Clamp:
     one = np.ones_like(move)
     return Clamp(move / (0.5 * REVERSAL), -one, one)
 
@@ -60,7 +51,6 @@ EFFECT = Effect(
         unit="1",
         rule=_rule,
         bounds=lambda p: 1 + 0 * p["ratio"],
-        gain=lambda p: 0 * p["ratio"],
         meaning="the direction of the last rotation, up is positive",
     ),
     needs_torque_sign=True,

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from stiffness.effects.effect import Floats, Numbers, Parameter, PlaceInput, Values
+from stiffness.effects.semidefinite import nearest_semidefinite
 
 _ROUNDING = 1e-9  # of the scaled matrix: a fit that stops at the bound is singular, not negative
 
@@ -91,14 +92,22 @@ def check(p: Numbers) -> str:
     return ""
 
 
-def nearest(p: Numbers) -> dict[str, Floats]:
-    """C without its negative directions (Higham 1988), entries weighed by their typical sizes."""
+def nearest(p: Numbers, precision: Floats | None = None) -> dict[str, Floats]:
+    """C without its negative directions: nearest by the ``precision`` (21, 21) of its numbers, else (Higham 1988) with
+    entries weighed by their typical sizes."""
     c = np.diag(np.concatenate([p["linear_m_per_n"], p["angular_rad_per_nm"]]))
     below = np.zeros((6, 6))
     below[np.tril_indices(6, -1)] = p["coupling"]
     size = np.sqrt(np.repeat([PARAMETERS[0].scale, PARAMETERS[1].scale], 3))
-    values, vectors = np.linalg.eigh((c + below + below.T) / np.outer(size, size))
-    made = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(size, size)
+    scaled = (c + below + below.T) / np.outer(size, size)
+    if precision is None:
+        values, vectors = np.linalg.eigh(scaled)
+        made = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    else:
+        unit = np.outer(size, size)
+        unit = np.concatenate([np.diag(unit), unit[np.tril_indices(6, -1)]])
+        made = nearest_semidefinite(scaled, precision * np.outer(unit, unit))
+    made = made * np.outer(size, size)
     diagonal = np.diag(made) * (1 + 1e-9)  # rounding must not make it negative again
     return {
         "linear_m_per_n": diagonal[:3],

@@ -12,27 +12,40 @@ from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
 from stiffness.identification import scores
+from stiffness.identification.isolated import isolated_rows
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
+from stiffness.session.far_readings import far_rows
 from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
 
 RIGID = 1e12  # N*m/rad
+PLACINGS = 3  # of the tracker, without the wrong rows that the last placing showed
 REGISTER = 25  # states per block that place the tracker of a session that is not registered
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Scores on every reading that did not help to place the tracker; None where a session cannot tell."""
+    """Scores on every reading that did not help to place the tracker; None where a session cannot tell.
+
+    Attributes:
+        displacement, absolute: without wrong rows; ``with_wrong``: by kind, with them.
+        registered_on: readings that placed the tracker.
+        wrong: (N,) readings that were left out: gross errors, and single rows that nothing else of their state shares.
+        seen: the session as predicted; the readings that are not wrong are in use.
+    """
 
     displacement: scores.Score | None
     absolute: scores.Score | None
     registered_on: int
+    with_wrong: Mapping[str, scores.Score | None]
+    wrong: Bools
+    seen: SessionFit
 
 
 def evaluate(session: Session, model: ComplianceModel, register: int | None = None) -> Evaluation:
@@ -53,12 +66,24 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             f"the tracker; give a number above 0 (default {REGISTER})"
         )
     chosen = _evenly(session, count)
-    seen = predicted_by(model, session, chosen, _drift(session, model) if count else None).predicted
-    rest, every = ~chosen, np.ones(len(session.samples), dtype=bool)
+    free = _drift(session, model) if count else None
+    wrong = far = far_rows(session)
+    for _ in range(PLACINGS):
+        placed = predicted_by(model, session, chosen & ~wrong, free)
+        before, wrong = wrong, far | isolated_rows(session, placed.predicted)
+        if np.array_equal(before & chosen, wrong & chosen):
+            break
+    seen, rest, every = placed.predicted, ~chosen, np.ones(len(session.samples), dtype=bool)
     return Evaluation(
-        displacement=scores.displacement(session, seen, rest, every),
-        absolute=scores.absolute(session, seen, rest, every),
+        displacement=scores.displacement(session, seen, rest, ~wrong),
+        absolute=scores.absolute(session, seen, rest, ~wrong),
         registered_on=int(chosen.sum()),
+        with_wrong={
+            "displacement": scores.displacement(session, seen, rest, every),
+            "absolute": scores.absolute(session, seen, rest, every),
+        },
+        wrong=wrong,
+        seen=replace(placed, state=replace(placed.state, used=~wrong)),
     )
 
 
@@ -107,7 +132,7 @@ def _placed(session: Session, layout: Unknowns, fixed: Mapping[str, Numbers], us
     return placed
 
 
-def _evenly(session: Session, count: int) -> npt.NDArray[np.bool_]:
+def _evenly(session: Session, count: int) -> Bools:
     """(N,) readings of ``count`` states per block, evenly by position in the file."""
     chosen = np.zeros(len(session.samples), dtype=bool)
     of = session.states.of

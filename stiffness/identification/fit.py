@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+from scipy import stats
 
 from stiffness.effects.effect import Effect, Numbers
+from stiffness.identification.gauge import Gauge
+from stiffness.identification.learned_numbers import learned_numbers
 from stiffness.identification.prediction import PredictedReadings, SessionPredictor
 from stiffness.identification.problem import Problem, States, loose_sd
 from stiffness.identification.session_fit import SessionFit
+from stiffness.identification.setup_statistics import SetupStatistics, moved_within_setups
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import Solution
+from stiffness.numerics.least_squares import NOTHING, Solution, inverse
 
 Floats = npt.NDArray[np.float64]
 
+DOUBTFUL = 0.05  # false-positive rate: of fits that miss nothing, and yet have standard deviations by set-ups
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
+CLEAR = 1.15  # residual over noise from which structure is clear
+UNSEEN = 3.0  # standard deviations of chi-square: so much structure a fit may hold that no test of its residual sees
 LOADED = 30.0  # typical sizes of compliance: a joint whose data have a larger standard deviation is not loaded
 
 
@@ -33,12 +40,14 @@ class Fit:
         solution: estimate and covariance.
         states: where the evaluation of every observations ended, with the rows that were used.
         notes: what was decided, and why.
+        searched_sd: standard deviations of numbers that no derivative leads to, by effect and parameter.
     """
 
     problem: Problem
     solution: Solution
     states: States
     notes: tuple[str, ...] = ()
+    searched_sd: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Fit({', '.join(e.name for e in self.unknowns.effects)}, {self.solution.count} numbers)"
@@ -63,11 +72,39 @@ class Fit:
         """(P,) as the solver sees them."""
         return self.solution.vector[: len(self.unknowns)]
 
-    @property
+    @cached_property
     def sd(self) -> Floats:
-        """(P,) standard deviations, widened where the residual is larger than the noise explains."""
+        """(P,) standard deviations; where the residual may be larger than the noise explains, widened by the misfit, or
+        by what leaving out one set-up after the other does to the numbers, if that is more."""
         variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
-        return np.asarray(np.sqrt(variance) * self.solution.misfit)
+        sd = np.asarray(np.sqrt(variance) * self.solution.misfit)
+        doubtful = stats.chi2.sf(self.solution.chi2, max(self.solution.freedom, 1.0)) < DOUBTFUL
+        return np.maximum(sd, self.by_setup.sd) if doubtful else sd
+
+    @cached_property
+    def by_setup(self) -> SetupStatistics:
+        """What the residuals tell set-up by set-up."""
+        setups = self.problem.setups(self.solution.vector, self.states)
+        return SetupStatistics.of(setups, self.solution.covariance, len(self.unknowns))
+
+    @cached_property
+    def gauge(self) -> Gauge:
+        """Which directions of the parameters the data determine."""
+        return Gauge.of(
+            unit=loose_sd(self.unknowns),
+            scale=self.unknowns.scale,
+            data=self.solution.information,
+            sd=self.problem.sd,
+            misfit=self.solution.misfit,
+        )
+
+    @property
+    def lacks(self) -> str:
+        """In one line that the residual is more than the noise explains; "" where it is not."""
+        misfit = self.solution.misfit
+        if misfit <= CLEAR:
+            return ""
+        return f"this model lacks something: {misfit:.1f} times the noise is left; run diagnose"
 
     def predicted_without(self, effect: Effect) -> tuple[PredictedReadings, ...]:
         """The readings of every session for the same numbers, one effect left out."""
@@ -83,23 +120,59 @@ class Fit:
         return tuple(out)
 
     def determined(self) -> npt.NDArray[np.bool_]:
-        """(P,) what the data determine: for a stiffness to half its value, else to half of what was assumed."""
+        """(P,) what the data determine: a stiffness to half its value, by loads that bend its joint visibly; any other
+        number to half of what was assumed, and not by the choice of one of several solutions alike."""
+        return self._known
+
+    @cached_property
+    def _known(self) -> npt.NDArray[np.bool_]:
         ratio = self.sd / np.maximum(np.abs(self.parameters), 1e-300)
-        told = self.sd < DETERMINED * loose_sd(self.unknowns)
-        return np.where(self.unknowns.inverse, ratio < DETERMINED, told)
+        told = (self.sd < DETERMINED * loose_sd(self.unknowns)) & ~self.gauge.chosen
+        return np.where(self.unknowns.inverse, (ratio < DETERMINED) & self._loaded(), told)
+
+    def _loaded(self) -> npt.NDArray[np.bool_]:
+        """(P,) whether a number shows in the readings.
+
+        Between the states of a set-up errors of the arm's geometry cancel: what differs there counts by its standard
+        deviation. From set-up to set-up they do not: there a joint has to bend, over the torques that it has and
+        beyond what other numbers imitate, twice as much as the model leaves of single readings.
+        """
+        size = np.abs(self.parameters)
+        within = moved_within_setups(self.sessions, self.unknowns.inverse)
+        loose = max(self.solution.misfit**2 - 1, UNSEEN * np.sqrt(2 / max(self.solution.freedom, 1.0)))
+        moves = size * within * DETERMINED > self.solution.misfit
+        return np.asarray(moves | (size * self.by_setup.signal * DETERMINED > np.sqrt(loose)))
 
     def values(self) -> dict[str, dict[str, Floats]]:
-        """Values per effect and parameter; a table is zero where no reading was."""
-        seen = np.diag(self.solution.information)[: len(self.unknowns)] > 0
-        tabled = np.array([u.parameter.each > 1 for u in self.unknowns.free], dtype=bool)
-        return self.unknowns.values(np.where(tabled & ~seen, 0.0, self.parameters), self.fixed)
+        """Values per effect and parameter; a table is zero where no reading was, or where it was not learned."""
+        return self.unknowns.values(np.where(self.learned(), self.parameters, 0.0), self.fixed)
+
+    def learned(self) -> npt.NDArray[np.bool_]:
+        """(P,) false for numbers of tables that no reading has, or that lie far out of the spread of their table."""
+        return learned_numbers(self.unknowns, self.parameters, self._seen, loose_sd(self.unknowns))
+
+    @property
+    def _seen(self) -> npt.NDArray[np.bool_]:
+        return np.asarray(np.diag(self.solution.information)[: len(self.unknowns)] > 0)
 
     def allowed_values(self) -> dict[str, dict[str, Floats]]:
-        """Values, with those that an effect does not allow moved to the nearest that it does."""
+        """Values, with those that an effect does not allow moved to the nearest that it does, by how well they are
+        known; all other numbers answer to it."""
         out = self.values()
         for e in self.unknowns.effects:
-            if e.nearest and e.check(out[e.name]):
+            if not e.nearest or not e.check(out[e.name]):
+                continue
+            own = [k for k, u in enumerate(self.unknowns.free) if u.effect == e.name]
+            if len(own) < sum(p.count(self.unknowns.joints) for p in e.parameters):
                 out[e.name] = e.nearest(out[e.name])
+                continue
+            covariance = self.solution.covariance[: len(self.unknowns), own]
+            precision = inverse(covariance[own])
+            allowed = e.nearest(out[e.name], precision)
+            moved = np.concatenate([allowed[p.name] - out[e.name][p.name] for p in e.parameters])
+            low, high = self.unknowns.bounds()
+            answer = np.clip(self.parameters + covariance @ precision @ moved, low, high)
+            out = self.unknowns.values(np.where(self.learned(), answer, 0.0), self.fixed) | {e.name: allowed}
         return out
 
     def deviations(self) -> dict[str, dict[str, Floats]]:
@@ -108,28 +181,30 @@ class Fit:
         out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
         for u, value, sd in zip(self.unknowns.free, self.parameters, self.sd, strict=True):
             out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
+        for name, numbers in self.searched_sd.items():
+            out[name] = {**out[name], **{k: np.array(v) for k, v in numbers.items()}}
         return out
 
-    def condition_number(self) -> float:
-        """Of the design: largest over smallest singular value, numbers scaled to their typical size."""
-        n = len(self.unknowns)
-        scale = self.unknowns.scale
-        values = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale))
-        return float(np.sqrt(values[-1] / max(values[0], values[-1] * 1e-32)))
+    def condition_number(self) -> float | None:
+        """Of the design: largest over smallest singular value of the directions that the data determine; None where
+        they determine none."""
+        singular = self.gauge.singular[0]
+        return float(singular[-1] / singular[0]) if len(singular) else None
 
     def observability(self) -> dict[str, float]:
-        """Observability indices of the design, numbers scaled to their typical size (Nahvi & Hollerbach 1996).
+        """Observability indices of the design in the directions that the data determine, numbers scaled to their
+        typical size (Nahvi & Hollerbach 1996), and how many directions are ``determined`` and ``undetermined``.
 
         o1: geometric mean of the singular values (Borm & Menq); o2: smallest over largest (Driels & Pathre); o3:
         smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers.
         """
-        n = len(self.unknowns)
-        scale = self.unknowns.scale
-        squares = np.linalg.eigvalsh(self.solution.information[:n, :n] * np.outer(scale, scale)) / self.solution.count
-        singular = np.sqrt(np.maximum(squares, 0.0))
+        counts = {"determined": self.gauge.count, "undetermined": len(self.unknowns) - self.gauge.count}
+        if not self.gauge.count:
+            return {"o1": 0.0, "o2": 0.0, "o3": 0.0, "o4": 0.0, **counts}
+        singular = self.gauge.singular[0] / np.sqrt(self.solution.count)
         low, high = float(singular[0]), float(singular[-1])
-        product = float(np.exp(np.mean(np.log(singular)))) if low > 0 else 0.0
-        return {"o1": product, "o2": low / high, "o3": low, "o4": low**2 / high}
+        mean = float(np.exp(np.mean(np.log(singular))))
+        return {"o1": mean, "o2": low / high, "o3": low, "o4": low**2 / high, **counts}
 
     def not_identified(self) -> list[str]:
         """What the data do not determine, in the user's words."""
@@ -147,6 +222,13 @@ class Fit:
                 out.append(f"{u.parameter.meaning} ({u.effect}) of {place}: {why}")
         for (meaning, effect, joint), rows in unseen.items():
             out.append(f"{meaning} ({effect}) of joint {joint}: {len(rows)} numbers, angles that no reading has")
+        for k in np.flatnonzero(self._seen & ~self.learned()):
+            u = self.unknowns.free[k]
+            at = f"joint {u.index // u.parameter.each + 1}, number {u.index % u.parameter.each + 1}"
+            out.append(
+                f"{u.parameter.meaning} ({u.effect}) of {at}: {self.parameters[k]:.2g} {u.parameter.unit} is far out "
+                "of its table: hardly a reading reaches it, or a wrong one"
+            )
         return out
 
     def outlier_rows(self) -> list[tuple[str, int]]:
@@ -181,10 +263,13 @@ class Fit:
             correlations=self.correlations(),
         )
 
-    def correlations(self) -> Correlations:
-        """Between the robot's numbers as the solver sees them; an inverse turns the sign."""
-        # tables are left out: hundreds of numbers, and their neighbours are what correlates
-        own = [k for k, u in enumerate(self.unknowns.free) if u.parameter.each == 1]
+    def correlations(self) -> Correlations | None:
+        """Between the robot's numbers that are determined, as the solver sees them; an inverse turns the sign."""
+        # tables are left out: hundreds of numbers, and their neighbours are what correlates; so is what is not known
+        known = self.determined()
+        own = [k for k, u in enumerate(self.unknowns.free) if u.parameter.each == 1 and known[k]]
+        if not own:
+            return None
         turn = np.where(self.unknowns.inverse[own], -1.0, 1.0)
         covariance = self.solution.covariance[np.ix_(own, own)] * np.outer(turn, turn)
         return Correlations.of(tuple(str(self.unknowns.free[k]) for k in own), 0.5 * (covariance + covariance.T))
@@ -197,15 +282,17 @@ def fitted(
     *,
     notes: tuple[str, ...] = (),
     once: bool = False,
+    nothing: float = NOTHING,
 ) -> Fit:
     """Least squares of a problem.
 
     Args:
         states: where the evaluations start. start: (V,) first vector; None: the mean of the prior.
         once: priors are too loose to be weighed anew.
+        nothing: gain in chi-square that ends the iteration.
     """
-    solution, states = problem.solved(states, start)
+    solution, states = problem.solved(states, start, nothing=nothing)
     if solution.misfit > 1 and not once:
         # what the model does not explain is noise to its parameters: the prior weighs more against it
-        solution, states = problem.solved(states, solution.vector, widened=solution.misfit)
+        solution, states = problem.solved(states, solution.vector, widened=solution.misfit, nothing=nothing)
     return Fit(problem, solution, states, notes)

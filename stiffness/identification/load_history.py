@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.memory.preload import PreloadState, unknown, walk
+from stiffness.memory.state_columns import state_columns
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -72,23 +73,25 @@ class LoadHistory:
         torque: Floats,
         resting: Floats,
         state: Floats,
+        only: Collection[tuple[str, str]] | None = None,
     ) -> dict[tuple[str, str], Floats]:
-        """How shares (N, n) change with the size of what remembers, by effect and parameter.
+        """How shares (N, n * states) change with the numbers of what remembers, by effect and parameter; ``only``
+        with these.
 
         A state at its bound stays there; one between its bounds does not grow with them.
         """
         if not np.any((np.abs(state) < 1 - 1e-9) & (state != 0)):
             return {}
-        n, out = self._n, {}
-        for k, effect in enumerate(e for e in effects if e.memory):
+        out, columns = {}, state_columns(effects, self._n)
+        for effect in (e for e in effects if e.memory):
             for p in effect.parameters:
-                if p.fit == "direct":
-                    own = opened(effect, values[effect.name])
-                    step = -RELATIVE * np.maximum(np.abs(own[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
-                    more = {**values, effect.name: {**own, p.name: own[p.name] + step}}
-                    columns = slice(k * n, (k + 1) * n)
-                    moved = self.state(effects, more, torque, resting)[:, columns] - state[:, columns]
-                    out[effect.name, p.name] = moved / step
+                if p.fit == "direct" and (only is None or (effect.name, p.name) in only):
+                    now = opened(effect, values[effect.name])
+                    step = -RELATIVE * np.maximum(np.abs(now[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
+                    more = {**values, effect.name: {**now, p.name: now[p.name] + step}}
+                    own = columns[effect.name]
+                    moved = self.state(effects, more, torque, resting)[:, own] - state[:, own]
+                    out[effect.name, p.name] = moved / np.tile(step, moved.shape[1] // self._n)
         return out
 
 

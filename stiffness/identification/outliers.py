@@ -1,8 +1,14 @@
-"""Outliers: rows of a session that all others contradict, found by deletion statistics and left out of the fit."""
+"""Outliers: rows of a session that all others contradict, found by deletion statistics and left out of the fit.
+
+A reading is judged against the bulk of its own kind, the readings of its reflector: where the model lacks something,
+all of them are widened by it, and reflectors on the base are not. What is left out stays a small share of a session:
+more of them are structure and no wrong rows, and stay.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +18,8 @@ from scipy import stats
 from stiffness.identification.fit import Fit, fitted
 from stiffness.identification.problem import States
 from stiffness.identification.session_fit import SessionFit
+from stiffness.numerics.least_squares import NOTHING
+from stiffness.session.far_readings import far_rows
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -20,20 +28,65 @@ FALSE_ALARM = 1e-4  # false-positive rate: of a clean session that loses a row
 ROUNDS = 8
 MOST_RECONSIDERED = 60  # rows left out that are looked at again one by one
 WRONG_SETUPS = 0.02  # of all set-ups that may be wrong as a whole
-MEDIAN = 2.366  # of chi-square with three degrees of freedom
+WRONG = 0.05  # of the rows of a session, and
+WRONG_OF_ONE = 0.1  # of those of a reflector, may be wrong; more are structure
+FEW = 6  # rows that may be wrong in any session
+MIDDLE, UPPER = 0.5, 0.95  # quantiles that measure the bulk: against wrong rows, and where there is structure
+ROUGH = 0.1  # of chi-square: a fit on the way to the wrong rows need not gain less
+ENOUGH = 10  # readings of a reflector that have a bulk of their own
 
 
 def cleaned(fit: Fit) -> Fit:
     """Without the rows that the others contradict."""
+    start = _without_far(fit)
+    for level in (MIDDLE, UPPER):
+        found = _settled(start, level)
+        if not any(_too_many(s) for s in found.sessions):
+            return found if found.solution is fit.solution else _again(found, NOTHING)
+    return start
+
+
+def _settled(fit: Fit, level: float) -> Fit:
     for _ in range(ROUNDS):
-        states, found = _without_outliers(fit)
+        states, found = _without_outliers(fit, level)
         fit = replace(fit, states=states)
         if not found:
             break
         fit = _again(fit)
-    states, found = _with_rows_back(fit)
+    states, found = _with_rows_back(fit, level)
     fit = replace(fit, states=states)
     return _again(fit) if found else fit
+
+
+def _without_far(fit: Fit) -> Fit:
+    """Without gross errors; the fit starts anew, as they may have led it anywhere."""
+    used = [s.used & ~far_rows(s.session) for s in fit.sessions]
+    if all(np.array_equal(u, s.used) for u, s in zip(used, fit.sessions, strict=True)):
+        return fit
+    first = fit.problem.first_states()
+    states = tuple(
+        replace(state, used=rows, allowed=s.allowed) for state, rows, s in zip(first, used, fit.sessions, strict=True)
+    )
+    return fitted(fit.problem, states, notes=fit.notes)
+
+
+def _too_many(fit: SessionFit) -> bool:
+    """Whether more was left out than can be wrong."""
+    out, reflector = fit.allowed & ~fit.used, fit.samples.reflector
+    if out.sum() > max(FEW, WRONG * fit.allowed.sum()):
+        return True
+    own = np.bincount(reflector[out], minlength=len(fit.session.reflectors))
+    every = np.bincount(reflector[fit.allowed], minlength=len(fit.session.reflectors))
+    return bool(np.any(own > np.maximum(FEW, WRONG_OF_ONE * every)))
+
+
+def contradicting(fit: SessionFit) -> Bools:
+    """(N,) rows in use that the bulk of their reflector contradicts, too many of them to be wrong rows."""
+    out = np.zeros(len(fit.samples), dtype=bool)
+    found = _Deletions.of(fit, MIDDLE)
+    for rows, far in zip(found.rows, found.chi2 > found.limit(int(fit.used.sum())), strict=True):
+        out[rows] = far
+    return out
 
 
 def reconsidered(fit: Fit) -> Fit:
@@ -62,47 +115,94 @@ def _with_whole_setups(fit: SessionFit) -> Bools:
     return used
 
 
-def _again(fit: Fit) -> Fit:
-    return fitted(fit.problem, fit.states, fit.solution.vector, notes=fit.notes)
+def _again(fit: Fit, nothing: float = ROUGH) -> Fit:
+    return fitted(fit.problem, fit.states, fit.solution.vector, notes=fit.notes, nothing=nothing)
 
 
-def _without_outliers(fit: Fit) -> tuple[States, bool]:
+def _without_outliers(fit: Fit, level: float) -> tuple[States, bool]:
     """The states without the rows that all others contradict, and whether there were any."""
     total = sum(int(s.used.sum()) for s in fit.sessions)
     after: list[Any] = []
     found = False
     for s in fit.sessions:
-        blocks, state = s.observations.blocks(s.state, s.vector, s.columns)
-        scores = [s.observations.weighting.deletion(b) for b in blocks]
-        every = np.concatenate([chi2 for _, chi2, _ in scores])
-        # what the model does not explain widens everything: judge against the bulk of the readings
-        bulk = max(1.0, float(np.median(every)) / MEDIAN)
+        scores = _Deletions.of(s, level)
+        over = scores.chi2 / scores.limit(total)
         used = s.used.copy()
-        for rows, chi2, freedom in scores:
-            limit = stats.chi2.isf(FALSE_ALARM / max(total, 1), freedom) * bulk
-            if len(chi2) and np.any(chi2 > limit):
-                worst = chi2 >= max(float(limit[0]), 0.5 * chi2.max())
-                for r in np.flatnonzero(worst):
-                    used[rows[r]] = False
-                found = True
-        after.append(replace(state, used=used))
+        for block in np.unique(scores.block[over > 1]):
+            mine = scores.block == block
+            worst = mine & (over > 1) & (scores.chi2 >= 0.5 * scores.chi2[mine & (over > 1)].max())
+            for k in np.flatnonzero(worst).tolist():
+                used[scores.rows[k]] = False
+            found = True
+        after.append(replace(s.state, used=used))
     return tuple(after), found
 
 
-def _with_rows_back(fit: Fit) -> tuple[States, bool]:
+@dataclass(frozen=True, repr=False, eq=False)
+class _Deletions:
+    """What leaving out each of the D readings of a session, or poses of a probe, would say.
+
+    Attributes:
+        rows: rows of each. chi2: (D,) of leaving it out. freedom: (D,) its degrees of freedom.
+        block: (D,) the block of residuals that it is in.
+        bulk: (D,) factor on chi-square that the bulk of its reflector shows.
+    """
+
+    rows: Sequence[npt.NDArray[np.intp]]
+    chi2: Floats
+    freedom: Floats
+    block: npt.NDArray[np.intp]
+    bulk: Floats
+
+    @classmethod
+    def of(cls, fit: SessionFit, level: float) -> _Deletions:
+        """Of the readings in use; ``level``: the quantile that measures the bulk."""
+        scores = [fit.observations.weighting.deletion(b) for b in fit.blocks()]
+        rows = [r for some, _, _ in scores for r in some]
+        if not rows:
+            none = np.empty(0)
+            return cls(rows=[], chi2=none, freedom=none, block=np.empty(0, dtype=np.intp), bulk=none)
+        chi2 = np.concatenate([each for _, each, _ in scores])
+        freedom = np.concatenate([each for _, _, each in scores])
+        block = np.repeat(np.arange(len(scores)), [len(some) for some, _, _ in scores])
+        ratio = chi2 / stats.chi2.ppf(level, freedom)
+        reflector = np.array([fit.samples.reflector[r[0]] for r in rows])
+        bulk = np.full(len(rows), float(np.quantile(ratio, level)))
+        for k in np.unique(reflector):
+            mine = reflector == k
+            if mine.sum() >= ENOUGH:
+                bulk[mine] = np.quantile(ratio[mine], level)
+        return cls(rows=rows, chi2=chi2, freedom=freedom, block=block, bulk=np.maximum(bulk, 1.0))
+
+    def limit(self, total: int) -> Floats:
+        """(D,) chi-square that a clean session of ``total`` readings exceeds once in 1 / FALSE_ALARM."""
+        return np.asarray(stats.chi2.isf(FALSE_ALARM / max(total, 1), self.freedom) * self.bulk)
+
+    def bulk_of(self, reflector: int, fit: SessionFit) -> float:
+        """The factor of a reflector; that of all where no reading of it is in use."""
+        mine = [float(b) for r, b in zip(self.rows, self.bulk, strict=True) if fit.samples.reflector[r[0]] == reflector]
+        return mine[0] if mine else float(np.median(self.bulk))
+
+
+def _with_rows_back(fit: Fit, level: float) -> tuple[States, bool]:
     """The states with rows that were dropped while a wrong one still disturbed the fit, and whether there were any."""
     after: list[Any] = []
     found = False
     for s in fit.sessions:
         state = s.state
         out = np.flatnonzero(~s.used & s.allowed)
-        limit = stats.chi2.isf(FALSE_ALARM / max(int(s.used.sum()), 1), 3) * fit.solution.misfit**2
         probes = s.session.group.max() >= 0
-        for row in out if len(out) <= MOST_RECONSIDERED and not probes else ():
+        if not len(out) or len(out) > MOST_RECONSIDERED or probes:
+            after.append(state)
+            continue
+        scores = _Deletions.of(s, level)
+        for row in out:
+            bulk = scores.bulk_of(int(s.samples.reflector[row]), s)
+            limit = stats.chi2.isf(FALSE_ALARM / max(int(s.used.sum()), 1), 3) * bulk
             with_row = replace(state, used=_with(state.used, int(row)))
             chi2, with_row = _deletion_of_row(s, with_row, int(row))
             state = with_row if chi2 <= limit else replace(with_row, used=state.used)
-            found |= chi2 <= limit
+            found |= bool(chi2 <= limit)
         after.append(state)
     return tuple(after), found
 

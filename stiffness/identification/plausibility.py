@@ -14,7 +14,16 @@ FAR = 0.02  # m or rad, a single kinematic offset
 
 def doubts(fit: Fit) -> list[str]:
     """Sentences for the report; none where all is well."""
-    return [*_residual(fit), *_aside(fit), *_far(fit)]
+    return [*_unfinished(fit), *_residual(fit), *_aside(fit), *_far(fit)]
+
+
+def _unfinished(fit: Fit) -> list[str]:
+    if fit.solution.converged:
+        return []
+    return [
+        f"the fit has not settled within {fit.solution.steps} steps: its numbers are not the best ones; start from a "
+        "model of this robot (a prior), or look for wrong rows and units"
+    ]
 
 
 def _residual(fit: Fit) -> list[str]:

@@ -15,10 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
-from stiffness.identification.readings import ArmEquilibria, ReadingModel
+from stiffness.identification.arm_loads import ArmEquilibria, pieces_of_links
+from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.station import TrackerPoses
 from stiffness.identification.unknowns import Unknowns
+from stiffness.memory.state_columns import state_columns
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import STANDARD_GRAVITY
 
@@ -147,7 +149,12 @@ class SessionPredictor:
         base, by_p, by_w, by_state, link = self._positions(p, arms, of, places)
         if memory.shape[1]:
             moved = data.history.slopes(
-                effects=effects, values=values, torque=torque, resting=self.resting, state=memory
+                effects=effects,
+                values=values,
+                torque=torque,
+                resting=self.resting,
+                state=memory,
+                only={(u.effect, u.parameter.name) for u in self.unknowns.free},
             )
             by_p = self._with_memory(by_p, by_state, moved)
         poses = data.station.placed(base) if state.poses is None else state.poses
@@ -185,9 +192,9 @@ class SessionPredictor:
         s, count, tables = self.data.samples, len(self.data.samples), self.model.tables
         base, link = np.empty((count, 3)), np.empty((count, 3, 3))
         by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (len(p), 6, arms.by_state.shape[2]))
-        for k in np.unique(self.data.link):
-            rows = np.flatnonzero(self.data.link == k)
-            out = self.model.positions(arms.take(of[rows]), int(k), places[s.reflector[rows]])
+        for rows in pieces_of_links(self.data.link):
+            k = int(self.data.link[rows[0]])
+            out = self.model.positions(arms.take(of[rows]), k, places[s.reflector[rows]])
             base[rows], link[rows] = out.position, out.rotation
             by_w[rows], by_state[rows] = out.by_wrench, out.by_state
             every = np.empty((len(rows), 3, len(p)))
@@ -200,12 +207,12 @@ class SessionPredictor:
     def _with_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> Floats:
         """Derivatives by parameters, with what these do to a reading by way of the joint states that they shift."""
         n, out = self.data.session.robot.n, by_p.copy()
-        remembering = [e.name for e in self.unknowns.effects if e.memory]
+        columns = state_columns(self.unknowns.effects, n)
         for k, u in enumerate(self.unknowns.free):
             shares = moved.get((u.effect, u.parameter.name))
             if shares is not None:
-                column = remembering.index(u.effect) * n + u.index
-                out[:, :, k] += by_state[:, :, column] * shares[:, u.index, None]
+                own = by_state[:, :, columns[u.effect]][:, :, u.index :: n]  # all states of the joint
+                out[:, :, k] += np.einsum("nik,nk->ni", own, shares[:, u.index :: n])
         return out
 
     def _shown(self, p: Floats, seen: PredictedReadings) -> PredictedReadings:

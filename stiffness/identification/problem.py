@@ -17,7 +17,7 @@ from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import Solution, Whitened, solve
+from stiffness.numerics.least_squares import NOTHING, Solution, Whitened, lowest, solve
 
 Floats = npt.NDArray[np.float64]
 States = tuple[Any, ...]  # one per observations, each of its own kind
@@ -100,28 +100,53 @@ class Problem:
         return out, tuple(after)
 
     def solved(
-        self, states: States, start: Floats | None = None, *, widened: float = 1.0, bounded: bool = True
+        self,
+        states: States,
+        start: Floats | None = None,
+        *,
+        widened: float = 1.0,
+        bounded: bool = True,
+        held: Floats | None = None,
+        nothing: float = NOTHING,
     ) -> tuple[Solution, States]:
         """Least squares.
 
         Args:
             start: (V,) first vector; None: the mean of the prior.
-            widened: factor on the noise: the prior weighs so much more.
+            widened: factor on the noise: the prior of the robot's parameters weighs so much more.
             bounded: whether parameters stay within what their effects allow.
+            held: (K, V) combinations of the numbers that stay at the mean of the prior, in standard deviations.
+            nothing: gain in chi-square that ends the iteration.
         """
-        low, high = self.unknowns.bounds()
-        free = np.full(len(self.start) - len(low), np.inf)
+        low, high = self._bounds()
         infinite = np.full(len(self.start), np.inf)
         return solve(
             self.blocks,
             self.start if start is None else start,
             states,
             prior=self.start,
-            prior_sd=self.sd / widened,
-            low=np.concatenate([low, -free]) if bounded else -infinite,
-            high=np.concatenate([high, free]) if bounded else infinite,
+            # the station stays free: what it cannot take would end up in the robot
+            prior_sd=np.concatenate([self.parameter_sd / widened, self.sd[len(self.unknowns) :]]),
+            low=low if bounded else -infinite,
+            high=high if bounded else infinite,
+            held=held,
+            nothing=nothing,
             spent=sum(o.spent(s) for o, s in zip(self.observations, states, strict=True)),
         )
+
+    def lowest_with(self, fixed: Mapping[str, Numbers], vector: Floats, states: States) -> tuple[float, States]:
+        """Chi-square, prior included, with other values of numbers that only the rules of joint memories read, all free
+        numbers refitted in the model linearised at ``vector`` (V,): a profile of the likelihood."""
+        problem = self.with_memory_values(fixed)
+        parts, states = problem.blocks(vector, states)
+        low, high = self._bounds()
+        return lowest(parts, vector, prior=problem.start, prior_sd=problem.sd, low=low, high=high), states
+
+    def _bounds(self) -> tuple[Floats, Floats]:
+        """(V,) what the effects allow."""
+        low, high = self.unknowns.bounds()
+        free = np.full(len(self.start) - len(low), np.inf)
+        return np.concatenate([low, -free]), np.concatenate([high, free])
 
     def sessions(self, vector: Floats, states: States) -> tuple[SessionFit, ...]:
         """The sessions among the observations, with the numbers ``vector`` (V,)."""
@@ -130,6 +155,17 @@ class Problem:
             for o, columns, state in zip(self.observations, self.columns, states, strict=True)
             if isinstance(o, SessionObservations)
         )
+
+    def setups(self, vector: Floats, states: States) -> list[list[Whitened]]:
+        """Whitened residuals at ``vector`` (V,), the blocks of every set-up of every session together."""
+        out: list[list[Whitened]] = []
+        for o, at, state in zip(self.observations, self.columns, states, strict=True):
+            own: dict[int, list[Whitened]] = {}
+            for k, b in enumerate(o.blocks(state, vector, at)[0]):
+                setup = int(o.samples.setup[b.rows[0]]) if isinstance(o, SessionObservations) else k
+                own.setdefault(setup, []).append(b)
+            out += own.values()
+        return out
 
     def with_memory_values(self, fixed: Mapping[str, Numbers]) -> Problem:
         """The same with other values of numbers that only the rules of joint memories read."""
@@ -141,7 +177,9 @@ class Problem:
 
 def loose_sd(layout: Unknowns, inverse: float = LOOSE) -> Floats:
     """(P,) how far a number may be from its start where nothing else is known: loose, but in the right world."""
-    return np.where(layout.inverse, inverse, LOOSE_DIRECT) * layout.scale
+    loose = np.where(layout.inverse, inverse, LOOSE_DIRECT) * layout.scale
+    told = [u.parameter.prior_sd for u in layout.free]
+    return np.array([own if own is not None else sd for own, sd in zip(told, loose.tolist(), strict=True)])
 
 
 def _known_sd(layout: Unknowns, prior: ComplianceModel, fixed: Mapping[str, Numbers], sd: Floats) -> Floats:

@@ -7,17 +7,19 @@ evaluated for all readings of that kind at once. Where a reflector then is, is k
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Numbers, ShownWrench, Values
+from stiffness.effects.effect import Effect, Numbers, ShownWrench, Values
 from stiffness.identification.angle_tables import AngleTables
-from stiffness.identification.unknowns import Unknowns
+from stiffness.identification.arm_loads import ArmEquilibria, ArmLoads, LoadKind
+from stiffness.identification.equilibrium_kernel import EquilibriumKernel
+from stiffness.identification.unknowns import Unknowns, every_number, start_values
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
 from stiffness.statics.deflected_arm import DeflectedArm
@@ -29,86 +31,7 @@ from stiffness.statics.tool import Tool
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-SWEEPS = 3  # per call, from the coordinates of the call before
-
-
-@dataclass(frozen=True)
-class LoadKind:
-    """What loads of one kind have in common: they share one CasADi function.
-
-    Attributes:
-        link: the load acts on.
-        point_link: the point that its moment is taken about moves with (0: it does not move).
-        tool_axes: the wrench is written in the axes of the tool (else of the base).
-    """
-
-    link: int
-    point_link: int
-    tool_axes: bool
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class ArmLoads:
-    """What loads N arms.
-
-    Attributes:
-        q: (N, n) rad, commanded.
-        wrench: (N, 6) N and N*m, as the sensor shows it. point: (N, 3) m in its link, that the moment is about.
-        state: (N, s) memory as a share of its half range, -1 ... 1.
-        payload: (N, 1) kg at the tool's centre of mass. warm: (N, 1) K above the reference temperature.
-    """
-
-    q: Floats
-    wrench: Floats
-    point: Floats
-    state: Floats
-    payload: Floats
-    warm: Floats
-
-    def take(self, rows: Index) -> ArmLoads:
-        """Some of them, in the given order."""
-        return ArmLoads(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
-
-    def table(self) -> Floats:
-        """All numbers of an arm in one row: arms with equal rows deflect alike."""
-        return np.concatenate([self.q, self.wrench, self.point, self.state, self.payload, self.warm], axis=1)
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class ArmEquilibria:
-    """N arms at rest under their loads.
-
-    Attributes:
-        q: (N, n) rad.
-        x: (N, m) elastic coordinates, the start of the next call; behind them those of the sag that a
-            controller knows, and of the arm without any load.
-        torque: (N, n) N*m.
-        by_parameter, by_wrench, by_state, by_angle: (N, m, P), (N, m, 6), (N, m, s), (N, m, n) slopes of ``x``; P
-            without the tables of laws of the angle alone, which act by way of ``by_angle``.
-    """
-
-    q: Floats
-    x: Floats
-    torque: Floats
-    by_parameter: Floats
-    by_wrench: Floats
-    by_state: Floats
-    by_angle: Floats
-
-    def take(self, rows: Index) -> ArmEquilibria:
-        """Some of them, in the given order."""
-        return ArmEquilibria(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
-
-    @classmethod
-    def gathered(cls, parts: Sequence[tuple[Index, ArmEquilibria]]) -> ArmEquilibria:
-        """Arms under several kinds of load as one: each part with the rows (k,) that it takes."""
-        count = sum(len(rows) for rows, _ in parts)
-        out = {}
-        for name in (f.name for f in fields(cls)):
-            out[name] = np.empty((count, *getattr(parts[0][1], name).shape[1:]))
-            for rows, part in parts:
-                out[name][rows] = getattr(part, name)
-        return cls(**out)
+KEPT = 24  # kernels
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -155,12 +78,19 @@ class ReadingModel:
         self.statics = Statics(robot, unknowns.effects)
         self._gravity = ca.SX(ca.DM(gravity))
         self.tables = AngleTables(robot.n, unknowns, fixed)
-        self._kernels: dict[LoadKind, Kernel] = {}
+        self._every = every_number(unknowns.effects, robot.n)
+        self.sweep = SweepKey.of(robot, unknowns.effects, fixed, tool, gravity=gravity, calibrated_out=calibrated_out)
 
     @property
     def n_x(self) -> int:
         """How many elastic coordinates a reading has."""
         return self.statics.n_x * (3 if self.calibrated_out else 1)
+
+    @cached_property
+    def _own(self) -> Index:
+        """Where its free numbers stand among all that a kernel has slopes by."""
+        place = {u: k for k, u in enumerate(self._every.free)}
+        return np.array([place[self.unknowns.free[k]] for k in self.tables.core], dtype=np.intp)
 
     @cached_property
     def motion(self) -> PointMotion:
@@ -170,14 +100,11 @@ class ReadingModel:
     def equilibria(self, kind: LoadKind, p: Floats, loads: ArmLoads, x: Floats) -> ArmEquilibria:
         """Equilibria under loads of one kind, for parameters ``p`` (P,) as the solver sees them, started from ``x``
         (N, n_x)."""
-        if kind not in self._kernels:
-            self._kernels[kind] = self._built(kind)
+        values = self.unknowns.values(p, self.fixed)
         error = self.tables.error(loads.q, p)
-        given = (loads.q, loads.wrench, loads.point, loads.state, loads.payload, loads.warm)
-        new, torque, *slopes = self._kernels[kind].run(*given, error, p[self.tables.core], x)
-        count, m = len(loads.q), self.n_x
-        widths = (len(self.tables.core), 6, self.statics.n_state, error.shape[1])
-        by = [np.swapaxes(v.reshape(count, w, m), 1, 2) for v, w in zip(slopes, widths, strict=True)]
+        inputs = (loads.q, loads.wrench, loads.point, loads.state, loads.payload, loads.warm, error)
+        new, torque, by = equilibrium_kernel(self.sweep, kind).run([*inputs, self._every.start(values)], x)
+        by[0] = by[0][:, :, self._own]
         return ArmEquilibria(loads.q, new, torque, *by)
 
     def unloaded_torque(self, p: Floats, q: Floats, payload: Floats, warm: Floats) -> Floats:
@@ -228,7 +155,8 @@ class ReadingModel:
         position = frames.origin[:, link] + np.einsum("nij,nj->ni", rotation, reflector)
         return position, self.motion.slopes(frames, link, position), rotation
 
-    def _built(self, kind: LoadKind) -> Kernel:
+    def built(self, kind: LoadKind) -> EquilibriumKernel:
+        """Arms at rest under loads of one kind, with slopes by all numbers, wrench, memory and angle error."""
         n, s = self.robot.n, self.statics
         q, w, point = (ca.SX.sym(k, m) for k, m in (("q", n), ("w", 6), ("point", 3)))
         state, payload, warm = ca.SX.sym("state", s.n_state), ca.SX.sym("payload"), ca.SX.sym("warm")
@@ -237,41 +165,31 @@ class ReadingModel:
         values = self.unknowns.values(self.tables.whole(core), self.fixed)
         by_angle = error if self.tables else None
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
-        own = state * ca.vertcat(*full) if full else state
-        weights = self.weights(values, payload)
-        coordinates, torque = x[: s.n_x], ca.SX.zeros(n)
-        for _ in range(SWEEPS):
-            posture = s.posture(q, coordinates)
-            load = self.acting(kind=kind, posture=posture, w=w, point=point, values=values)
-            coordinates, torque = s.law(
-                posture=posture,
+        posture = s.posture(q, x[: s.n_x])
+        new, torque = s.law(
+            posture=posture,
+            q=q,
+            weights=self.weights(values, payload),
+            loads=self.acting(kind=kind, posture=posture, w=w, point=point, values=values),
+            state=state * ca.vertcat(*full) if full else state,
+            values=values,
+            temperature=warm,
+            angle_error=by_angle,
+        )
+        if self.calibrated_out:
+            sag, _ = s.law(
+                posture=s.posture(q, x[s.n_x : 2 * s.n_x]),
                 q=q,
-                weights=weights,
-                loads=load,
-                state=own,
+                weights=self.weights(values, None),
+                loads=(),
+                state=None,
                 values=values,
                 temperature=warm,
                 angle_error=by_angle,
             )
-        new_x = coordinates
-        if self.calibrated_out:
-            sag, declared = x[s.n_x : 2 * s.n_x], self.weights(values, None)
-            for _ in range(SWEEPS):
-                sag, _ = s.law(
-                    posture=s.posture(q, sag),
-                    q=q,
-                    weights=declared,
-                    loads=(),
-                    state=None,
-                    values=values,
-                    temperature=warm,
-                    angle_error=by_angle,
-                )
-            straight = s.unloaded(q, values, warm, by_angle)
-            new_x = ca.vertcat(coordinates, sag, straight)
-        outputs = [new_x, torque, *(ca.jacobian(new_x, v) for v in (core, w, state, error))]
-        dense = [ca.densify(ca.vec(o)) for o in outputs]
-        return Kernel(ca.Function("equilibria", [q, w, point, state, payload, warm, error, core, x], dense))
+            new = ca.vertcat(new, sag, s.unloaded(q, values, warm, by_angle))
+        inputs = [q, w, point, state, payload, warm, error, core]
+        return EquilibriumKernel.of(inputs, wanted=(7, 1, 3, 6), x=x, sweep=new, torque=torque)
 
     def weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
         """Weights (link, point, force): with ``payload`` kg all there are, for None what the controller knows."""
@@ -296,3 +214,67 @@ class ReadingModel:
         if kind.tool_axes:
             w = ca.vertcat(ca.mtimes(turn, w[:3]), ca.mtimes(turn, w[3:]))
         return [Load(kind.link, point, w, kind.point_link)]
+
+
+@dataclass(frozen=True)
+class SweepKey:
+    """What a sweep of the statics is made of but for its free numbers: arms of equal keys share their kernels."""
+
+    robot: Robot
+    effects: tuple[Effect, ...]
+    given: tuple[tuple[str, str, tuple[float, ...]], ...]
+    tool: tuple[tuple[float, ...], ...]
+    gravity: tuple[float, ...]
+    calibrated_out: bool
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        effects: tuple[Effect, ...],
+        fixed: Mapping[str, Numbers],
+        tool: Tool,
+        *,
+        gravity: Floats,
+        calibrated_out: bool,
+    ) -> SweepKey:
+        """Of a robot with a tool; of ``fixed`` only numbers count that no derivative leads to."""
+        given = [
+            (e.name, p.name, tuple(map(float, fixed[e.name][p.name])))
+            for e in effects
+            for p in e.parameters
+            if p.fit == "given" and not e.memory  # those of a memory are its rule's alone
+        ]
+        com = () if tool.com is None else tuple(tool.com)
+        held = (tuple(tool.position), tuple(tool.rotation.ravel()), (tool.mass,), com)
+        return cls(
+            robot=robot,
+            effects=effects,
+            given=tuple(given),
+            tool=held,
+            gravity=tuple(map(float, gravity)),
+            calibrated_out=calibrated_out,
+        )
+
+    def model(self) -> ReadingModel:
+        """With all numbers free."""
+        n = self.robot.n
+        fixed = start_values(self.effects, n)
+        for effect, name, numbers in self.given:
+            fixed[effect][name] = np.array(numbers)
+        position, rotation, (mass,), com = self.tool
+        held = Tool(np.array(rotation).reshape(3, 3), np.array(position), mass, np.array(com) if com else None)
+        return ReadingModel(
+            self.robot,
+            every_number(self.effects, n),
+            fixed,
+            held,
+            gravity=np.array(self.gravity),
+            calibrated_out=self.calibrated_out,
+        )
+
+
+@lru_cache(maxsize=KEPT)
+def equilibrium_kernel(sweep: SweepKey, kind: LoadKind) -> EquilibriumKernel:
+    """Built once for all fits of one set of effects."""
+    return sweep.model().built(kind)

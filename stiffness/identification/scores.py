@@ -44,7 +44,7 @@ def displacement(session: Session, seen: PredictedReadings, rows: Bools, used: B
         return None
     row, reference = pairs.row[keep], pairs.reference[keep]
     residual = pairs.displacement[keep] - (seen.position[row] - seen.position[reference])
-    variance = pairs.sd[keep] ** 2 + _sensor(session, seen, row) + _sensor(session, seen, reference)
+    variance = pairs.sd[keep] ** 2 + sensor_variance(session, seen, row) + sensor_variance(session, seen, reference)
     return _score(session, residual, variance, row)
 
 
@@ -54,11 +54,11 @@ def absolute(session: Session, seen: PredictedReadings, rows: Bools, used: Bools
     if not session.has_absolute or not len(at):
         return None
     residual = session.samples.position[at] - seen.position[at]
-    return _score(session, residual, session.samples.sd[at] ** 2 + _sensor(session, seen, at), at)
+    return _score(session, residual, session.samples.sd[at] ** 2 + sensor_variance(session, seen, at), at)
 
 
-def _sensor(session: Session, seen: PredictedReadings, rows: Index) -> Floats:
-    """(K, 3) variance that the noise of the wrench sensor puts into predicted positions."""
+def sensor_variance(session: Session, seen: PredictedReadings, rows: Index) -> Floats:
+    """(K, 3) m^2: variance that the noise of the wrench sensor puts into predicted positions."""
     if not session.has_wrench:
         return np.zeros((len(rows), 3))
     sd = np.array([session.instruments.force] * 3 + [session.instruments.torque] * 3)

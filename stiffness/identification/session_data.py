@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.identification.arm_loads import ArmLoads, LoadKind
 from stiffness.identification.load_history import LoadHistory
-from stiffness.identification.readings import ArmLoads, LoadKind
 from stiffness.identification.station import Station
 from stiffness.session.samples import Samples
 from stiffness.session.session import Session

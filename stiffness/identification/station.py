@@ -64,11 +64,12 @@ class Station:
         return [k for k, g in enumerate(self.session.group) if g == group]
 
     def prior_sd(self) -> Floats:
-        """(S,) how far a first guess may be off: loose, the data decide; m and rad."""
+        """(S,) how far a first guess may be off, m and rad: so loose that of all equivalent solutions the one with the
+        robot nearest to its drawing is the likeliest."""
         sd = np.empty(self.size)
         for entry in self.entries:
             six = entry.span.stop - entry.span.start == 6
-            sd[entry.span] = [1.0] * 3 + [0.5] * 3 if six else [0.1] * 3
+            sd[entry.span] = [1.0] * 3 + [0.5] * 3 if six else [1.0] * 3
         return sd
 
     def placed(self, base: Floats) -> TrackerPoses:

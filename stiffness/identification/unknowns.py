@@ -108,6 +108,18 @@ def unknowns(
     return Unknowns(tuple(effects), joints, tuple(free))
 
 
+def every_number(effects: Sequence[Effect], joints: int) -> Unknowns:
+    """Every number that a derivative leads to, but for tables: their laws are worked out beside the statics."""
+    free = [
+        Unknown(e.name, p, k)
+        for e in effects
+        for p in e.parameters
+        if p.fit != "given" and not e.angle
+        for k in range(p.count(joints))
+    ]
+    return Unknowns(tuple(effects), joints, tuple(free))
+
+
 def _by_name(effects: Sequence[Effect]) -> dict[str, Effect]:
     return {e.name: e for e in effects}
 

@@ -23,6 +23,7 @@ Bools = npt.NDArray[np.bool_]
 
 LARGEST_BLOCK = 900  # readings of a set-up that are whitened together; more are cut, which costs some weight
 PROBE_ANGLE = 1e-3  # rad, noise of a probe's orientation where the session gives none
+IN_LINE = 0.05  # of a probe's size: reflectors that are nearer to one line do not tell its rotation about the line
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -82,7 +83,7 @@ class Weighting:
         for members, _ in probes:
             free[members] = False
         rows = [block.rows[k : k + 1] for k in np.flatnonzero(free)] + [block.rows[m] for m, _ in probes]
-        sizes = [3] * int(free.sum()) + [min(6, len(lever)) for _, lever in probes]
+        sizes = [3] * int(free.sum()) + [len(_told(lever)) for _, lever in probes]
         return rows, deletion_statistics(block, sizes), np.array(sizes, dtype=float)
 
     def _setups(self, used: Bools) -> list[Index]:
@@ -144,7 +145,7 @@ class Weighting:
         return out
 
     def _independent(self, rows: Index) -> Floats | None:
-        """(m, 3k) that makes six numbers of every pose reading of a probe; None where there is none."""
+        """(m, 3k) that makes of every pose reading of a probe the numbers that it tells; None without a probe."""
         probes = self._probes(rows)
         if not probes:
             return None
@@ -152,11 +153,23 @@ class Weighting:
         free = np.ones(len(rows), dtype=bool)
         for members, lever in probes:
             free[members] = False
-            part = np.zeros((min(6, len(lever)), 3 * len(rows)))
+            told = _told(lever)
+            part = np.zeros((len(told), 3 * len(rows)))
             at = (3 * members[:, None] + np.arange(3)).ravel()
-            part[:, at] = np.linalg.pinv(lever)[: len(part)]
+            part[:, at] = told
             out.append(part)
         single = np.zeros((3 * int(free.sum()), 3 * len(rows)))
         at = (3 * np.flatnonzero(free)[:, None] + np.arange(3)).ravel()
         single[np.arange(len(at)), at] = 1.0
         return np.concatenate([single, *out])
+
+
+def _told(lever: Floats) -> Floats:
+    """(r, 3m): combinations of the positions of a probe's m reflectors that its pose moves: six, five for reflectors
+    on one line, three for a single one. ``lever`` (3m, 6): position by pose."""
+    if len(lever) == 3:
+        return np.eye(3)
+    size = float(np.linalg.norm(lever[:, 3:].reshape(-1, 3, 3), axis=(1, 2)).max()) / np.sqrt(2)
+    axes, moved, _ = np.linalg.svd(lever, full_matrices=False)
+    rank = int(np.sum(moved > IN_LINE * size))
+    return np.asarray(np.linalg.pinv(lever) if rank == 6 else axes[:, :rank].T)

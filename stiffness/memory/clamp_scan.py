@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Clamp
+from stiffness.effects.memory import Clamp
 
 Floats = npt.NDArray[np.float64]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import REVERSAL, Clamp
+from stiffness.effects.effect import REVERSAL
+from stiffness.effects.memory import Clamp
 from stiffness.memory.clamp_scan import scan
 from stiffness.memory.preload import PreloadState
 

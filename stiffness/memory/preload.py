@@ -16,17 +16,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Clamp, Effect, Memory, Numbers
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.effects.memory import Memory, TargetClamp
 from stiffness.memory.clamp_scan import scan
+from stiffness.memory.state_columns import state_columns
 
 Floats = npt.NDArray[np.float64]
-
-AT_ONCE = 3e-7  # rad of travel: less than a micrometre at 2 m
 
 
 @dataclass(frozen=True, repr=False)
 class PreloadState:
-    """State of every joint: n columns per remembering effect. ``low`` and ``high`` bracket the truth.
+    """State of every joint, in the columns of ``state_columns``. ``low`` and ``high`` bracket the truth.
 
     Shape (m,) at one pose, (N, m) along a path. ``likely`` begins in the middle of an unknown start: like ``low`` and
     ``high``, and unlike their mean, it is a history that a joint can have.
@@ -81,40 +81,57 @@ def walk(
         torque: N*m of gravity and environment at the pose, shaped as ``move``.
         start: the state before row 0, (m,) or (M, m).
     """
-    n = move.shape[-1]
+    columns = state_columns(effects, move.shape[-1])
     low = np.empty((*move.shape[:-1], start.low.shape[-1]))
     high = np.empty_like(low)
     likely = np.empty_like(low)
-    for k, name, memory in _deflections_first(effects, values) if len(move) else ():
-        own, span = values[name], slice(k * n, (k + 1) * n)
-        clamp, gain = memory.rule(move, torque, own), memory.gain(own)
-        if corrected:
-            clamp = _implicit(clamp, gain, memory.bounds(own))
-        starts = np.stack([v[..., span].ravel() for v in (start.low, start.high, start.middle)])
-        states = scan(clamp, starts).reshape(3, *move.shape)
+    for name, memory in _deflections_first(effects) if len(move) else ():
+        own, span = values[name], columns[name]
+        stiffness = base_stiffness(effects, values, move.shape[-1])
+        starts = np.stack([v[..., span] for v in (start.low, start.high, start.middle)])
+        if corrected and memory.by_target:
+            target = memory.by_target(move, torque, own, stiffness)
+            states = _by_target(target, starts, memory.bounds(own), low[..., span].shape)
+        else:
+            clamp = memory.rule(move, torque, own, stiffness)
+            states = scan(clamp, starts.reshape(3, -1)).reshape(3, *low[..., span].shape)
         low[..., span], high[..., span], likely[..., span] = states
-        if corrected and np.any(gain):  # what the command really moves, for the states that only look on
-            state = np.concatenate([start.middle[None, ..., span], likely[..., span]])
-            change = np.diff(state, axis=0)
+        if corrected and memory.deflection:  # what the command really moves, for the states that only look on
+            before = start.middle[None, ..., span]
+            change = np.diff(memory.deflection(np.concatenate([before, likely[..., span]]), stiffness), axis=0)
             if start.likely is None:  # no command corrected for a state that was not known
-                change[0] *= start.known[..., span]
+                known = start.known[..., span].reshape(*start.low.shape[:-1], memory.states, -1)
+                change[0] *= known.all(axis=-2)
             move = move - change
     return PreloadState(low, high, likely)
 
 
-def _deflections_first(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> list[tuple[int, str, Memory]]:
-    """(place in the state, name, memory): first the states that are themselves a deflection."""
+def base_stiffness(effects: Sequence[Effect], values: Mapping[str, Numbers], joints: int) -> Floats:
+    """(n,) N*m/rad of the base model; infinite without one."""
+    for e in effects:
+        if e.stiffness:
+            return e.stiffness(values[e.name])
+    return np.full(joints, np.inf)
+
+
+def _deflections_first(effects: Sequence[Effect]) -> list[tuple[str, Memory]]:
+    """(name, memory): first the states that are themselves a deflection."""
     found = [(e.name, e.memory) for e in effects if e.memory]
-    listed = [(k, name, memory) for k, (name, memory) in enumerate(found)]
-    return sorted(listed, key=lambda entry: not np.any(entry[2].gain(values[entry[1]])))
+    return sorted(found, key=lambda entry: entry[1].deflection is None)
 
 
-def _implicit(clamp: Clamp, gain: Floats, half: Floats) -> Clamp:
-    """The clamp in terms of the target's move: the correction of the state is itself a move.
+def _by_target(target: TargetClamp, starts: Floats, half: Floats, shape: tuple[int, ...]) -> Floats:
+    """(3, ...) states of three walks by the moves of a target, from starts (3, ..., n * states)."""
+    size = np.maximum(half, 1e-300)
+    first = _mixed(np.asarray(np.linalg.inv(target.mix)), starts / size)
+    coordinates = scan(target.clamp, np.clip(first, -1, 1).reshape(3, -1)).reshape(3, *shape)
+    return _mixed(target.mix, coordinates) * half
 
-    move = target move - (state' - state), hence shift / (1 + gain). A link that lags (gain -1) crosses its
-    gap at once; "at once" is a travel of AT_ONCE, so that rounding in a target does not count as a reversal.
-    """
-    at_once = 2 * half / AT_ONCE
-    factor = 1 / np.maximum(1 + gain, 1 / np.maximum(at_once, 1.0))
-    return Clamp(clamp.shift * factor, clamp.low, clamp.high)
+
+def _mixed(mix: Floats, shares: Floats) -> Floats:
+    """Products of ``mix`` (n, states, states) with the states of every joint, (..., n * states)."""
+    if mix.shape[1] == 1:
+        return shares * mix[:, 0, 0]
+    n, states = mix.shape[:2]
+    each = shares.reshape(*shares.shape[:-1], states, n)
+    return np.asarray(np.einsum("nks,...sn->...kn", mix, each).reshape(shares.shape))

@@ -32,19 +32,6 @@ def share() -> tuple[float, float]:
     return float(mean), float(np.sqrt(square - mean**2))
 
 
-def hardening(reducer: Reducer) -> tuple[float, float]:
-    """Wind-up a (rad) and knee T (N*m) of dq = a tanh(tau / T), on top of the last piece; (0, 0) for one piece.
-
-    Both ends of the pieces are met: the asymptote tau / K_last + a, and the slope 1 / K_first at zero torque.
-    """
-    first, last = reducer.rigidity[0], reducer.rigidity[-1]
-    top = reducer.breaks[-1] if reducer.breaks else 0.0
-    windup = reducer.windup(top) - top / last
-    if first == last:
-        return 0.0, 0.0
-    return windup, windup / (1 / first - 1 / last)
-
-
 def gap(reducer: Reducer) -> tuple[float, float] | None:
     """Gap and its standard deviation, rad; None where the sheet has neither figure.
 
@@ -112,12 +99,12 @@ def _complete(robot: Robot) -> list[Reducer]:
 
 def _hardening(reducers: list[Reducer]) -> tuple[dict[str, Floats], dict[str, Floats]]:
     """A sheet with one piece gives no wind-up: it is zero, with the effect's typical size as standard deviation."""
-    windup, knee = (np.array(v) for v in zip(*(hardening(r) for r in reducers), strict=True))
+    each = [joint_hardening.values_of_pieces(r.rigidity, r.breaks) for r in reducers]
+    values = {name: np.array([v[name] for v in each]) for name in each[0]}
     typical = {p.name: p.start for p in joint_hardening.EFFECT.parameters}
-    single = knee == 0
-    knee = np.where(single, typical["knee_nm"], knee)
-    sd = {"windup_rad": np.where(single, typical["windup_rad"], windup / 2), "knee_nm": knee / 2}
-    return joint_hardening.values_of(windup, knee), sd
+    halves = {name: values[name] / 2 for name in ("windup_rad", "knee_nm", "further_rad")}
+    halves["windup_rad"] = np.where(values["windup_rad"] == 0, typical["windup_rad"], halves["windup_rad"])
+    return values, halves
 
 
 def _provenance(robot: Robot, reducers: list[Reducer], without_gap: list[int]) -> dict[str, object]:

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import tomli_w
 
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.correlations import Correlations
 from stiffness.model.file import SCHEMA, read_tables, sd_key
+from stiffness.model.toml_text import toml_text
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 
@@ -137,7 +137,7 @@ def model_text(model: ComplianceModel) -> str:
     table["effects"] = {e.name: _effect_table(model, e) for e in model.effects}
     if model.correlations is not None:
         table["correlations"] = model.correlations.table()
-    return tomli_w.dumps(table)
+    return toml_text(table)
 
 
 def _effect_table(model: ComplianceModel, effect: Effect) -> dict[str, Any]:

@@ -20,8 +20,11 @@ State = TypeVar("State")
 
 STEPS = 40
 STACKED = 256  # blocks per product
-NOTHING = 1e-5  # relative gain in cost that ends the iteration
+NOTHING = 1e-4  # gain in cost, of a residual of unit variance, that ends the iteration: a hundredth of a sd
 SETTLED = 1e-3  # standard deviations: a smaller step ends the iteration
+EVEN = 1e-9  # standard deviations: rounding of a step
+PATIENCE = 3  # exchanges of all wrong bounds at once that may fail to help
+PIVOTS = 10  # exchanges per number: more than any real problem takes
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,6 +49,7 @@ class Solution:
         count: how many numbers were fitted to.
         freedom: count minus the parameters that the data determines.
         steps: iterations used.
+        converged: whether they were enough.
     """
 
     vector: Floats
@@ -55,6 +59,7 @@ class Solution:
     count: int
     freedom: float
     steps: int
+    converged: bool = True
 
     @property
     def misfit(self) -> float:
@@ -85,7 +90,9 @@ def solve(
     prior_sd: Floats,
     low: Floats,
     high: Floats,
+    held: Floats | None = None,
     spent: int = 0,
+    nothing: float = NOTHING,
 ) -> tuple[Solution, State]:
     """Levenberg-Marquardt with a Gaussian prior and bounds; undamped unless a step makes things worse.
 
@@ -94,32 +101,38 @@ def solve(
             state that the next evaluation starts from.
         start: (P,) first vector. state: what the first evaluation starts from.
         prior, prior_sd: (P,) mean and standard deviation. low, high: (P,) bounds.
+        held: (K, P) combinations of the numbers that have the mean of the prior, in standard deviations; they do not
+            count in the covariance.
+        nothing: gain in cost, of a residual of unit variance, that ends the iteration.
         spent: numbers that free offsets inside the blocks take up: they fit themselves.
 
     Returns:
         The solution, and the state of the last evaluation, whether its step was taken or not.
     """
-    weight = 1 / prior_sd**2
-    vector, damping, steps = start.copy(), 0.0, 0
+    own = np.diag(1 / prior_sd**2)
+    weight = own if held is None else own + held.T @ held
+    vector, damping, steps, ended, last = start.copy(), 0.0, 0, False, False
     parts, state = blocks(vector, state)
     here = _Quadratic.of(parts, vector, prior, weight)
-    while steps < STEPS:
+    total = sum(len(b.residual) for b in here.parts)
+    while steps < STEPS and not ended:
         steps += 1
         step = here.step(damping, low - vector, high - vector)
         if here.length(step) <= SETTLED:
-            break
+            ended, last, damping = damping == 0 or last, True, 0.0
+            continue
         parts, state = blocks(vector + step, state)
         there = _Quadratic.of(parts, vector + step, prior, weight)
         if not there.cost <= here.cost * (1 + 1e-9):
-            damping = max(8 * damping, 1e-7)
+            ended, damping = last, max(8 * damping, 1e-7)
             continue
-        gain = here.cost - there.cost
-        vector, here, damping = vector + step, there, damping / 3 if damping > 1e-9 else 0.0
-        if gain < NOTHING * max(here.cost, 1.0):
-            break
+        little = here.cost - there.cost < nothing * max(here.cost / max(total, 1), 1.0)
+        vector, here = vector + step, there
+        # damping holds what the data do not determine where it happens to be: before the end a step without is tried
+        ended, last = little and damping == 0, last or little
+        damping = damping / 3 if damping > 1e-9 and not little else 0.0
     chi2 = sum(float(b.residual @ b.residual) for b in here.parts)
-    total = sum(len(b.residual) for b in here.parts)
-    covariance = here.covariance()
+    covariance = inverse(here.information + own)
     used = float(np.trace(covariance @ here.information))
     return Solution(
         vector=vector,
@@ -129,6 +142,7 @@ def solve(
         count=total,
         freedom=total - used - spent,
         steps=steps,
+        converged=ended,
     ), state
 
 
@@ -144,9 +158,9 @@ class _Quadratic:
 
     @classmethod
     def of(cls, parts: Sequence[Whitened], vector: Floats, prior: Floats, weight: Floats) -> _Quadratic:
-        n = len(vector)
-        cost = sum(float(b.residual @ b.residual) for b in parts) + float(weight @ (vector - prior) ** 2)
-        information, gradient = np.zeros((n, n)), -weight * (vector - prior)
+        n, off = len(vector), vector - prior
+        cost = sum(float(b.residual @ b.residual) for b in parts) + float(off @ weight @ off)
+        information, gradient = np.zeros((n, n)), -weight @ off
         for some in batches(parts):
             jacobian = np.concatenate([b.jacobian for b in some])
             information += jacobian.T @ jacobian
@@ -154,27 +168,53 @@ class _Quadratic:
         return cls(parts=parts, cost=cost, gradient=gradient, information=information, weight=weight)
 
     def step(self, damping: float, low: Floats, high: Floats) -> Floats:
-        """Where the quadratic is smallest between bounds: what would leave them stands still on them, and the
-        others answer to that."""
-        curvature = self.information + np.diag(self.weight + damping * np.diag(self.information))
-        step, free = np.zeros(len(self.gradient)), np.ones(len(self.gradient), dtype=bool)
-        while free.any():
-            push = self.gradient[free] - curvature[np.ix_(free, ~free)] @ step[~free]
-            step[free] = _solved(curvature[np.ix_(free, free)], push)
-            bounded = np.clip(step, low, high)
-            leaves = free & (bounded != step)
-            step = bounded
-            if not leaves.any():
-                break
-            free &= ~leaves
-        return step
+        """Where the quadratic is smallest between bounds."""
+        return bounded_minimum(
+            self.information + self.weight + np.diag(damping * np.diag(self.information)), self.gradient, low, high
+        )
 
     def length(self, step: Floats) -> float:
         """Of a step, in standard deviations."""
-        return float(max(float(step @ self.information @ step + self.weight @ step**2), 0.0) ** 0.5)
+        return float(max(float(step @ (self.information + self.weight) @ step), 0.0) ** 0.5)
 
-    def covariance(self) -> Floats:
-        return inverse(self.information + np.diag(self.weight))
+
+def bounded_minimum(curvature: Floats, gradient: Floats, low: Floats, high: Floats) -> Floats:
+    """The x (P,) between bounds where x' C x / 2 - g' x is smallest, C positive definite.
+
+    Block principal pivoting (Judice & Pires 1994): numbers that leave their bounds are held there, those whose
+    gradient points inward are released, all at once while that helps, else one at a time, which comes to an end.
+    """
+    unit = 1 / np.sqrt(np.diag(curvature))
+    held = np.zeros(len(gradient), dtype=int)  # -1 on the lower bound, 1 on the upper, 0 free
+    x, fewest, patience = np.zeros(len(gradient)), len(gradient) + 1, PATIENCE
+    for _ in range(PIVOTS * (len(gradient) + 1)):
+        free = held == 0
+        x = np.where(held < 0, low, np.where(held > 0, high, 0.0))
+        if free.any():
+            push = gradient[free] - curvature[np.ix_(free, ~free)] @ x[~free]
+            x[free] = _solved(curvature[np.ix_(free, free)], push)
+        inward = held * (gradient - curvature @ x) * unit < -EVEN
+        below, above = free & (x < low - EVEN * unit), free & (x > high + EVEN * unit)
+        wrong = np.flatnonzero(below | above | (inward & (low < high)))
+        if not len(wrong):
+            break
+        if len(wrong) < fewest:
+            fewest, patience = len(wrong), PATIENCE
+        elif patience:
+            patience -= 1
+        else:
+            wrong = wrong[-1:]
+        held[wrong] = np.where(below[wrong], -1, np.where(above[wrong], 1, 0))
+    return np.clip(x, low, high)
+
+
+def lowest(
+    parts: Sequence[Whitened], vector: Floats, *, prior: Floats, prior_sd: Floats, low: Floats, high: Floats
+) -> float:
+    """Chi-square, prior included, at the bottom of the quadratic about ``vector`` (P,), between bounds."""
+    here = _Quadratic.of(parts, vector, prior, np.diag(1 / prior_sd**2))
+    step = here.step(0.0, low - vector, high - vector)
+    return float(here.cost - 2 * here.gradient @ step + step @ (here.information + here.weight) @ step)
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:

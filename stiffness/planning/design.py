@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
+from stiffness.identification.arm_loads import ArmLoads, LoadKind
 from stiffness.identification.load_history import opened
 from stiffness.identification.problem import Problem
-from stiffness.identification.readings import ArmLoads, LoadKind, ReadingModel
+from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns, unknowns
 from stiffness.identification.weighting import Weighting

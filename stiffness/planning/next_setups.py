@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.identification.arm_loads import ArmLoads, LoadKind
 from stiffness.identification.fit import Fit
-from stiffness.identification.readings import ArmLoads, LoadKind
 from stiffness.planning.postures import reachable_postures
 from stiffness.session.session import Session
 

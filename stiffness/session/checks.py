@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
 from stiffness.session.file import Reflector, Units
+from stiffness.session.rigid_arm import placed, rigid_points
 from stiffness.session.samples import SAME, Samples
 from stiffness.session.table import CsvTable, SessionError
-from stiffness.statics.statics import Statics
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -115,7 +113,7 @@ def check_fit(
     part = samples.take(rows)
 
     def off_with(q: Floats, scale: float, known: bool) -> float:
-        points = _rigid(robot=robot, reflectors=reflectors, samples=part, q=q, scale=scale)
+        points = rigid_points(robot=robot, reflectors=reflectors, samples=part, q=q, scale=scale)
         return _misfit(points, part.position * scale, part.block, known)
 
     off = off_with(part.q, 1.0, registered)
@@ -136,28 +134,10 @@ def check_fit(
     )
 
 
-def _rigid(robot: Robot, reflectors: tuple[Reflector, ...], samples: Samples, q: Floats, scale: float) -> Floats:
-    """(N, 3) m, where the reflectors of a rigid arm are in the base."""
-    statics, symbol = Statics(robot, ()), ca.SX.sym("q", robot.n)
-    posture = statics.posture(symbol, ca.SX.zeros(statics.n_x))
-    spots = [posture.links[r.link].at(ca.SX(ca.DM(r.position * scale))) for r in reflectors]
-    out = ca.densify(ca.vertcat(*spots))
-    (points,) = Kernel(ca.Function("rigid", [symbol], [out])).run(q)
-    return np.asarray(points.reshape(len(q), -1, 3)[np.arange(len(q)), samples.reflector])
-
-
 def _misfit(points: Floats, position: Floats, block: Ints, registered: bool) -> float:
     distance = np.empty(len(points))
     for number in np.unique(block):
         rows = block == number
-        seen = position[rows] if registered else _placed(points[rows], position[rows])
+        seen = position[rows] if registered else placed(points[rows], position[rows])
         distance[rows] = np.linalg.norm(seen - points[rows], axis=1)
     return float(np.median(distance))
-
-
-def _placed(points: Floats, position: Floats) -> Floats:
-    """Readings after the rigid motion that brings them nearest to the points (Kabsch 1976)."""
-    from_, to = position - position.mean(axis=0), points - points.mean(axis=0)
-    u, _, vt = np.linalg.svd(from_.T @ to)
-    flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    return np.asarray(from_ @ u @ flip @ vt + points.mean(axis=0))

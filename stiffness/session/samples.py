@@ -18,6 +18,7 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 SLACK = 1e-3  # rad beyond a joint limit that rounding of angles and limits explains
+FARTHEST_LAG = 0.02  # rad: no servo holds an axis at rest so far from its command
 SAME = 2e-6  # rad between the angles of one set-up: the last digit of a display
 
 
@@ -37,7 +38,7 @@ class Samples:
         payload: (N,) kg beside the tool.
         time: (N,) s, NaN without the column. temperature: (N,) deg C, the same.
         load: what pulls.
-        extra: further numeric columns, name -> (N,), as written.
+        extra: further numeric columns, name -> (N,), as written; ``read1`` ...: rad, the angle read back minus q.
     """
 
     line: Ints
@@ -86,18 +87,20 @@ def read_samples(table: CsvTable, header: SessionHeader) -> tuple[Samples, tuple
     """
     n = header.robot.n
     known = _check_columns(table, header)
-    per_joint = {stem: [f"{stem}{k + 1}" for k in range(n)] for stem in ("q", "approach", "step")}
+    per_joint = {stem: [f"{stem}{k + 1}" for k in range(n)] for stem in ("q", "approach", "step", "read")}
     setup, state = table.integers(["setup", "state"]).T
     table.refuse(state < 0, ["state"], "a load step is 0 (the reference) or above")
     approach, step = _approach(table, per_joint["approach"], per_joint["step"], header.units.radian)
+    q = _angles(table, per_joint["q"], header)
     extra = {name: table.numeric(name) for name in table.cells if name not in known}
+    extra |= _lag(table, per_joint["read"], q, header.units.radian)
     samples = Samples(
         line=table.line,
         setup=setup,
         state=state,
         repeat=_column(table, "repeat"),
         block=_column(table, "block"),
-        q=_angles(table, per_joint["q"], header),
+        q=q,
         reflector=reflector_index(table, "reflector", header),
         position=table.numbers(["x", "y", "z"]) * header.units.metre,
         sd=_noise(table, header),
@@ -115,11 +118,11 @@ def read_samples(table: CsvTable, header: SessionHeader) -> tuple[Samples, tuple
 def _check_columns(table: CsvTable, header: SessionHeader) -> set[str]:
     n = header.robot.n
     needed = ["setup", "state", *(f"q{k + 1}" for k in range(n)), "reflector", "x", "y", "z"]
-    optional = ["load_link", "load_at", "block", "sx", "sy", "sz", "time", "temperature", "payload", "repeat"]
-    optional += [*WRENCH, *(f"{stem}{k + 1}" for stem in ("approach", "step") for k in range(n))]
+    optional = ["load_link", "load_at", "block", "sx", "sy", "sz", "time", "temperature", "payload", "repeat", "reseat"]
+    optional += [*WRENCH, *(f"{stem}{k + 1}" for stem in ("approach", "step", "read") for k in range(n))]
     known = {*needed, *optional}
     for name in table.cells:
-        joint = re.fullmatch(r"(q|approach|step)(\d+)", name)
+        joint = re.fullmatch(r"(q|approach|step|read)(\d+)", name)
         if joint and name not in known:
             raise SessionError(
                 f"{table.label}: column {name}: robot {header.robot.name} has {n} joints; "
@@ -160,6 +163,16 @@ def _angles(table: CsvTable, names: Sequence[str], header: SessionHeader) -> Flo
         why = f"outside the limits {low:.6g} ... {high:.6g} {unit} of joint {joint + 1}; correct it; {hint}"
         table.refuse(outside, names, why)
     return q
+
+
+def _lag(table: CsvTable, names: Sequence[str], q: Floats, radian: float) -> dict[str, Floats]:
+    """The angles read back minus those commanded, rad, by column; where the links are is counted from the commanded."""
+    if not table.has(names):
+        return {}
+    lag = table.numbers(names) * radian - q
+    why = f"more than {np.degrees(FARTHEST_LAG):.2g} deg from the commanded angle of the same row; correct one of them"
+    table.refuse(np.abs(lag) > FARTHEST_LAG, names, why)
+    return {name: lag[:, k].copy() for k, name in enumerate(names)}
 
 
 def _approach(table: CsvTable, signs: Sequence[str], sizes: Sequence[str], radian: float) -> tuple[Ints, Floats]:

@@ -32,6 +32,7 @@ from stiffness.session.file import (
     tool,
 )
 from stiffness.session.loads import SessionHeader
+from stiffness.session.reseat import reseated
 from stiffness.session.samples import Samples, read_samples
 from stiffness.session.table import SessionError, read_table
 from stiffness.session.views import LoadStates, Pairs, load_states, pairs_of
@@ -137,13 +138,13 @@ class Session:
 
     @property
     def _numbers_read(self) -> int:
-        """Independent numbers: three per reading, at most six per group and state."""
+        """Independent numbers: three per reading; of a group in one state five for two readings, at most six."""
         s, group = self.samples, self.group
         free = int(np.sum(group[s.reflector] < 0))
         probe = group[s.reflector] >= 0
         key = np.column_stack([s.setup, s.state, s.block, s.repeat, group[s.reflector]])[probe]
         _, members = np.unique(key, axis=0, return_counts=True)
-        return 3 * free + int(np.minimum(3 * members, 6).sum())
+        return 3 * free + int(np.where(members == 2, 5, np.minimum(3 * members, 6)).sum())
 
     @cached_property
     def group(self) -> Ints:
@@ -191,11 +192,12 @@ def load_session(path: str | Path) -> Session:
         ),
     )
     check_agreement(table, samples)
+    samples, seats = reseated(table, samples, known)
     sensed = "fx" in table.cells
     check_fit(
         label=csv_label,
         robot=robot,
-        reflectors=known,
+        reflectors=seats,
         samples=samples,
         units=file.units,
         registered=file.registered,
@@ -223,7 +225,7 @@ def load_session(path: str | Path) -> Session:
         ),
         wrench_frame=file.wrench.frame if file.wrench and sensed else None,
         wrench_about=file.wrench.about if file.wrench and sensed else None,
-        reflectors=known,
+        reflectors=seats,
         instruments=instruments(label, file, sensed),
         purposes=purposes(label, file, known, robot.n),
         samples=samples,

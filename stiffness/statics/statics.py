@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, JointInput, PlaceInput, Values
+from stiffness.memory.state_columns import state_columns
 from stiffness.robot.robot import Robot, axis_rotation, constant
 from stiffness.statics.deflected_arm import DeflectedArm, LinkFrame
 from stiffness.statics.load import Load, with_loads
@@ -49,7 +50,7 @@ class Statics:
     """The equation for one robot and one set of effects.
 
     Elastic coordinates ``x``: n joint deflections, then six (m, rad) for every place that yields.
-    Memory ``s``: n per effect with memory, in the order of the effects.
+    Memory ``s``: of every effect with memory its states joint by joint, in the order of the effects.
     """
 
     def __init__(self, robot: Robot, effects: Sequence[Effect]) -> None:
@@ -59,8 +60,9 @@ class Statics:
         self.yielding = {k: tuple(e for e in effects if e.place and k in e.places(n)) for k in range(n + 1)}
         self.places = tuple(k for k, es in self.yielding.items() if es)
         self.remembering = tuple(e for e in effects if e.memory)
+        self.columns = state_columns(effects, n)
         self.n_x = n + 6 * len(self.places)
-        self.n_state = n * len(self.remembering)
+        self.n_state = n * sum(e.memory.states for e in self.remembering if e.memory)
 
     def __repr__(self) -> str:
         return f"Statics({self.robot.name}, {[e.name for e in self.effects]}, {self.n_x} coordinates)"
@@ -219,13 +221,11 @@ class Statics:
 
         elastic, compliance = springs(tau), springs(ca.SX.ones(n))
         dq = self.angle_error(q, values) if angle_error is None else angle_error
-        loaded, at = replace(at_rest, torque=tau, elastic=elastic, compliance=compliance), 0
+        loaded, columns = replace(at_rest, torque=tau, elastic=elastic, compliance=compliance), self.columns
         for e in self.effects:
-            own = none
             if e.memory and state is None:
                 continue
-            if e.memory and state is not None:
-                own, at = state[at : at + n], at + n
+            own = none if state is None or not e.memory else state[columns[e.name]]
             if e.joint:
                 dq = dq + e.joint(replace(loaded, state=own), values[e.name])
         return dq

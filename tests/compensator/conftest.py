@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from compensator.tasks.diagnose import Diagnosed, diagnose_files
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel, load_model, save_model
 from stiffness.session.session import load_session
 from tests.plant.cells import SCENARIOS, write

@@ -18,7 +18,7 @@ from compensator.tasks.compensate import compensate_file, preview_file
 from compensator.tasks.diagnose import refined_text
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel, load_model, save_model
 from stiffness.session.session import load_session
 from tests.compensator.plant_bench import MM, STILL, Table, write_poses
@@ -87,7 +87,10 @@ class Errors:
 
 @dataclass(frozen=True)
 class Ill:
-    """One ill cell with its sessions. Models and programs are made in `folder`."""
+    """One ill cell with its sessions. Models and programs are made in `folder`.
+
+    `at_once`: the model at hand is what the default identify makes of the ill session itself.
+    """
 
     scenario: str
     arm: str
@@ -96,6 +99,7 @@ class Ill:
     temperature: float | None = None
     poses: int = POSES
     seed: int = 1
+    at_once: bool = False
 
     @classmethod
     def make(
@@ -108,19 +112,25 @@ class Ill:
         seed: int = 1,
         poses: int = POSES,
         setups: int | None = None,
+        at_once: bool = False,
     ) -> Ill:
         """Sessions of the healthy and the ill cell, written into `folder`; setups: the first of the ill cell's only."""
         case = write(SCENARIOS[scenario], folder, seed, arm, size=size, sessions=("A_healthy", "D"))
         if setups is not None:
             _first(case.paths["D"].with_name("samples.csv"), setups)
         warm = WARM if any(t.effect == "thermal-drift" for t in case.truth) else None
-        return cls(scenario, arm, folder, case, warm, poses, seed)
+        return cls(scenario, arm, folder, case, warm, poses, seed, at_once)
 
     # ---- models
 
     @cached_property
     def at_hand(self) -> Path:
         """Joint stiffness, from the session of the healthy cell."""
+        if self.at_once:
+            ill = load_session(self.case.paths["D"])
+            path = self.folder / "identified.toml"
+            save_model(identify([ill]).model(ill.robot_name, {"kind": "static"}), path)
+            return path
         healthy = load_session(self.case.paths["A_healthy"])
         path = self.folder / "joints.toml"
         save_model(identify([healthy], ["joint-stiffness"]).model(healthy.robot_name, {"kind": "static"}), path)

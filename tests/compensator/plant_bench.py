@@ -15,6 +15,7 @@ import tomli_w
 from compensator.tasks.compensate import Done, compensate_file, preview_file
 from tests.plant import Arm, Memory, Plant, Tool, Walk
 from tests.plant.geometry import Array, placement
+from tests.plant.joints import Bearings
 
 MM = 1e-3
 TOOL = {"xyz": [40.0, -10.0, 220.0], "rpy": [0.0, 30.0, 0.0], "mass": 35.0, "com": [20.0, 5.0, 110.0]}
@@ -121,11 +122,30 @@ def _laws(effects: Mapping[str, Mapping[str, Any]], n: int) -> dict[str, Any]:
         elif name == "joint-hardening":
             windup, knee = np.array(p["windup_rad"]), np.array(p["knee_nm"])
             given["hardening"] = lambda torque, _, a=windup, t=knee: a * np.tanh(torque / t)
+        elif name == "joint-friction":
+            given["friction"] = _bearings(p)
         elif name == "tool-compliance":
             given["tool_spring"] = np.linalg.inv(compliance(p))
         elif name != "joint-stiffness":
             raise ValueError(name)
     return given
+
+
+def _bearings(p: Mapping[str, Any]) -> Bearings:
+    """Dry bearings that slip one after the other, at the loads at which the operators do.
+
+    On a first loading the link yields by 1 - (share of the operators that still stick) of what it would without them,
+    and by 1 / (1 + grip of the bearings that still stick).
+    """
+    held = np.array(p["held"])
+    weight = np.array([p.get("weight_quarter", 0 * held), p.get("weight_half", 0 * held), 0 * held + 1,
+                       p.get("weight_double", 0 * held)])  # fmt: skip
+    loads = np.array([0.25, 0.5, 1.0, 2.0])[:, None] * np.array(p["friction_nm"]) / held
+    sticks = np.cumsum((weight / weight.sum(axis=0) * held)[::-1], axis=0)[::-1]
+    together = sticks / (1 - sticks)
+    grip = together - np.vstack([together[1:], 0 * held])
+    at = np.cumsum(np.diff(loads, axis=0, prepend=0) * (1 - sticks), axis=0)  # K x link, where each slips
+    return Bearings(grip * at, grip)
 
 
 def compliance(p: Mapping[str, Any]) -> Array:

@@ -58,8 +58,18 @@ def joints(effect: Effect, values: Numbers, seed: int, **changes: object) -> Joi
     rng = np.random.default_rng(seed)
     half = effect.memory.bounds(values) if effect.memory else np.zeros(N)
     torque = rng.normal(size=N) * np.array([3e3, 3e3, 2e3, 500, 300, 200])
-    given = Joints(torque, STIFFNESS, rng.uniform(-3, 3, N), rng.uniform(-1, 1, N) * half, rng.uniform(-10, 20))
+    given = Joints(torque, STIFFNESS, rng.uniform(-3, 3, N), rng.uniform(-1, 1, len(half)) * half, rng.uniform(-10, 20))
     return replace(given, **changes)  # type: ignore[arg-type]
+
+
+def states_of(effect: Effect) -> int:
+    """How many numbers its memory has; one a joint where it has none."""
+    return N * (effect.memory.states if effect.memory else 1)
+
+
+def shares(effect: Effect, seed: int) -> Floats:
+    """Random states as shares of their half ranges."""
+    return np.random.default_rng(seed).uniform(-1, 1, states_of(effect))
 
 
 def wrench(seed: int) -> Floats:
@@ -78,7 +88,8 @@ class JointLaw:
 
     def __init__(self, effect: Effect, values: Numbers) -> None:
         p = symbols(values)
-        torque, angle, state = (ca.SX.sym(s, N) for s in ("torque", "angle", "state"))
+        torque, angle = ca.SX.sym("torque", N), ca.SX.sym("angle", N)
+        state = ca.SX.sym("state", states_of(effect))
         temperature = ca.SX.sym("temperature")
         if effect.joint is None:
             raise TypeError(f"{effect} has no joint slot")

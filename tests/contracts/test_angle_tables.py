@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -12,9 +13,11 @@ import pytest
 from compensator.tasks.compensate import compensate_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
+from stiffness.identification.arm_loads import ArmLoads, LoadKind
 from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.learned_numbers import FAR
 from stiffness.identification.problem import Problem
-from stiffness.identification.readings import ArmLoads, LoadKind, ReadingModel
+from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns, start_values, unknowns
 from stiffness.identification.weighting import Weighting
@@ -311,6 +314,28 @@ def test_knots_that_nobody_saw_stay_zero_and_open(learned: tuple[Fit, Floats]) -
     q[0, 2] = np.radians(120.0)
     left = EFFECT.angle_sd(q, fit.values()[NAME], fit.deviations()[NAME])
     assert left[0, 2] == pytest.approx(SPREAD, rel=0.05)
+
+
+def test_a_knot_that_ran_away_is_not_learned(learned: tuple[Fit, Floats]) -> None:
+    """One reading that is wrong by far puts 18 mrad into a knot that hardly another one reaches."""
+    fit, _ = learned
+    assert fit.learned().sum() < len(fit.unknowns) and np.array_equal(
+        fit.learned(), np.diag(fit.solution.information)[: len(fit.unknowns)] > 0
+    )
+    knot = int(np.flatnonzero(fit.learned())[3])
+    for value, kept in ((18e-3, False), (-18e-3, False), (1.5e-3, True)):
+        vector = fit.solution.vector.copy()
+        vector[knot] = value
+        away = replace(fit, solution=replace(fit.solution, vector=vector))
+        u = fit.unknowns.free[knot]
+        assert away.values()[NAME]["error_rad"][u.index] == (value if kept else 0.0)
+        assert away.learned().sum() == fit.learned().sum() - (not kept)
+        assert sum("far out of its table" in text for text in away.not_identified()) == (not kept)
+        assert away.model("ur10", {}).values[NAME]["error_rad"][u.index] == (value if kept else 0.0)
+    # an arm whose gears err by ten times as much is an arm, no wrong reading
+    large = replace(fit, solution=replace(fit.solution, vector=10 * fit.solution.vector))
+    assert large.learned().sum() == fit.learned().sum()
+    assert np.abs(large.values()[NAME]["error_rad"]).max() > FAR * SPREAD
 
 
 def test_a_model_file_keeps_table_and_deviations(learned: tuple[Fit, Floats], tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ import stiffness.effects
 from stiffness.effects import BASE, BUILT_IN, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, ShownWrench
 from tests.contracts.effect_laws import (
+    STIFFNESS,
     JointLaw,
     N,
     PlaceLaw,
@@ -244,6 +245,25 @@ def test_thermal_effects_are_those_that_temperature_moves(effect: Effect) -> Non
     assert effect.thermal == bool(np.abs(cold).max() == 0.0 < np.abs(warm).max())
 
 
+@every_effect
+@pytest.mark.parametrize("seed", range(3))
+def test_restarts_are_values_that_a_fit_may_begin_with(effect: Effect, seed: int) -> None:
+    """Allowed, with every extra that vanishes at neutral awake; what a joint does not have it does not get."""
+    values = sample(effect, seed)
+    found = effect.restarts(values)
+    assert bool(found) == (effect.name in ("joint-hardening", "joint-friction"))
+    extras = [p for p in effect.parameters if p.extra and p.neutral is not None]
+    for more in found:
+        assert more.keys() == values.keys() and effect.check(more) == ""
+        for p in effect.parameters:
+            assert more[p.name].shape == values[p.name].shape
+            assert np.all((more[p.name] >= p.low) & (more[p.name] <= p.high))
+        assert all(np.all(more[p.name] != p.neutral) for p in extras)
+    for more in effect.restarts(effect.neutral(N)):
+        given = joints(effect, more, seed)
+        np.testing.assert_allclose(JointLaw(effect, more)(given, more), 0, atol=1e-18)
+
+
 def test_one_effect_is_the_base_model() -> None:
     assert [e for e in CATALOGUE if e.is_base] == [BASE] == [CATALOGUE[0]]
 
@@ -356,21 +376,25 @@ def test_memory_advances_as_the_oracle_says(effect: Effect, seed: int) -> None:
         return
     values, rng = sample(effect, seed), np.random.default_rng(seed)
     half = effect.memory.bounds(values)
-    assert half.shape == (N,) and np.all(half >= 0) and effect.memory.gain(values).shape == (N,)
+    count, states = N * effect.memory.states, effect.memory.states
+    assert states == oracle_of(effect).states
+    assert half.shape == (count,) and np.all(half >= 0)
     move = rng.choice([0.0, 1e-7, 1e-5, 1e-3], (40, N)) * rng.choice([-1, 1], (40, N))
     torque = rng.choice([0.0, 1e-3, 0.1, 30.0, 3000.0], (40, N)) * rng.choice([-1, 1], (40, N))
-    clamp = effect.memory.rule(move, torque, values)
-    assert all(np.shape(a) == (40, N) for a in (clamp.shift, clamp.low, clamp.high))
+    stiffness = STIFFNESS if seed % 2 else np.full(N, np.inf)
+    clamp = effect.memory.rule(move, torque, values, stiffness)
+    assert all(np.shape(a) == (40, count) for a in (clamp.shift, clamp.low, clamp.high))
     assert np.all(clamp.low <= clamp.high)
     assert np.all(clamp.low >= -half - 1e-18) and np.all(clamp.high <= half + 1e-18)
     state = rng.uniform(-half, half)
     rounding = 1e-12 if effect.memory.unit == "N*m" else 1e-15  # differences of thousands of N*m
     for k in range(40):
         after = np.clip(state + clamp.shift[k], clamp.low[k], clamp.high[k])
-        for j in range(N):
+        for c in range(count):
+            number, j = divmod(c, N)
             p = {name: float(v[j]) for name, v in values.items() if len(v) == N}
-            now = Step(move[k, j], torque[k, j], torque[max(k - 1, 0), j])
-            assert after[j] == pytest.approx(step(state[j], now, p), abs=rounding)
+            now = Step(move[k, j], torque[k, j], torque[max(k - 1, 0), j], stiffness[j], number)
+            assert after[c] == pytest.approx(step(state[c], now, p), abs=rounding)
         state = after
-    wide = effect.memory.rule(move[:, None], torque[:, None], values)
-    assert all(np.shape(a) == (40, 1, N) for a in (wide.shift, wide.low, wide.high))
+    wide = effect.memory.rule(move[:, None], torque[:, None], values, stiffness)
+    assert all(np.shape(a) == (40, 1, count) for a in (wide.shift, wide.low, wide.high))

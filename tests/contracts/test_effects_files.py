@@ -115,7 +115,7 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
     path.write_text(tomli_w.dumps({"schema": "model/1", "robot": "ur10", "effects": effects}), encoding="utf-8")
     values = load_model(path).values
     np.testing.assert_array_equal(values["joint-hardening"]["further_rad"], np.zeros(6))
-    for key in ("cos2", "sin2"):
+    for key in ("cos2", "sin2", "cos3", "sin3"):
         np.testing.assert_array_equal(values["posture-stiffness"][key], np.zeros(6))
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stiffness.effects.effect import Effect, ShownWrench
+from stiffness.effects.effect import Effect, Parameter, ShownWrench
 from tests.contracts.effect_laws import (
     STIFFNESS,
     JointLaw,
@@ -24,6 +24,8 @@ from tests.contracts.effect_laws import (
     other_laws,
     place,
     sample,
+    shares,
+    states_of,
     wrench,
 )
 
@@ -39,7 +41,7 @@ def test_no_load_no_deflection(effect: Effect, seed: int) -> None:
         return
     values = sample(effect, seed)
     if effect.joint:
-        unloaded = joints(effect, values, seed, torque=np.zeros(N), state=np.zeros(N), temperature=0.0)
+        unloaded = joints(effect, values, seed, torque=np.zeros(N), state=np.zeros(states_of(effect)), temperature=0.0)
         np.testing.assert_array_equal(JointLaw(effect, values)(unloaded, values), 0)
     for k in effect.places(N):
         np.testing.assert_array_equal(PlaceLaw(effect, place(k, seed), values)(np.zeros(6), 0.0, values), 0)
@@ -85,9 +87,9 @@ def test_a_deflection_never_works_against_its_load(effect: Effect, seed: int) ->
     values = sample(effect, seed)
     if effect.joint:
         given = joints(effect, values, seed)
-        if effect.memory and np.any(effect.memory.gain(values)):
+        if effect.memory and effect.memory.deflection and not oracle_of(effect).on_base:
             # The state is itself a deflection: it lies where a torque beyond everything has put it.
-            clamp = effect.memory.rule(np.zeros((1, N)), 1e10 * np.sign(given.torque)[None], values)
+            clamp = effect.memory.rule(np.zeros((1, N)), 1e10 * np.sign(given.torque)[None], values, STIFFNESS)
             given = replace(given, state=np.clip(given.state, clamp.low[0], clamp.high[0]))
         dq = JointLaw(effect, values)(given, values)
         if oracle_of(effect).on_base:
@@ -111,7 +113,7 @@ def test_more_load_never_deflects_less(effect: Effect, seed: int) -> None:
         return
     values = sample(effect, seed)
     if effect.joint:
-        share = np.random.default_rng(seed).uniform(-1, 1, N)
+        share = shares(effect, seed)
         slope = JointLaw(effect, values).jacobian(joints(effect, values, seed, state=share), values)[:, :N]
         if oracle_of(effect).on_base:
             slope = slope + np.diag(1 / STIFFNESS)
@@ -129,7 +131,7 @@ def test_derivatives_are_those_of_finite_differences(effect: Effect, seed: int) 
     values = sample(effect, seed)
     if effect.joint:
         law = JointLaw(effect, values)
-        given = joints(effect, values, seed, state=np.random.default_rng(seed).uniform(-1, 1, N))
+        given = joints(effect, values, seed, state=shares(effect, seed))
 
         def joint_at(x: Floats) -> Floats:
             now = split(x[N:], values)
@@ -160,12 +162,24 @@ def test_derivatives_of_the_other_slots(effect: Effect, seed: int) -> None:
 
 @every_effect
 def test_a_search_can_leave_the_neutral_values(effect: Effect) -> None:
-    """There, where diagnosis begins: slopes are finite, and some number that has a neutral value is felt."""
-    values = effect.neutral(N)
-    felt, sizes = set(), [(p.name, p.count(N)) for p in effect.parameters]
+    """There, where diagnosis begins: slopes are finite, and every number that has a neutral value is felt; what is
+    freed only where the data ask for it, once the effect is there."""
+    assert _felt(effect, effect.neutral(N)) >= {p.name for p in _leads(effect) if not p.extra}
+    own = effect.parameters
+    there = {p.name: np.full(p.count(N), p.start if p.neutral is None or not p.extra else p.neutral) for p in own}
+    assert _felt(effect, there) >= {p.name for p in _leads(effect) if p.extra}
+
+
+def _leads(effect: Effect) -> list[Parameter]:
+    return [p for p in effect.parameters if p.neutral is not None and p.fit != "given"]
+
+
+def _felt(effect: Effect, values: Numbers) -> set[str]:
+    """Names of the numbers that some slot follows."""
+    felt, sizes = set[str](), [(p.name, p.count(N)) for p in effect.parameters]
     slopes: list[Floats] = []
     if effect.joint:
-        share = np.random.default_rng(6).choice([-0.8, 0.6], N)
+        share = np.random.default_rng(6).choice([-0.8, 0.6], states_of(effect))
         slopes.append(JointLaw(effect, values).jacobian(joints(effect, values, 6, state=share), values))
     for k in effect.places(N):
         slopes.append(PlaceLaw(effect, place(k, 6), values).jacobian(wrench(6), 8.0, values))
@@ -176,8 +190,7 @@ def test_a_search_can_leave_the_neutral_values(effect: Effect) -> None:
         ends = np.cumsum([count for _, count in sizes])
         parts = np.split(numbers, ends[:-1], axis=1)
         felt |= {name for (name, _), part in zip(sizes, parts, strict=True) if np.any(part != 0)}
-    leads = {p.name for p in effect.parameters if p.neutral is not None and p.fit != "given"}
-    assert leads <= felt
+    return felt
 
 
 def readings(effect: Effect) -> tuple[object, object]:
@@ -209,8 +222,8 @@ def test_a_cycle_of_load_gains_no_energy(effect: Effect, seed: int) -> None:
     law, amplitude = JointLaw(effect, values), np.random.default_rng(seed).uniform(0.3, 3, N) * 500
     once = np.abs(np.linspace(0, 4, steps, endpoint=False)[:, None] % 4 - 2) - 1  # a triangle: 1, -1, 1
     torque = amplitude * np.vstack([once, once, once[:1]])
-    clamp = effect.memory.rule(np.zeros_like(torque), torque, values)
-    state, dq = np.zeros(N), np.empty_like(torque)
+    clamp = effect.memory.rule(np.zeros_like(torque), torque, values, STIFFNESS)
+    state, dq = np.zeros(states_of(effect)), np.empty_like(torque)
     for k, tau in enumerate(torque):
         state = np.clip(state + clamp.shift[k], clamp.low[k], clamp.high[k])
         given = joints(effect, values, seed, torque=tau, state=state)
@@ -220,9 +233,12 @@ def test_a_cycle_of_load_gains_no_energy(effect: Effect, seed: int) -> None:
     one_step = 8 * amplitude / steps * np.ptp(dq, axis=0)
     assert np.all(work > -one_step)
     if effect.name == "joint-friction":
-        held = values["friction_nm"]
-        slips = held / values["held"]  # the load at which it slips
-        loop = np.where(amplitude > slips, 4 * held / STIFFNESS * (amplitude - slips), 0)
+        whole = 1 + sum(values[f"weight_{name}"] for name in ("half", "double", "quarter"))
+        loop = np.zeros(N)
+        for ratio, name in ((1.0, ""), (0.5, "weight_half"), (2.0, "weight_double"), (0.25, "weight_quarter")):
+            held = ratio * values["friction_nm"] * values.get(name, 1.0) / whole
+            slips = ratio * values["friction_nm"] / values["held"]  # the load at which it slips
+            loop += np.where(amplitude > slips, 4 * held / STIFFNESS * (amplitude - slips), 0)
         assert loop.max() > 1e-3
         np.testing.assert_allclose(work, loop, rtol=0.02, atol=1e-12)
 

@@ -10,22 +10,23 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
-from tests.effects_report.case import Row, Task, run
+from tests.effects_report.case import Flow, Row, Task, run
 from tests.effects_report.judge import misses
 from tests.effects_report.table import TARGET, markdown
 from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS
 
 SIZES = (3.0, 1.5, 6.0)
-QUICK = (  # one of every kind, for CI
-    ("ur10", "unknown brake"),  # takes longest
-    ("ur10", "clean"),
-    ("ur10", "backlash joint-1"),
-    ("kuka-kr210-r2700", "base-compliance"),
-    ("ur10", "tracker-drift"),
-    ("ur10", "preload-softening joint-3 + payload"),
+QUICK: tuple[tuple[str, str, Flow], ...] = (  # one of every kind, for CI
+    ("ur10", "unknown brake", "a"),  # takes longest
+    ("ur10", "clean", "b"),
+    ("ur10", "backlash joint-1", "a"),
+    ("kuka-kr210-r2700", "base-compliance", "b"),
+    ("ur10", "tracker-drift", "c"),
+    ("ur10", "preload-softening joint-3 + payload", "a"),
 )
 
 
@@ -47,6 +48,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--quick", action="store_true", help="a few cases at the size that has a target")
     parser.add_argument("--arms", nargs="+", choices=tuple(CELLS), default=tuple(CELLS))
     parser.add_argument("--size", nargs="+", type=float, default=SIZES, help="noise floors that an effect leaves")
+    parser.add_argument("--flow", nargs="+", choices=("a", "b", "c"), default=("a", "b", "c"), help="of the model")
+    parser.add_argument("--blind", action="store_true", help="sessions without approach columns")
     parser.add_argument("--only", default="", help="scenarios that contain this text")
     parser.add_argument("--clean", type=int, default=5, help="clean sessions per arm, at the size that has a target")
     parser.add_argument("--seed", type=int, default=1)
@@ -59,15 +62,14 @@ def _parser() -> argparse.ArgumentParser:
 
 def _tasks(asked: argparse.Namespace, keep: Path) -> list[Task]:
     if asked.quick:
-        return [Task(arm, name, asked.seed, TARGET, keep) for arm, name in QUICK if asked.only in name]
+        return [Task(arm, name, asked.seed, TARGET, keep, flow) for arm, name, flow in QUICK if asked.only in name]
     out = []
-    for size in asked.size:
-        for arm in asked.arms:
-            for name in (n for n in SCENARIOS if asked.only in n):
-                seeds = [asked.seed]
-                if name == "clean":
-                    seeds = [asked.seed + k for k in range(asked.clean)] if size == TARGET else []
-                out += [Task(arm, name, seed, size, keep) for seed in seeds]
+    for size, flow, arm in product(asked.size, asked.flow, asked.arms):
+        for name in (n for n in SCENARIOS if asked.only in n):
+            seeds = [asked.seed]
+            if name == "clean":
+                seeds = [asked.seed + k for k in range(asked.clean)] if size == TARGET else []
+            out += [Task(arm, name, seed, size, keep, flow, not asked.blind) for seed in seeds]
     return out
 
 
@@ -82,17 +84,17 @@ def _run(tasks: list[Task], processes: int, kept: Path | None) -> list[Row]:
                 with kept.open("ab") as file:
                     pickle.dump(row, file)
             wrong = "; ".join(misses(row)) or "met"
-            said = f"{row.arm} {row.scenario} {row.size:g}: {row.verdict}, {wrong} ({row.seconds:.0f} s)"
+            said = f"{row.arm} {row.scenario} {row.size:g} {row.flow}: {row.verdict}, {wrong} ({row.seconds:.0f} s)"
             print(f"{k}/{len(missing)} {said}", file=sys.stderr, flush=True)
     print(f"{time.perf_counter() - begun:.0f} s for {len(missing)} cases", file=sys.stderr)
     return [rows[_key(t)] for t in tasks]
 
 
-def _key(of: Task | Row) -> tuple[str, str, int, float]:
-    return of.arm, of.scenario, of.seed, of.size
+def _key(of: Task | Row) -> tuple[str, str, int, float, str, bool]:
+    return of.arm, of.scenario, of.seed, of.size, of.flow, of.approach
 
 
-def _kept(file: Path | None) -> dict[tuple[str, str, int, float], Row]:
+def _kept(file: Path | None) -> dict[tuple[str, str, int, float, str, bool], Row]:
     """Rows of an earlier run."""
     rows = list[Row]()
     if file and file.exists():

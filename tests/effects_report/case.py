@@ -5,25 +5,29 @@ from __future__ import annotations
 import pickle
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
+from stiffness.effects.effect import Effect
 from stiffness.identification.evaluate import evaluate
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel
-from stiffness.session.session import load_session
+from stiffness.session.session import Session, load_session
 from tests.effects_report.reference import reference
 from tests.effects_report.told import SPRINGS_KEPT, told
 from tests.plant.ailment import Truth
 from tests.plant.cell_design import CELLS, Cell
 from tests.plant.cells import SCENARIOS, write
 
+WIDE = 0.6  # of a stiffness, what a data sheet leaves open
 KINDS = ("displacement", "absolute")
+Flow = Literal["a", "b", "c"]
 Rms = Mapping[str, float]  # kind of evidence -> m, RMS per axis on session B
 
 
@@ -38,7 +42,8 @@ class Named:
 
 @dataclass(frozen=True)
 class Row:
-    """What came of a case. ``distance``: what the worst of ``compared`` numbers is called -> sd from the truth."""
+    """What came of a case. ``named``: effects of the model in the end; ``added``, ``at_hand``: by the diagnosis, in the
+    model that it was given; ``distance``: what the worst of ``compared`` numbers is called -> sd from the truth."""
 
     arm: str
     scenario: str
@@ -50,6 +55,8 @@ class Row:
     left: float
     verdict: str
     named: tuple[Named, ...]
+    added: tuple[str, ...]
+    at_hand: tuple[str, ...]
     moved: tuple[str, ...]
     points_at: tuple[tuple[str, float, str], ...]
     before: Rms
@@ -60,17 +67,25 @@ class Row:
     compared: int
     notes: tuple[str, ...]
     seconds: float
+    flow: Flow = "a"
+    approach: bool = True
 
 
 @dataclass(frozen=True)
 class Task:
-    """Which case to run; sessions stay in ``keep``."""
+    """Which case to run; sessions stay in ``keep``.
+
+    ``flow``: where the model at hand comes from: ``a`` a healthy session, ``b`` the default identify of the ill
+    session itself, ``c`` a data sheet. ``approach``: whether sessions have the approach columns.
+    """
 
     arm: str
     scenario: str
     seed: int
     size: float
     keep: Path
+    flow: Flow = "a"
+    approach: bool = True
 
 
 def run(task: Task) -> Row:
@@ -78,7 +93,7 @@ def run(task: Task) -> Row:
     of, truths, floor, paths = _sessions(task)
     cell = CELLS[task.arm]
     healthy, ill, held = (load_session(paths[k]) for k in ("A_healthy", "D", "B"))
-    model = identify([healthy], ["joint-stiffness"]).model(healthy.robot_name, {})
+    model = _at_hand(task, healthy, ill, cell)
     begun = time.perf_counter()
     said = diagnose([ill], model)
     seconds = time.perf_counter() - begun
@@ -91,25 +106,58 @@ def run(task: Task) -> Row:
     return Row(
         task.arm, task.scenario, task.seed, task.size, of, tuple((t.effect, t.where) for t in truths),
         max((t.change for t in truths), default=0.0) / floor, max((t.left for t in truths), default=0.0) / floor,
-        said.verdict, tuple(Named(a.effect, a.where, a.confused_with) for a in said.added),
+        said.verdict, _named(said, model), tuple(a.effect for a in said.added), tuple(e.name for e in model.effects),
         tuple(f"{c.effect} {c.parameter} {' '.join(c.where)}" for c in said.changed),
         tuple((p.what, p.fraction, p.follows) for p in said.residual_sources),
         before[0], after[0], after[1], best, worst, compared, said.notes, seconds,
+        task.flow, task.approach,
     )  # fmt: skip
+
+
+def _at_hand(task: Task, healthy: Session, ill: Session, cell: Cell) -> ComplianceModel:
+    """The model that a user comes with."""
+    if task.flow == "a":
+        return identify([healthy], ["joint-stiffness"]).model(healthy.robot_name, {})
+    if task.flow == "b":
+        return identify([ill]).model(ill.robot_name, {})
+    model = identify([healthy], ["joint-stiffness"]).model(healthy.robot_name, {})
+    rng = np.random.default_rng(task.seed)
+    guess = np.array(cell.stiffness) * np.exp(rng.normal(0.0, WIDE, len(cell.stiffness)))
+    return replace(model, values={"joint-stiffness": {"k_nm_per_rad": guess}},
+                   sd={"joint-stiffness": {"k_nm_per_rad": WIDE * guess}}, correlations=None)  # fmt: skip
+
+
+def _named(said: Diagnosis, at_hand: ComplianceModel) -> tuple[Named, ...]:
+    """What was added, and what the model at hand had and keeps, but for what every model has."""
+    added = tuple(Named(a.effect, a.where, a.confused_with) for a in said.added)
+    gone = {r.effect for r in said.removed} | {a.effect for a in said.added}
+    own = [e for e in at_hand.effects if e.fitted_where not in ("load", "position") and e.name not in gone]
+    return (*added, *(Named(e.name, _where(e, said.model), ()) for e in own))
+
+
+def _where(effect: Effect, model: ComplianceModel) -> tuple[str, ...]:
+    """Places where numbers of an effect are not neutral."""
+    out = []
+    for site in effect.sites(len(model.values["joint-stiffness"]["k_nm_per_rad"])):
+        mine = (p for p in effect.parameters if p.neutral is not None and p.site == site.kind)
+        if any(np.any(model.values[effect.name][p.name][p.of_site(site.index)] != p.neutral) for p in mine):
+            out += list(site.where)
+    return tuple(dict.fromkeys(out))
 
 
 def _sessions(task: Task) -> tuple[str, tuple[Truth, ...], float, dict[str, Path]]:
     """Sessions of a task, sized by what joint springs leave of an effect; where that is out of reach, by all of it."""
-    folder = task.keep / f"{task.arm} {task.scenario} {task.size:g} {task.seed}".replace(" ", "_")
+    name = f"{task.arm} {task.scenario} {task.size:g} {task.seed}{'' if task.approach else ' blind'}"
+    folder = task.keep / name.replace(" ", "_")
     kept = folder / "case.pickle"
     if not kept.exists():
         scenario, sessions = SCENARIOS[task.scenario], ("A_healthy", "D", "B")
         of = "left"
-        try:
-            case = write(scenario, folder, task.seed, task.arm, size=task.size, of="left", sessions=sessions)
-        except ValueError:  # refused, or out of reach
-            of = "change"
-            case = write(scenario, folder, task.seed, task.arm, size=task.size, of="change", sessions=sessions)
+        for of in ("left", "change"):  # refused, or out of reach
+            with suppress(ValueError):
+                case = write(scenario, folder, task.seed, task.arm, size=task.size, of=of, sessions=sessions,
+                             approach=task.approach)  # fmt: skip
+                break
         kept.write_bytes(pickle.dumps((of, case.truth, case.floor, case.paths)))
     found: Any = pickle.loads(kept.read_bytes())  # own file
     return found  # type: ignore[no-any-return]

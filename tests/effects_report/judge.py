@@ -9,6 +9,7 @@ from tests.effects_report.case import KINDS, Row
 CLOSE = 1.05  # after over told the truth
 SURE = 3.0  # standard deviations
 # a law of the plant that is in no catalogue, but that one effect can learn to the digit from enough postures
+FITTED = ("kinematic-offset",)  # identify fits it unasked, in all places
 LEARNED = {"unknown ripple": "joint-angle-error"}
 
 
@@ -25,7 +26,7 @@ def named(row: Row) -> list[str]:
     """What is wrong with the names; empty when every effect of the truth is there, in its place, and no other."""
     wrong, free = [], list(row.named)
     for effect, where in row.truth:
-        if effect == "unknown":
+        if effect == "unknown" or (effect in FITTED and effect in row.at_hand):
             continue
         mine = next((n for n in free if n.effect == effect), None) or next(
             (n for n in free if effect in n.confused_with), None
@@ -46,8 +47,7 @@ def _words(where: tuple[str, ...]) -> set[str]:
 def misses(row: Row) -> list[str]:
     """Every rule that a row breaks, in words; empty when the target is met."""
     row = _learned(row)
-    expected = {"clean": "adequate", "unknown": "unexplained"}.get(kind(row), "explained")
-    out = [] if row.verdict == expected else [f"verdict {row.verdict}"]
+    out = [] if row.verdict == _expected(row) else [f"verdict {row.verdict}"]
     out += named(row)
     if kind(row) == "clean":
         return out + [f"{m} moved" for m in row.moved]
@@ -57,6 +57,13 @@ def misses(row: Row) -> list[str]:
         if row.told and row.after[k] > CLOSE * row.told[k]:
             out.append(f"{k} {row.after[k] / row.told[k]:.2f} x told")
     return out
+
+
+def _expected(row: Row) -> str:
+    """A model that already has every effect of the truth is adequate."""
+    if kind(row) == "unknown":
+        return "unexplained"
+    return "adequate" if {effect for effect, _ in row.truth} <= set(row.at_hand) else "explained"
 
 
 def _learned(row: Row) -> Row:

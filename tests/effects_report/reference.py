@@ -24,9 +24,12 @@ from tests.plant.cell_design import Cell
 
 def reference(session: Session, model: ComplianceModel, truths: Sequence[Truth], cell: Cell, said: Diagnosis) -> Fit:
     """Of several beginnings, with and without the numbers that data have to ask for, the best fit."""
-    effects = shown_effects(model, session)
+    effects = [e for e in shown_effects(model, session) if e.fitted_where in ("load", "position")]
+    truths = [t for t in truths if t.effect not in {e.name for e in effects}]
     values = {e.name: model.values[e.name] for e in effects}
     model_fits = ModelFits.of([session], effects, values, [np.ones(len(session.samples), dtype=bool)])
+    if not truths:  # the model at hand has them
+        return model_fits.fit([])
     fits = [fit for additions in _beginnings(truths, cell, said) for fit in _fits(model_fits, additions)]
     if not fits:
         raise ValueError(f"no fit of {', '.join(t.effect for t in truths)} on {cell.name} comes to an end")

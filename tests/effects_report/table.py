@@ -17,9 +17,12 @@ CLASSES = {
 HEAD = ("scenario", "size", "verdict", "named", "displacement, um", "absolute, um", "numbers", "target")
 
 _INTRO = """Made by `make effects-report`. A plant of its own (tests/plant, MuJoCo) is made ill in a known way and
-writes session files; the program sees the files only. The model at hand has joint stiffness, identified from a
-session of the healthy cell (36 set-ups); `diagnose` reads session D (34 set-ups) of the ill one; session B (30 other
-set-ups) took part in nothing.
+writes session files; the program sees the files only. `diagnose` reads session D (34 set-ups) of the ill cell; session
+B (30 other set-ups) took part in nothing. The model at hand comes by three flows:
+
+- **a**: joint stiffness, identified from a session of the healthy cell (36 set-ups);
+- **b**: what `identify` makes of D itself by default: right is *adequate* where it has the effect already;
+- **c**: joint stiffness off by a factor (60 %, one sigma), with standard deviations that say so, as of a data sheet.
 
 - **size**: what the effect changes in the readings of D / what is left of that once joint stiffnesses have been
   refitted, in noise floors (RMS per axis; of two effects the larger). Sized by the latter; `c`: by the former, where
@@ -38,13 +41,16 @@ def markdown(rows: Sequence[Row]) -> str:
     at = [r for r in rows if r.size == TARGET]
     out = ["# Effects report", "", _INTRO, ""]
     if at:
-        out += [f"## Targets, at {TARGET:g} times the noise floor", "", *_summary(at), "", *_missed(at), ""]
+        out += [f"## Targets, at {TARGET:g} times the noise floor", ""]
+    for flow in sorted({r.flow for r in at}):
+        mine = [r for r in at if r.flow == flow]
+        out += [f"### Flow {flow}", "", *_summary(mine), "", *_missed(mine), ""]
     for size in sorted({r.size for r in rows}, key=lambda s: (s != TARGET, s)):
-        for arm in dict.fromkeys(r.arm for r in rows):
-            mine = [r for r in rows if r.size == size and r.arm == arm]
+        for arm, flow in dict.fromkeys((r.arm, r.flow) for r in rows):
+            mine = [r for r in rows if (r.size, r.arm, r.flow) == (size, arm, flow)]
             if mine:
                 target = "" if size == TARGET else " (no target)"
-                out += [f"## {arm}, {size:g} times the noise floor{target}", "", *_table(mine), ""]
+                out += [f"## {arm}, flow {flow}, {size:g} times the noise floor{target}", "", *_table(mine), ""]
     return "\n".join(out)
 
 

@@ -12,7 +12,7 @@ from tests.effects_report.__main__ import QUICK
 from tests.effects_report.case import Named, Row
 from tests.effects_report.judge import misses, sure
 from tests.effects_report.table import markdown
-from tests.effects_report.told import sites, told
+from tests.effects_report.told import SINGLY, sites, told
 from tests.plant.ailment import Truth
 from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS, SINGLE
@@ -20,7 +20,8 @@ from tests.plant.cells import SCENARIOS, SINGLE
 GOOD = Row(
     arm="ur10", scenario="backlash joint-1", seed=1, size=3.0, of="left",
     truth=(("backlash", ("joint-1",)),), change=4.0, left=3.0, verdict="explained",
-    named=(Named("backlash", ("joint-1",), ()),), moved=(), points_at=(("joint-1", 0.9, "approach"),),
+    named=(Named("backlash", ("joint-1",), ()),), added=("backlash",),
+    at_hand=("joint-stiffness",), moved=(), points_at=(("joint-1", 0.9, "approach"),),
     before={"displacement": 9e-5, "absolute": 7e-5}, after={"displacement": 3e-5, "absolute": 2.1e-5},
     floor={"displacement": 3e-5, "absolute": 2e-5}, told={"displacement": 2.9e-5, "absolute": 2.05e-5},
     distance=("backlash gap_rad[1]", 1.4), compared=7, notes=(), seconds=1.0,
@@ -113,9 +114,10 @@ def test_words_of_the_plant_are_sites_and_numbers_of_the_catalogue(name: str) ->
                 p = parameters[parameter]
                 assert 0 <= index < p.count(6)
                 assert p.low <= value <= p.high
-        assert any(np.any(np.array(list(n.values()), dtype=float)) for n in (hint.exact, *hint.starts))
+        hinted = any(np.any(np.array(list(n.values()), dtype=float)) for n in (hint.exact, *hint.starts))
+        assert hinted != (len(ailment.where) > 1 and ailment.effect in SINGLY)
 
 
 def test_quick_cases_are_there() -> None:
-    assert {name for _, name in QUICK} <= set(SCENARIOS)
-    assert {arm for arm, _ in QUICK} <= set(CELLS)
+    assert {name for _, name, _ in QUICK} <= set(SCENARIOS)
+    assert {arm for arm, _, _ in QUICK} <= set(CELLS)

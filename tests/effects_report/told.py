@@ -19,6 +19,7 @@ from tests.plant.cell_design import Cell
 Floats = npt.NDArray[np.float64]
 Numbers = dict[tuple[str, int], float]  # (parameter, index) -> value
 
+SINGLY = ("joint-hardening", "posture-stiffness", "kinematic-offset")  # told in one joint only
 NEVER = 1e9  # N*m: a breakaway that no torque reaches
 
 
@@ -41,6 +42,8 @@ def sites(effect: Effect, where: tuple[str, ...], joints: int) -> tuple[Site, ..
 
 def told(truth: Truth, cell: Cell) -> Told:
     """The truth in the words of the catalogue."""
+    if len(truth.where) > 1 and truth.effect in SINGLY:
+        return Told()
     return _LAWS[truth.effect](truth, cell) if truth.effect in _LAWS else Told()
 
 
@@ -62,10 +65,12 @@ def _hardening(truth: Truth, cell: Cell) -> Told:
     if "exp" in truth.law:
         knee = _value(truth, "knee")
         windup = truth.factor * knee / cell.stiffness[k]
-    else:
-        first, knee = _value(truth, "T1"), _value(truth, "T2")
-        windup = truth.factor * (first + 0.5 * (knee - first)) / cell.stiffness[k]
-    return Told(starts=tuple({("windup_rad", k): windup, ("knee_nm", k): c * knee} for c in (0.35, 0.8, 2.0)))
+        return Told(starts=tuple({("windup_rad", k): windup, ("knee_nm", k): c * knee} for c in (0.35, 0.8, 2.0)))
+    first, second = _value(truth, "T1"), _value(truth, "T2")
+    each = 0.5 * truth.factor / cell.stiffness[k]
+    parts = {("windup_rad", k): each * first, ("knee_nm", k): first, ("further_rad", k): each * second}
+    simple = tuple({("windup_rad", k): each * (first + second), ("knee_nm", k): c * second} for c in (0.35, 0.8))
+    return Told(starts=({**parts, ("knee_ratio", k): second / first, ("sharpness", k): 1.0}, *simple))
 
 
 def _softening(truth: Truth, cell: Cell) -> Told:
@@ -73,9 +78,13 @@ def _softening(truth: Truth, cell: Cell) -> Told:
 
 
 def _backlash(truth: Truth, cell: Cell) -> Told:
-    k = _joint(truth)
-    breakaway = min(_value(truth, "breakaway"), NEVER)
-    return Told({("gap_rad", k): _value(truth, "gap")}, ({("breakaway_nm", k): breakaway, ("side", k): 1.0},))
+    exact: Numbers = {}
+    start: Numbers = {}
+    for k in (int(w.removeprefix("joint-")) - 1 for w in truth.where):
+        exact["gap_rad", k] = _value(truth, f"gap joint-{k + 1} ")
+        start["breakaway_nm", k] = min(_value(truth, f"breakaway joint-{k + 1} "), NEVER)
+        start["side", k] = 1.0
+    return Told(exact, (start,))
 
 
 def _friction(truth: Truth, cell: Cell) -> Told:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -34,20 +35,40 @@ def _crossed(link: float, now: Step, p: Mapping[str, float]) -> float:
 
 
 def _hardening(given: Joints, p: Numbers) -> Floats:
-    """a tanh(t/T) = a (1 - 2 / (1 + exp(2 t/T))), and the same with four times T."""
+    """Two knees; a tanh(t/T) = a (1 - 2 / (1 + exp(2 t/T))), blended with the integral of its sharp form."""
 
     def used_up(windup: Floats, knee: Floats) -> Floats:
-        return np.asarray(windup * (1 - 2 / (1 + np.exp(np.minimum(2 * given.torque / knee, 700)))))
+        smooth = 1 - 2 / (1 + np.exp(np.minimum(2 * given.torque / knee, 700)))
+        sharp = np.array([cut_off(float(t)) for t in given.torque / knee])
+        return np.asarray(windup * ((1 - p["sharpness"]) * smooth + p["sharpness"] * sharp))
 
-    return used_up(p["windup_rad"], p["knee_nm"]) + used_up(p["further_rad"], 4 * p["knee_nm"])
+    second = p["knee_ratio"] * p["knee_nm"]
+    return used_up(p["windup_rad"], p["knee_nm"]) + used_up(p["further_rad"], second)
+
+
+def cut_off(x: float) -> float:
+    """The branch of a hyperbola in each corner (asymptotes: the piece before and the one after), 0.02 off there."""
+    corner = 0.02**2
+    above = 0.5 * (x + 1 - np.sqrt((x - 1) ** 2 + 4 * corner))  # of min(x, 1)
+    below = 0.5 * (x - 1 + np.sqrt((x + 1) ** 2 + 4 * corner))  # of max(x, -1)
+    return float(above + below - x)
 
 
 def _posture(given: Joints, p: Numbers) -> Floats:
-    """sin^2 of half the angle from where the joint is stiffest; cos 2q and sin 2q by products of sin q and cos q."""
+    """sin^2 of half the angle from where the joint is stiffest; the others by products of sin q and cos q."""
     s, c = np.sin(given.angle), np.cos(given.angle)
     share = p["softer"] * np.sin((given.angle - p["stiffest_rad"]) / 2) ** 2
     share = share + p["cos2"] * (c + s) * (c - s) + p["sin2"] * 2 * s * c
+    share = share + p["cos3"] * c * (4 * c**2 - 3) + p["sin3"] * s * (3 - 4 * s**2)
     return np.asarray(given.torque / given.stiffness * share)
+
+
+def _waving(rng: np.random.Generator) -> dict[str, Floats]:
+    """Harmonics that leave every angle some compliance."""
+    between = {"softer": (0, 1), "stiffest_rad": (-3, 3)} | dict.fromkeys(("cos2", "sin2", "cos3", "sin3"), (-0.3, 0.3))
+    values = {name: rng.uniform(*ends, 6) for name, ends in between.items()}
+    values["softer"] += 0.3
+    return {k: v * 0.8 if k[:3] in ("cos", "sin") else v for k, v in values.items()}
 
 
 def slid(held: float, now: Step, friction: float, share: float = 1.0) -> float:
@@ -66,12 +87,15 @@ def slid(held: float, now: Step, friction: float, share: float = 1.0) -> float:
 
 
 def _stuck(held: float, now: Step, p: Mapping[str, float]) -> float:
-    most = p["friction_nm"]
-    after = slid(held, now, most, p["held"])
-    travelled = min(abs(now.move) / 0.5e-6, 1.0)
-    left = -p["lag"] * most * (1 if now.move > 0 else -1 if now.move < 0 else 0)
-    lowest, highest = (np.interp(travelled, [0.0, 1.0], [end, left]) for end in (-most, most))
-    return float(min(max(after, lowest), highest))
+    """One of four sliders; a motor that moves drags the link along as a load of K times the move does."""
+    weight = [1.0, p["weight_half"], p["weight_double"], p["weight_quarter"]]
+    share = weight[now.number] / sum(weight)
+    most = p["friction_nm"] * share * (1.0, 0.5, 2.0, 0.25)[now.number]
+    fastest = 4 * p["friction_nm"] / p["held"] / 1e-6  # turned over within half a micro-radian
+    dragged = now.move * min(now.stiffness, fastest)
+    after = slid(held, replace(now, torque=now.torque + dragged), most, p["held"] * share)
+    free = 1 - (1 - p["lag"]) * min(abs(now.move) / 0.5e-6, 1.0)
+    return min(max(after, -free * most), free * most)
 
 
 def coupled_stiffness(stiffness: Floats, coupling: Floats) -> Floats:
@@ -132,10 +156,19 @@ JOINTS: dict[str, Oracle] = {
     "backlash": Oracle(joint=lambda given, p: given.state, step=_crossed, nothing={"gap_rad": 0.0}),
     "joint-hardening": Oracle(joint=_hardening, nothing={"windup_rad": 0.0, "further_rad": 0.0}),
     "joint-friction": Oracle(
-        joint=lambda given, p: given.state / given.stiffness, step=_stuck, nothing={"friction_nm": 0.0}, on_base=True
+        joint=lambda given, p: given.state.reshape(4, -1).sum(axis=0) / given.stiffness,
+        step=_stuck,
+        states=4,
+        nothing={"friction_nm": 0.0, "weight_half": 0.0, "weight_double": 0.0, "weight_quarter": 0.0},
+        on_base=True,
     ),
     "joint-coupling": Oracle(joint=_coupled, nothing={"coupling": 0.0}, on_base=True, sample=_correlated),
-    "posture-stiffness": Oracle(joint=_posture, nothing={"softer": 0.0, "cos2": 0.0, "sin2": 0.0}, on_base=True),
+    "posture-stiffness": Oracle(
+        joint=_posture,
+        nothing=dict.fromkeys(("softer", "cos2", "sin2", "cos3", "sin3"), 0.0),
+        on_base=True,
+        sample=_waving,
+    ),
     "joint-angle-error": Oracle(angle=_wrong_angle, nothing={"error_rad": 0.0}, without_load=True),
     "gravity-compensator": Oracle(torque=_compensated, nothing={"moment_nm": 0.0}, sample=_pinned),
 }

@@ -36,11 +36,16 @@ class Place:
 
 @dataclass(frozen=True)
 class Step:
-    """One pose of a joint: commanded ``move`` rad, ``torque`` N*m there and at the pose ``before``."""
+    """One pose of a joint: commanded ``move`` rad, ``torque`` N*m there and at the pose ``before``.
+
+    stiffness: N*m/rad of the base model. number: which of the joint's states is asked for, from 0.
+    """
 
     move: float
     torque: float
     before: float
+    stiffness: float = np.inf
+    number: int = 0
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ class Oracle:
         torque: angles (n,) -> (n,); mass: joints -> [(link, kg, com)].
         wrench_reading: shown (6,), turn to the tool (3, 3), values -> (6,).
         position_reading: position (3,), time s, values -> (3,).
-        step: state, step of one joint and its values -> the next state.
+        step: state, step of one joint and its values -> the next state; ``states``: how many a joint has.
         nothing: values for which there is no effect; None where there are none.
         without_load: there is an effect without load.
         on_base: shares the load with joint-stiffness: passive together with it, and not alone.
@@ -70,6 +75,7 @@ class Oracle:
     wrench_reading: Callable[[Floats, Floats, Numbers], Floats] | None = None
     position_reading: Callable[[Floats, float, Numbers], Floats] | None = None
     step: Callable[[float, Step, Mapping[str, float]], float] | None = None
+    states: int = 1
     nothing: Mapping[str, float] | None = None
     without_load: bool = False
     on_base: bool = False

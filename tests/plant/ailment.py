@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +46,21 @@ class Truth:
     values: Mapping[str, float]
     change: float  # m, RMS per axis, of what it does to the readings of session D
     left: float  # m, the same after the best six joint stiffnesses have been taken out of it (linear least squares)
+
+
+def several(law: str, ailments: Sequence[tuple[Ailment, float]]) -> Ailment:
+    """One effect in many places, as real robots have it: each ailment with its own share of the factor."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> tuple[Wear, Mapping[str, float]]:
+        values: dict[str, float] = {}
+        for ailment, share in ailments:
+            wear, more = ailment.apply(wear, arm, share * s)
+            values |= more
+        return wear, values
+
+    (effect,) = {a.effect for a, _ in ailments}
+    where = tuple(dict.fromkeys(w for a, _ in ailments for w in a.where))
+    return Ailment(effect, where, law, apply, 0.3)
 
 
 def only(n: int, k: int, value: float) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from .ailment import Ailment, only, torque_scale
 from .arm import Arm
 from .geometry import Array
-from .joints import Friction
+from .joints import Bearings, Friction
 from .wear import Law, Situation, Tie, Wear
 
 Done = tuple[Wear, Mapping[str, float]]
@@ -21,12 +21,12 @@ def with_law(wear: Wear, law: Law) -> Wear:
     return replace(wear, laws=(*wear.laws, law))
 
 
-def hardening(k: int) -> Ailment:
-    """Soft at small torque, in three pieces; the last piece has the healthy tangent stiffness."""
+def hardening(k: int, knees: tuple[float, float] = (0.25, 0.6)) -> Ailment:
+    """Soft at small torque, in three pieces; the last has the healthy tangent stiffness. knees: of a typical torque."""
 
     def apply(wear: Wear, arm: Arm, s: float) -> Done:
         stiff, scale = float(wear.stiffness[k - 1]), torque_scale(wear, k)
-        first, second = 0.25 * scale, 0.6 * scale
+        first, second = knees[0] * scale, knees[1] * scale
 
         def law(at: Situation) -> Array:
             t = float(at.torque[k - 1])
@@ -88,7 +88,8 @@ def friction(k: int, *, lag: bool = True, grip: float = 4.0) -> Ailment:
         slip = 0.1 * s * torque_scale(wear, k)
         slips = only(arm.n, k, slip)
         if wear.friction is not None:
-            if wear.friction.lag != lag or not np.all(wear.friction.grip == grip):
+            alike = isinstance(wear.friction, Friction) and wear.friction.lag == lag
+            if not alike or not np.all(wear.friction.grip == grip):
                 raise ValueError("one cell has one kind of friction")
             slips = slips + wear.friction.slip
         worn = replace(wear, friction=Friction(slips, np.full(arm.n, grip), lag))
@@ -98,6 +99,27 @@ def friction(k: int, *, lag: bool = True, grip: float = 4.0) -> Ailment:
         "dragged along by the approach move" if lag else "loose after each approach move"
     )
     return Ailment("joint-friction", (f"joint-{k}",), law, apply, 0.5)
+
+
+def hysteresis(levels: tuple[float, ...] = (0.05, 0.12, 0.3, 0.7), drag: float = 2.0) -> Ailment:
+    """Several dry bearings beside the drive of every joint: a loop that is round, not a parallelogram.
+
+    levels: torques at which they slip when the load alone moves the link, of the typical torque. drag: what they grip
+    together over the stiffness of the drive, at factor 1; they share it alike.
+    """
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        if wear.friction is not None:
+            raise ValueError("one cell has one kind of friction")
+        scale = np.array([torque_scale(wear, k + 1) for k in range(arm.n)])
+        grip = np.full((len(levels), arm.n), s * drag / len(levels))
+        # stuck together they take grip / (1 + sum of grips) of a load each
+        slip = np.array(levels)[:, None] * scale * grip / (1 + grip.sum(axis=0))
+        values = {f"slip {b + 1} joint-{k + 1} N*m": float(v) for (b, k), v in np.ndenumerate(slip)}
+        return replace(wear, friction=Bearings(slip, grip)), values
+
+    law = "K d = torque - sum T_b, T_b = grip_b K (d - anchor_b) within +-slip_b, all joints; dragged along by moves"
+    return Ailment("joint-friction", tuple(f"joint-{k}" for k in range(1, 7)), law, apply, 0.5)
 
 
 def coupling(i: int, k: int) -> Ailment:
@@ -119,6 +141,24 @@ def coupling(i: int, k: int) -> Ailment:
 
     law = f"deflection of joint {i} gains c x torque of joint {k} and the other way round (tendon spring)"
     return Ailment("joint-coupling", (f"joint-{i}", f"joint-{k}"), law, apply, 0.5)
+
+
+def waves(joints: tuple[int, ...] = (2, 3, 5), turns: int = 2, phase: float = 0.7) -> Ailment:
+    """A compliance that waves with the own angle of several joints: so many waves in a turn, each joint's begins
+    elsewhere."""
+
+    def apply(wear: Wear, arm: Arm, s: float) -> Done:
+        def law(at: Situation) -> Array:
+            out = np.zeros(arm.n)
+            for k in joints:
+                share = s * (0.5 + 0.5 * np.sin(turns * float(at.angle[k - 1]) + phase * k))
+                out[k - 1] = share * float(at.torque[k - 1]) / float(wear.stiffness[k - 1])
+            return out
+
+        return with_law(wear, law), {f"amplitude joint-{k} 1": s for k in joints}
+
+    formula = f"compliance (1 + s (1 + sin({turns} q + {phase:g} k))/2)/K of joint k"
+    return Ailment("posture-stiffness", tuple(f"joint-{k}" for k in joints), formula, apply, 0.3)
 
 
 def posture(k: int, shape: str = "bump") -> Ailment:

@@ -17,7 +17,7 @@ import numpy as np
 from . import ailments_body as body
 from . import ailments_instrument as instrument
 from . import ailments_joint as joint
-from .ailment import Ailment, Truth
+from .ailment import Ailment, Truth, several
 from .ailments_unknown import UNKNOWN
 from .cell_design import CELLS, NOISE, Cell, design, form
 from .lab import measure
@@ -26,6 +26,7 @@ from .wear import Wear
 from .worn_plant import WornPlant
 
 SESSIONS = ("A_healthy", "D", "B", "C")
+JOINTS = range(1, 7)
 SETUPS = {"A_healthy": 36, "D": 34, "B": 30, "C": 34}
 
 
@@ -63,11 +64,13 @@ def write(
     size: float = 3.0,
     of: Literal["change", "left"] = "change",
     sessions: Sequence[str] = SESSIONS,
+    approach: bool = True,
 ) -> Case:
     """Writes sessions to folder/NAME/session.toml: A_healthy before, D and B ill, C ill and moved on.
 
     size: what each ailment alone changes in the readings of D, RMS per axis over the noise floor.
     of: all of the change, or what is left of it when the best joint stiffnesses have been taken out.
+    approach: whether the columns of the approach are written.
     """
     cell = CELLS[arm]
     bench = _bench(cell, "D", seed)
@@ -81,7 +84,7 @@ def write(
     moved, later = _later(worn)
     wears = {"A_healthy": cell.healthy, "D": worn, "B": worn, "C": moved}
     plants = {name: WornPlant(cell.arm, wears[name]) for name in sessions}
-    paths = {name: _session(cell, plants[name], folder / name, name, seed) for name in sessions}
+    paths = {name: _session(cell, plants[name], folder / name, name, seed, approach) for name in sessions}
     return Case(paths, tuple(truth), later, floor, plants, cell)
 
 
@@ -95,14 +98,14 @@ def _bench(cell: Cell, name: str, seed: int) -> Bench:
     return Bench(cell, setups, form(cell, setups, number))
 
 
-def _session(cell: Cell, plant: WornPlant, folder: Path, name: str, seed: int) -> Path:
+def _session(cell: Cell, plant: WornPlant, folder: Path, name: str, seed: int, approach: bool) -> Path:
     bench, wear = _bench(cell, name, seed), plant.wear
     notes = measure(
         plant,
         bench.setups,
         cell.targets,
         noise=NOISE,
-        form=bench.form,
+        form=replace(bench.form, approach=approach),
         seed=1000 + _number(name, seed),
         tracker=wear.tracker,
         sensor=wear.sensor,
@@ -154,6 +157,26 @@ SINGLE: dict[str, Ailment] = {
     "tracker-drift settling": instrument.tracker(3000.0),
     "force-sensor-bias zero": instrument.sensor(),
     "force-sensor-bias scale": instrument.sensor("scale"),
+    "backlash all joints": several(
+        "play in every joint, with a breakaway of its own",
+        [
+            (joint.backlash(k, b), g)
+            for k, b, g in zip(JOINTS, (0.05, 0.1, 0.02, 0.2, 0.1, 0.3), (0.4, 0.3, 0.5, 1.5, 1.0, 2.0), strict=True)
+        ],
+    ),
+    "joint-hardening all joints": several(
+        "three pieces in every joint",
+        [(joint.hardening(k), g) for k, g in zip(JOINTS, (0.6, 0.4, 0.8, 1.0, 0.5, 1.2), strict=True)],
+    ),
+    "posture-stiffness joints 1 3 5": several(
+        "compliance by the joint's own angle",
+        [(joint.posture(1), 0.7), (joint.posture(3), 1.0), (joint.posture(5), 1.5)],
+    ),
+    "kinematic-offset all": several(
+        "every zero and every frame",
+        [(body.zero(k), g) for k, g in zip(JOINTS, (1.0, -0.6, 0.8, 2.0, -1.5, 2.5), strict=True)]
+        + [(body.geometry(k), g) for k, g in zip(JOINTS[:5], (0.8, -1.0, 0.5, -0.7, 0.6), strict=True)],
+    ),
 } | {f"unknown {name}": make() for name, make in UNKNOWN.items()}
 
 PAIRS = (

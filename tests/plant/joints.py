@@ -31,7 +31,8 @@ class Memory:
     turned_at: Array  # (n,) rad, command at which the last rotation was noticed
     direction: Array  # (n,) -1, 0 (unknown), +1: last rotation
     play: Array  # (n,) rad in [-gap/2, +gap/2]: where the link sits in its gap
-    anchor: Array | None = None  # (n,) rad, deflection at which the dry friction pulls nowhere; NaN, None: at rest
+    anchor: Array | None = None  # (n,) or, of several bearings side by side, (b,n) rad: deflection at which the dry
+    # friction pulls nowhere; NaN, None: at rest
 
     @classmethod
     def fresh(cls, command: ArrayLike) -> Memory:
@@ -83,6 +84,53 @@ class Friction:
 
 
 @dataclass(frozen=True)
+class Bearings:
+    """Several dry bearings side by side on the link (Iwan's parallel model): each a spring to the ground that slips.
+
+    k d = tau - sum of T_b, T_b = grip_b k (d - anchor_b) within +-slip_b: solved for d by bisection, which needs no
+    more than that the right side falls as d grows.
+    """
+
+    slip: Array  # (b,n) N*m
+    grip: Array  # (b,n) over the stiffness of the drive
+
+    def pulls(self, d: Array, stiffness: Array, anchor: Array | None) -> Array:
+        """(b,n) N*m that the bearings take at a deflection."""
+        if anchor is None:
+            return np.zeros_like(self.slip)
+        return np.clip(np.where(np.isnan(anchor), 0.0, self.grip * stiffness * (d - anchor)), -self.slip, self.slip)
+
+    def torque(self, load: Array, stiffness: Array, anchor: Array | None) -> Array:
+        """(n,) N*m that they take of a load together."""
+        out: Array = self.pulls(self._rest(load, stiffness, anchor), stiffness, anchor).sum(axis=0)
+        return out
+
+    def _rest(self, load: Array, stiffness: Array, anchor: Array | None) -> Array:
+        most = self.slip.sum(axis=0)
+        low, high = (load - most) / stiffness, (load + most) / stiffness
+        for _ in range(80):
+            middle = (low + high) / 2
+            over = stiffness * middle + self.pulls(middle, stiffness, anchor).sum(axis=0) > load
+            low, high = np.where(over, low, middle), np.where(over, middle, high)
+        out: Array = (low + high) / 2
+        return out
+
+    def dragged(self, load: Array, stiffness: Array, anchor: Array | None) -> Array:
+        """(b,n) rad: the anchors after the load has done what it can."""
+        d = self._rest(load, stiffness, anchor)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            stretch = self.pulls(d, stiffness, anchor) / (self.grip * stiffness)
+        return np.where(self.slip > 0, d - stretch, d)
+
+    def carried(self, memory: Memory, command: Array, still: float) -> Array | None:
+        """(b,n) rad: the anchors, which stay where they are, seen from a motor that has moved."""
+        if memory.anchor is None:
+            return None
+        move = command - memory.command
+        return np.where(np.abs(move) > still, memory.anchor - move, memory.anchor)
+
+
+@dataclass(frozen=True)
 class Joints:
     """The laws of all n joints."""
 
@@ -93,7 +141,7 @@ class Joints:
     side_sign: float = 1.0  # +1: after a move in direction s the link rests on side s
     hardening: Extra | None = None
     still: float = 1e-9  # rad: a smaller commanded move is no turn
-    friction: Friction | None = None
+    friction: Friction | Bearings | None = None
 
     def deflection(self, torque: Array, angle: Array, memory: Memory) -> Array:
         """(n,) rad: all of it, play and dry friction included."""

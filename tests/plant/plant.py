@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from .arm import Arm
 from .geometry import Array, between, rotation_vector
-from .joints import Extra, Friction, Joints, Memory, per_joint
+from .joints import Bearings, Extra, Friction, Joints, Memory, per_joint
 from .moment import Moment
 from .scene import PLACE, Load, Scene
 from .walk import Walk, reported
@@ -41,7 +41,7 @@ class Plant:
         springs: Mapping[int, ArrayLike] | None = None,
         gravity_on: bool = True,
         calibrated_out: bool = False,
-        friction: Friction | None = None,
+        friction: Friction | Bearings | None = None,
     ) -> None:
         """Stiffness N*m/rad; springs: link (0 base ... n flange) -> 6 values (N/m x3, N*m/rad x3) or 6x6."""
         n = arm.n

@@ -15,7 +15,7 @@ from .ailment import Ailment
 from .cell_design import CELLS
 from .geometry import Array, turn
 from .hand import Day
-from .joints import Friction
+from .joints import Bearings, Friction
 from .test_plant_effects import check
 
 ARMS = tuple(CELLS)
@@ -49,6 +49,19 @@ def test_friction_lets_the_link_lag_behind_a_long_move() -> None:
     # a move of 0.1 mrad against the last one: from T = 20 (anchor -25 / K), the anchor goes to -15 / K: T = 12
     walk = bearing(lag=True).walk([[-0.1], [0.0], [-1e-4]])
     assert (walk.q_act[2, 0] + 1e-4) * K == pytest.approx(-12, abs=1e-3)
+
+
+def test_bearings_side_by_side() -> None:
+    """One is the dry bearing; two of equal grip 2 that slip at 8 and 20 N*m, by hand: K d = torque - T1 - T2."""
+    arm, loads = small_arms.planar([1.0]), [0, 50, -20, 90, 10, 0]
+    alone = Bearings(np.array([[20.0]]), np.array([[4.0]]))
+    one = Plant(arm, stiffness=K, friction=alone, gravity_on=False)
+    np.testing.assert_allclose(winds(one, loads, 0.1), winds(bearing(lag=True), loads, 0.1), atol=1e-3)
+    pair = Bearings(np.array([[8.0], [20.0]]), np.array([[2.0], [2.0]]))
+    two = Plant(arm, stiffness=K, friction=pair, gravity_on=False)
+    # dragged up: both pull back. From 50 down to 0: stuck, 1/5 of it up to T1 = -8 (K d down by 8), then 1/3 of it
+    np.testing.assert_allclose(winds(two, [0, 50], 0.1), [-28, 22], atol=1e-3)
+    np.testing.assert_allclose(winds(two, [0, 50, 10, 0], 0.1), [-28, 22, 14, 14 - 10 / 3], atol=1e-3)
 
 
 @pytest.mark.parametrize("arm", ARMS)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .geometry import Array
 from .instruments import Crooked, Wandering
-from .joints import Friction
+from .joints import Bearings, Friction
 from .moment import Moment
 
 
@@ -74,7 +74,7 @@ class Wear:
     ratio: Array  # (n,) softer flank over the stiff one
     gap: Array  # (n,) rad
     breakaway: Array  # (n,) N*m
-    friction: Friction | None = None
+    friction: Friction | Bearings | None = None
     laws: tuple[Law, ...] = ()
     flexures: tuple[Flexure, ...] = ()
     ties: tuple[Tie, ...] = ()

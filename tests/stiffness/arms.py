@@ -30,6 +30,8 @@ VALUES: dict[str, Numbers] = {
         "windup_rad": np.array([5e-5, 4e-5, 6e-5, 1e-4, 2e-4, 3e-4]),
         "knee_nm": np.array([300.0, 400.0, 200.0, 100.0, 50.0, 30.0]),
         "further_rad": np.array([4e-5, 0.0, 3e-5, 5e-5, 1e-4, 2e-4]),
+        "knee_ratio": np.full(6, 4.0),
+        "sharpness": np.zeros(6),
     },
     "tool-compliance": {
         "linear_m_per_n": np.array([2e-7, 3e-7, 5e-8]),

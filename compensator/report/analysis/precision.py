@@ -1,4 +1,4 @@
-"""How well the readings of a fit determine its numbers: intervals, correlations, singular values of the design."""
+"""How well the readings of a fit determine its numbers: intervals and correlations."""
 
 from __future__ import annotations
 
@@ -22,13 +22,6 @@ def interval(u: Unknown, value: float, sd: float) -> tuple[float, float]:
     if not u.inverse:
         return low, high
     return 1 / high, 1 / low if low > 0 else float("inf")
-
-
-def singular_values(fit: Fit) -> tuple[Floats, Floats]:
-    """Singular values (P,) of the scaled design, ascending, and their directions (P, P) as columns."""
-    n, scale = len(fit.unknowns), fit.unknowns.scale
-    squares, directions = np.linalg.eigh(fit.solution.information[:n, :n] * np.outer(scale, scale))
-    return np.sqrt(np.maximum(squares, squares[-1] * 1e-32)), directions
 
 
 def correlation(fit: Fit) -> Floats:

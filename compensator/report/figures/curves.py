@@ -9,6 +9,8 @@ import numpy as np
 from compensator.report.figures.layout import AFTER, BEFORE, FONT, GRID, ORANGE, ZERO_LINE, Figure, hover, label, number
 from compensator.report.figures.thinning import Floats, Index, numbers, path_length, thin
 from compensator.solve.compensation import Compensation
+from stiffness.memory.preload import PreloadState
+from stiffness.memory.state_columns import state_columns
 
 # colours after Okabe and Ito: colour-blind readers can distinguish them
 JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")
@@ -131,14 +133,20 @@ def _band(low: float, high: float) -> Figure:
 
 
 def flanks_figure(c: Compensation) -> Figure | None:
-    """What every joint remembers, one lane per joint, one panel per effect; None when nothing remembers."""
+    """What every joint remembers, one lane per joint, one panel per effect; None when nothing remembers.
+
+    Of an effect with several states per joint the lane shows their sum.
+    """
     n = c.job.arm.robot.n
+    columns = state_columns(c.job.arm.effects, n)
     panels: list[_Panel] = []
     for effect in c.job.arm.effects:
         if effect.memory is not None:
-            first = n * len(panels)
-            half = effect.memory.bounds(c.job.arm.values[effect.name])
-            lanes = [_lane(c, int(j), first + int(j), float(half[j])) for j in np.flatnonzero(half > 0)]
+            half = effect.memory.bounds(c.job.arm.values[effect.name]).reshape(-1, n).sum(axis=0)
+            own = columns[effect.name]
+            edges = (s[:, own].reshape(len(c), -1, n).sum(axis=1) for s in (c.state.low, c.state.high, c.state.middle))
+            state = PreloadState(*edges)
+            lanes = [_lane(c, int(j), state, float(half[j])) for j in np.flatnonzero(half > 0)]
             panels.append((label(effect.name), [curve for lane in lanes for curve in lane]))
     if not panels:
         return None
@@ -153,18 +161,18 @@ def flanks_figure(c: Compensation) -> Figure | None:
     return figure
 
 
-def _lane(c: Compensation, joint: int, column: int, half: float) -> list[Figure]:
+def _lane(c: Compensation, joint: int, state: PreloadState, half: float) -> list[Figure]:
     """The state of one joint between its bounds, and the bracket where it is not known."""
     at, name = c.job.arm.robot.n - joint, f"joint {joint + 1}"
-    middle = at + LANE * c.state.middle[:, column] / half
+    middle = at + LANE * state.middle[:, joint] / half
     lane = _curve(c, np.arange(len(c)), middle, Pen(name, _colour(joint)))
     lane |= {"hovertemplate": hover(f"{name} (line %{{customdata}})"), "showlegend": False}
-    unsure = np.flatnonzero(~c.state.known[:, column])
+    unsure = np.flatnonzero(~state.known[:, joint])
     if not len(unsure):
         return [lane]
     band = []
-    for edge in (c.state.low, c.state.high):
-        side = _curve(c, unsure, at + LANE * edge[:, column] / half, Pen(f"{name}, not known", UNKNOWN))
+    for edge in (state.low, state.high):
+        side = _curve(c, unsure, at + LANE * edge[:, joint] / half, Pen(f"{name}, not known", UNKNOWN))
         side |= {"mode": "lines", "showlegend": False, "hoverinfo": "skip", "line": {"width": 0}}
         del side["hovertemplate"]
         band.append(side)

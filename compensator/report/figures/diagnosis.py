@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from compensator.report.analysis.pattern import Pattern
+from compensator.report.figures.drawing import words_figure
 from compensator.report.figures.layout import (
     AFTER,
     AXIS,
@@ -139,6 +140,8 @@ def pattern_figure(p: Pattern) -> Figure:
     sides = [(0, [0.0, 0.47], p.titles[0]), (1, [0.53, 1.0], p.titles[1])][: 2 if p.titles[1] else 1]
     layout = base_layout(420, left=70, top=60, bottom=50)
     reach = np.concatenate([p.before, p.after])
+    if not len(reach):
+        return words_figure("No load state shows this motion by itself: there is nothing to draw.")
     low, high = (float(v) for v in (reach.min(), reach.max()))
     room = 0.06 * max(high - low, 1e-9)
     for k, across, text in sides:

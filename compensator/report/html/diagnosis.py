@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +11,14 @@ from compensator.report.analysis.remainder import remainder
 from compensator.report.analysis.session_residuals import SessionResiduals, session_residuals
 from compensator.report.analysis.setup_residuals import largest_setups
 from compensator.report.figures.diagnosis import pattern_figure, ranking_figure, split_figure
+from compensator.report.figures.drawing import Warn, drawn, silent
 from compensator.report.figures.layout import Figure
 from compensator.report.figures.residual_map import enlargement, map_figure
 from compensator.report.html import diagnosis_tables as tables
 from compensator.report.html.page import page
 from compensator.report.json.text import Report
 from compensator.report.words import diagnosis as words
+from compensator.report.words.findings import finding_sentences
 from compensator.report.words.numbers import joined, residual_mm
 from stiffness.diagnosis.result import AddedEffect, Diagnosis
 from stiffness.model.model import ComplianceModel
@@ -35,24 +38,32 @@ class AddedEffectWords:
     figures: tuple[str, ...]
 
 
-def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
+def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report, warn: Warn = silent) -> str:
     """The report of a diagnosis.
 
     Args:
         model: the model at hand.
         report: the JSON report of the same diagnosis, as ``diagnosis_report`` makes it.
+        warn: is told of figures that could not be drawn.
     """
     residuals = session_residuals(d, model)
     setups = largest_setups(residuals, SETUPS)
-    refined = bool(d.added or d.changed)
-    evidence = _evidence(d, residuals)
-    figures = {
-        "map": map_figure(setups, ["the model at hand", "the refined model"] if refined else ["the model at hand"]),
-        "split": split_figure(report),
-        **({"ranking": ranking_figure(d)} if any(c.where for c in d.candidates) else {}),
-        **{name: drawn for group in evidence for name, drawn in group.items()},
-        **_remainder(d, residuals),
+    refined = bool(d.added or d.removed or d.changed)
+    failed: list[str] = []
+    evidence = _evidence(d, residuals, failed.append)
+    titles = ["the model at hand", "the refined model"] if refined else ["the model at hand"]
+    makers: dict[str, Callable[[], Figure]] = {
+        "map": lambda: map_figure(setups, titles),
+        "split": lambda: split_figure(report),
+        **({"ranking": lambda: ranking_figure(d)} if any(c.where for c in d.candidates) else {}),
     }
+    figures = {
+        **drawn(makers, failed.append),
+        **{name: figure for group in evidence for name, figure in group.items()},
+        **_remainder(d, residuals, failed.append),
+    }
+    for sentence in failed:
+        warn(sentence)
     verdict, _, verdict_is = words.verdict_sentence(d).partition(": ")
     sessions = [e.session for e in d.fit.sessions]
     return page(
@@ -61,14 +72,16 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report) -> str:
         figures,
         verdict=verdict,
         verdict_is=verdict_is,
-        additions=[_addition(a, tuple(drawn)) for a, drawn in zip(d.added, evidence, strict=True)],
+        additions=[_addition(a, tuple(shown)) for a, shown in zip(d.added, evidence, strict=True)],
+        removals=[words.removed_sentence(r) for r in d.removed],
         changes=[_arrows(words.changed_sentence(c)) for c in d.changed[: words.LISTED]],
         before_after=_arrows(words.before_after(report)),
+        findings=[*finding_sentences(report), *failed],
         caution=_capital(words.caution(d, report)),
         notes=d.notes,
         refined=refined,
         map={
-            "enlarged": f"{enlargement(setups):,.0f}",
+            "enlarged": f"{enlargement(setups):,.0f}" if setups else "1",
             "setups": len(setups),
             "reflectors": tables.reflectors(sessions),
         },
@@ -96,18 +109,33 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _evidence(d: Diagnosis, residuals: tuple[SessionResiduals, ...]) -> list[dict[str, Figure]]:
+def _evidence(d: Diagnosis, residuals: tuple[SessionResiduals, ...], warn: Warn) -> list[dict[str, Figure]]:
     """Of every addition its figures by their id."""
     out = []
     for k, a in enumerate(d.added):
-        drawn = [pattern_figure(p) for p in added_patterns(d, residuals, a)]
-        out.append({f"pattern-{k + 1}" + (f"-{i + 1}" if i else ""): f for i, f in enumerate(drawn)})
+        made: dict[str, Figure] = {}
+
+        def first(a: AddedEffect = a, k: int = k, made: dict[str, Figure] = made) -> Figure:
+            figures = [pattern_figure(p) for p in added_patterns(d, residuals, a)]
+            made |= {f"pattern-{k + 1}-{i + 1}": f for i, f in enumerate(figures) if i}
+            return figures[0]
+
+        out.append({**drawn({f"pattern-{k + 1}": first}, warn), **made})
     return out
 
 
-def _remainder(d: Diagnosis, residuals: tuple[SessionResiduals, ...]) -> dict[str, Figure]:
-    rest = remainder(d, residuals) if d.verdict == "unexplained" else None
-    return {} if rest is None else {"remainder": pattern_figure(rest)}
+def _remainder(d: Diagnosis, residuals: tuple[SessionResiduals, ...], warn: Warn) -> dict[str, Figure]:
+    if d.verdict != "unexplained":
+        return {}
+    found: list[Figure] = []
+
+    def make() -> Figure:
+        rest = remainder(d, residuals)
+        found.append({} if rest is None else pattern_figure(rest))
+        return found[0]
+
+    shown = drawn({"remainder": make}, warn)
+    return {} if found and not found[0] else shown
 
 
 def _addition(a: AddedEffect, figures: tuple[str, ...]) -> AddedEffectWords:
@@ -134,5 +162,5 @@ def _told_apart(d: Diagnosis) -> str:
 def _when_attributed(d: Diagnosis) -> str:
     if d.verdict != "unexplained":
         return "before anything was added"
-    found = d.added or d.changed
+    found = d.added or d.removed or d.changed
     return "with what was found in the model" if found else "with the model's numbers fitted anew"

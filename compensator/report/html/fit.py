@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -10,11 +12,13 @@ from compensator.report.analysis.by_reflector import KINDS, reflector_residuals
 from compensator.report.analysis.precision import correlation
 from compensator.report.analysis.predicted import predicted_sessions
 from compensator.report.analysis.standardised import standardised
+from compensator.report.figures.drawing import Warn, drawn, silent
 from compensator.report.figures.fit import correlation_figure, joints_figure, normal_figure, reflectors_figure
 from compensator.report.figures.layout import Figure
 from compensator.report.html import fit_tables as tables
 from compensator.report.html.page import page
 from compensator.report.json.text import Report
+from compensator.report.words.findings import finding_sentences
 from compensator.report.words.numbers import residual_mm
 from stiffness.effects import CATALOGUE
 from stiffness.identification.fit import Fit
@@ -25,48 +29,57 @@ FAR = 3  # standard deviations: beyond lie BEYOND of all values of a normal dist
 BEYOND = 0.0027
 
 
-def fit_page(fit: Fit, report: Report) -> str:
+def fit_page(fit: Fit, report: Report, warn: Warn = silent) -> str:
     """The report of a global fit.
 
     Args:
         report: the JSON report of the same fit, as ``fit_report`` makes it.
+        warn: is told of figures that could not be drawn.
     """
     sessions = predicted_sessions(fit)
     joints, z, correlations = joint_residuals(fit, sessions), standardised(fit), correlation(fit)
     kinds = {kind: found for kind in KINDS if (found := reflector_residuals(sessions, kind))}
-    figures: dict[str, Figure] = {
-        **({"reflectors": reflectors_figure(kinds)} if kinds else {}),
+    failed: list[str] = []
+    makers: dict[str, Callable[[], Figure]] = {
+        **({"reflectors": lambda: reflectors_figure(kinds)} if kinds else {}),
         **(_joint_figures(joints) if any(len(j.torque) for j in joints) else {}),
-        "normal": normal_figure(z),
-        "correlations": correlation_figure(fit, correlations),
+        "normal": lambda: normal_figure(z),
+        "correlations": lambda: correlation_figure(fit, correlations),
     }
+    figures = drawn(makers, failed.append)
+    for sentence in failed:
+        warn(sentence)
     geometric, others = _not_identified(report)
     return page(
         "fit",
         f"Identified stiffness: {fit.sessions[0].session.robot.name}",
         figures,
+        findings=[*finding_sentences(report), *failed],
         readings=_readings(report),
         stiffnesses={"identified": sum(report["identifiable"]), "all": len(report["identifiable"])},
         rms=_rms(report),
         not_identified=others,
         shared=len(geometric),
+        lacks=f"{fit.lacks[:1].upper()}{fit.lacks[1:]}." if fit.lacks else "",
         misfit=f"{fit.solution.misfit:.2f}" if fit.solution.misfit > 1 else "",
         overall=tables.overall(report["rms_mm"]),
         parameters=tables.parameters(fit),
         reflectors=[tables.reflectors(kind, at) for kind, at in kinds.items()],
         joints=tables.joints(joints),
         standardised=_standardised(z),
-        design=tables.design(fit, float(report["condition_number"])),
+        design=tables.design(fit),
         weakest=tables.weakest(fit),
         correlated=tables.correlated(fit, correlations),
+        trackers=tables.trackers(fit) if report["tracker_poses"] else None,
+        placed=tables.placed(fit) if report["reflectors"] else None,
         outliers=tables.outliers(fit),
         notes=report["notes"],
         inputs=tables.inputs(fit),
     )
 
 
-def _joint_figures(joints: list[JointResiduals]) -> dict[str, Figure]:
-    return {"joints": joints_figure(joints), "joints-after": joints_figure(joints, enlarged=True)}
+def _joint_figures(joints: list[JointResiduals]) -> dict[str, Callable[[], Figure]]:
+    return {"joints": lambda: joints_figure(joints), "joints-after": lambda: joints_figure(joints, enlarged=True)}
 
 
 def _readings(report: Report) -> dict[str, str]:

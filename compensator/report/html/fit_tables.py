@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from compensator.report.analysis.by_joint import JointResiduals
 from compensator.report.analysis.by_reflector import ReflectorResiduals
-from compensator.report.analysis.precision import interval, singular_values
+from compensator.report.analysis.precision import interval
 from compensator.report.html.table import DASH, Cell, OutlierRows, PageTable, Strong, outlier_rows
-from compensator.report.words.numbers import residual_mm, rounded, shown_unit
+from compensator.report.words.numbers import residual_mm, rounded, shown_unit, with_sd
 from stiffness.identification.fit import Fit
+from stiffness.identification.placed_station import placed_reflectors, placed_trackers
 from stiffness.identification.scores import rms
 from stiffness.identification.unknowns import Unknown
 
@@ -111,34 +112,54 @@ def joints(at: list[JointResiduals]) -> PageTable:
     return PageTable(rows, head, right=range(5), caption=caption)
 
 
-def design(fit: Fit, condition: float) -> PageTable:
+def design(fit: Fit) -> PageTable:
     """Condition number and observability indices of the design."""
-    values = singular_values(fit)[0]
-    count, smallest, largest = fit.solution.count, values[0], values[-1]
+    of, condition = fit.observability(), fit.condition_number()
     rows = [
-        ["condition number: largest over smallest singular value", f"{condition:.4g}"],
-        ["O1: geometric mean of the singular values / √readings", _index(values, count)],
-        ["O2: smallest / largest singular value", f"{smallest / largest:.4g}"],
-        ["O3: smallest singular value", f"{smallest:.4g}"],
-        ["O4: smallest² / largest singular value", f"{smallest**2 / largest:.4g}"],
-        ["numbers read", f"{count:,}"],
+        ["directions that the readings determine", f"{of['determined']} of {len(fit.unknowns)}"],
+        ["condition number: largest over smallest singular value", DASH if condition is None else f"{condition:.4g}"],
+        ["O1: geometric mean of the singular values / √readings", f"{of['o1']:.4g}"],
+        ["O2: smallest / largest singular value", f"{of['o2']:.4g}"],
+        ["O3: smallest singular value / √readings", f"{of['o3']:.4g}"],
+        ["O4: smallest² / largest singular value / √readings", f"{of['o4']:.4g}"],
+        ["numbers read", f"{fit.solution.count:,}"],
         ["degrees of freedom left", f"{fit.solution.freedom:,.0f}"],
         ["spread of the residuals / that of the instruments, where it widens", f"{fit.solution.misfit:.3f}"],
     ]
-    return PageTable(rows, right=[1], caption="Design, every number scaled to its typical size")
-
-
-def _index(values: Floats, count: int) -> str:
-    mean = float(np.exp(np.mean(np.log(np.maximum(values, 1e-300)))))
-    return f"{mean / np.sqrt(max(count, 1)):.4g}"
+    caption = "Design, every number scaled to its typical size, in the directions that are determined"
+    return PageTable(rows, right=[1], caption=caption)
 
 
 def weakest(fit: Fit) -> list[str]:
-    """The combination of numbers that the readings determine least, as its largest parts."""
-    direction = singular_values(fit)[1][:, 0]
-    share = direction**2
+    """The combination of numbers that the readings determine least of those that they determine, as its largest
+    parts; none where they determine nothing."""
+    directions = fit.gauge.singular[1]
+    if not directions.shape[1]:
+        return []
+    share = directions[:, 0] ** 2
     top = [int(k) for k in np.argsort(-share, kind="stable")[:4] if share[k] > 0.05]
     return [f"{named(fit.unknowns.free[k])} ({100 * share[k]:.0f} %)" for k in top]
+
+
+def trackers(fit: Fit) -> PageTable:
+    """Tracker poses as the fit has them."""
+    rows = []
+    for t in placed_trackers(fit):
+        place = [f"{with_sd(v * 1e3, s * 1e3)}" for v, s in zip(t.origin, t.origin_sd, strict=True)]
+        turn = [f"{with_sd(np.degrees(v), np.degrees(s))}" for v, s in zip(t.rpy, t.rotation_sd, strict=True)]
+        rows.append([t.session, f"{t.block}", *place, *turn])
+    head = ["session", "block", "x, mm", "y, mm", "z, mm", "roll, deg", "pitch, deg", "yaw, deg"]
+    return PageTable(rows, head, right=range(1, 8), caption="Tracker in the base, with standard deviations")
+
+
+def placed(fit: Fit) -> PageTable:
+    """Reflectors whose places the fit has estimated."""
+    rows = [
+        [r.session, r.name, f"{r.link}", *(with_sd(v * 1e3, s * 1e3) for v, s in zip(r.position, r.sd, strict=True))]
+        for r in placed_reflectors(fit)
+    ]
+    head = ["session", "reflector", "link", "x, mm", "y, mm", "z, mm"]
+    return PageTable(rows, head, right=range(2, 6), caption="Reflectors in their links, with standard deviations")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.report.json.findings import findings
+from compensator.report.json.fit import station_report
 from compensator.report.json.text import MM, Report
+from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
@@ -15,8 +18,10 @@ KINDS = ("displacement", "absolute")
 def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
+        "findings": findings(session_doubts(d.fit.sessions, d.outliers)),
         "verdict": d.verdict,
         "added": [_added(a) for a in d.added],
+        "removed": [{"effect": r.effect, "where": list(r.where), "why": r.why} for r in d.removed],
         "changed": [
             {
                 "effect": c.effect, "where": list(c.where), "parameter": c.parameter,
@@ -46,6 +51,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
         "outlier_rows": [{"session": name, "row": int(row)} for name, row in d.outliers],
         "held_setups": [list(map(int, setups)) for setups in d.held],
         "not_applied": not_applied(d),
+        **station_report(d.fit),
         "notes": list(d.notes),
     }  # fmt: skip
 

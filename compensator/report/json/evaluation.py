@@ -2,14 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
+from compensator.report.json.findings import findings, notes
 from compensator.report.json.text import MM, Report
+from compensator.solve.unlearned_angles import NotLearned
+from stiffness.diagnosis.doubts import session_doubts
 from stiffness.identification.evaluate import Evaluation
 from stiffness.identification.scores import Score
 
 
-def evaluation_report(result: Evaluation) -> Report:
-    """The scores of both kinds of evidence; null where a session has none."""
-    return {"displacement": _score(result.displacement), "absolute": _score(result.absolute)}
+def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()) -> Report:
+    """The scores of both kinds of evidence, without wrong rows and with them; null where a session has none.
+
+    Args:
+        not_learned: angles of the session that the model did not learn.
+    """
+    session = result.seen.session
+    rows = session.samples.line[np.flatnonzero(result.wrong)]
+    return {
+        "findings": [
+            *findings(session_doubts([result.seen])),
+            *notes(session.source, (str(part) for part in not_learned)),
+        ],
+        "displacement": _score(result.displacement),
+        "absolute": _score(result.absolute),
+        "with_outliers": {kind: _score(score) for kind, score in result.with_wrong.items()},
+        "n_readings": len(session),
+        "outlier_rows": [{"session": session.source, "row": int(row)} for row in rows],
+        "not_learned": [part.as_dict() for part in not_learned],
+    }
 
 
 def _score(score: Score | None) -> Report | None:

@@ -8,10 +8,13 @@ import numpy as np
 
 from compensator.report.analysis.by_reflector import KINDS
 from compensator.report.analysis.predicted import predicted_sessions
+from compensator.report.json.findings import findings
 from compensator.report.json.text import MM, Report, known_numbers
+from stiffness.diagnosis.doubts import session_doubts
 from stiffness.effects import BASE
 from stiffness.identification import scores
 from stiffness.identification.fit import Fit
+from stiffness.identification.placed_station import placed_reflectors, placed_trackers
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.text import local_text
 from stiffness.model.model import ComplianceModel
@@ -27,17 +30,49 @@ def fit_report(fit: Fit) -> Report:
     k = fit.values()[BASE.name]["k_nm_per_rad"]
     sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
     return {
+        "findings": findings(session_doubts(fit.sessions)),
         "effects": [e.name for e in fit.unknowns.effects],
         "stiffness_nm_per_rad": known_numbers(k, known),
         "stiffness_sd_nm_per_rad": known_numbers(sd, known),
         "identifiable": known.tolist(),
         "rms_mm": _rms(fit),
+        "misfit": fit.solution.misfit,
+        "lacks": fit.lacks or None,
         "n_readings": sum(len(s.samples) for s in fit.sessions),
         "outlier_rows": [{"session": name, "row": row} for name, row in fit.outlier_rows()],
         "condition_number": fit.condition_number(),
         "observability": fit.observability(),
+        "converged": fit.solution.converged,
         "not_identified": fit.not_identified(),
+        **station_report(fit),
         "notes": list(fit.notes),
+    }
+
+
+def station_report(fit: Fit) -> Report:
+    """Tracker poses in the base, and reflectors in their links, that were estimated beside the model."""
+    return {
+        "tracker_poses": [
+            {
+                "session": t.session,
+                "block": t.block,
+                "xyz_mm": (t.origin * MM).tolist(),
+                "rpy_deg": np.degrees(t.rpy).tolist(),
+                "xyz_sd_mm": (t.origin_sd * MM).tolist(),
+                "turn_sd_deg": np.degrees(t.rotation_sd).tolist(),
+            }
+            for t in placed_trackers(fit)
+        ],
+        "reflectors": [
+            {
+                "session": r.session,
+                "name": r.name,
+                "link": r.link,
+                "xyz_mm": (r.position * MM).tolist(),
+                "xyz_sd_mm": (r.sd * MM).tolist(),
+            }
+            for r in placed_reflectors(fit)
+        ],
     }
 
 
@@ -57,6 +92,7 @@ def _rms(fit: Fit) -> dict[str, Any]:
 def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
     """The numbers of a fit joint by joint, and of the model made of it, under the same keys."""
     return {
+        "findings": [],
         "effects": list(model.values),
         "stiffness_nm_per_rad": known_numbers(fit.stiffness, fit.identified),
         "stiffness_sd_nm_per_rad": known_numbers(fit.sd, fit.identified),

@@ -9,7 +9,7 @@ import numpy as np
 
 from compensator.report.words.numbers import LENGTHS, joined, parameter_words, residual_mm, rounded, shown_unit, with_sd
 from stiffness.diagnosis.attribution import ResidualSource
-from stiffness.diagnosis.result import AddedEffect, Diagnosis, MovedParameter
+from stiffness.diagnosis.result import AddedEffect, Diagnosis, MovedParameter, RemovedEffect
 from stiffness.effects import BY_NAME
 
 WRITTEN = 6  # numbers of an addition that a line has room for
@@ -28,6 +28,7 @@ def diagnosis_lines(d: Diagnosis, report: Report) -> list[str]:
         f"{KINDS[kind]}, RMS per axis: {split_sentence(report, kind)}" for kind in KINDS if report["split_mm"][kind]
     ]
     lines += [f"added: {added_sentence(a)}" for a in d.added]
+    lines += [f"removed: {removed_sentence(r)}" for r in d.removed]
     lines += [f"changed: {changed_sentence(c)}" for c in d.changed[:LISTED]]
     if len(d.changed) > LISTED:
         lines.append(f"changed: and {len(d.changed) - LISTED} more numbers")
@@ -44,10 +45,12 @@ def diagnosis_lines(d: Diagnosis, report: Report) -> list[str]:
 def verdict_sentence(d: Diagnosis) -> str:
     """The verdict, one sentence."""
     names = joined([f"{a.effect} in {joined(a.where)}" for a in d.added])
+    gone = joined([f"{r.effect} in {joined(r.where)}" for r in d.removed])
     if d.verdict == "explained":
         misfit = d.fit.solution.misfit
         left = "nothing is left but noise" if misfit < NEAR else f"what is left is {misfit:.2f} times the noise"
-        return f"Explained: the model lacks {names}; with it {left}."
+        lacks = [f"the model lacks {names}"] if names else []
+        return f"Explained: {joined([*lacks, *([f'needs no {gone}'] if gone else [])])}; then {left}."
     if d.verdict == "parameters-changed":
         return f"Parameters changed: no effect is missing, but {_moved(d.changed)} moved since the model was made."
     if d.verdict == "adequate":
@@ -56,6 +59,11 @@ def verdict_sentence(d: Diagnosis) -> str:
         return "Insufficient data: these readings cannot tell whether the model lacks anything."
     also = f" beside {names}, which was added" if names else ""
     return f"Unexplained: there is structure that no known effect explains{also}{_sits(d.residual_sources)}."
+
+
+def removed_sentence(r: RemovedEffect) -> str:
+    """An effect of the model that is not there, one sentence."""
+    return f"{r.effect} in {joined(r.where)}: {r.why}"
 
 
 def _sits(points: Sequence[ResidualSource]) -> str:

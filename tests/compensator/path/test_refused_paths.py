@@ -119,6 +119,25 @@ def test_the_bound_is_what_refuses(tmp_path: Path, case: Case) -> None:
         assert found[0].split(":")[1] not in str(e)
 
 
+def test_preview_warns_where_compensate_refuses(tmp_path: Path) -> None:
+    """A joint whose stiffness is not identified: the same words, in findings and notes, and the file is written."""
+    (case,) = (c for c in CASES if c[0] == "joint not identified")
+    _, robot, degrees, cell, model, kind, message = case
+    job = job_at(tmp_path, robot, degrees, cell, model)
+    refused = re.search(message, refusal(job, kind))
+    assert refused
+    shown = preview_file(job.toolpath, job.cell, csv=job.out / "out.csv")
+    (warning,) = (f for f in shown.findings if f.level == "warning" and "not identified" in f.what)
+    said = re.search(message, str(warning))
+    assert said and abs(int(said[1]) - int(refused[1])) <= 0.02 * int(refused[1]) > 1
+    assert str(warning) in shown.report["notes"]
+    assert (job.out / "out.csv").exists()
+    sure = {"effects": {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}}}
+    (tmp_path / "sure").mkdir()
+    other = job_at(tmp_path / "sure", robot, degrees, cell, sure)
+    assert not any("not identified" in f.what for f in preview_file(other.toolpath, other.cell).findings)
+
+
 def test_a_line_at_fault_is_named_as_in_the_file(tmp_path: Path) -> None:
     """Line 7 of the file goes out of reach: the message says line 7 and shows the point as the file has it."""
     rows = [list(r) for r in ROWS]

@@ -10,7 +10,7 @@ from compensator.report.json.text import Report
 from compensator.solve.compensation import Compensation
 from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from tests.compensator.report.small_path import prepared
 from tests.plant.lab import Form
 from tests.stiffness.bench_lab import Lab

@@ -13,7 +13,7 @@ from compensator.report.analysis.predicted import predicted_sessions
 from compensator.report.analysis.standardised import standardised
 from compensator.report.analysis.undeflected import undeflected
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from tests.plant.lab import Form
 from tests.stiffness.bench_lab import Lab
 

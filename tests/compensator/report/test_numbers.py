@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,24 @@ def test_units_and_names() -> None:
 
 
 def test_json_has_no_number_that_is_not_finite() -> None:
-    assert as_json({"a": [1.0, None]}) == '{\n  "a": [\n    1.0,\n    null\n  ]\n}\n'
+    assert as_json({"a": [1.0, None], "b": {"c": "d"}}) == '{\n  "a": [1.0, null],\n  "b": {"c": "d"}\n}\n'
     with pytest.raises(ValueError, match="JSON compliant"):
         as_json({"a": float("nan")})
     assert known_numbers(np.array([1.0, np.nan]), [True, False]) == [1.0, None]
+
+
+def test_json_has_arrays_on_few_lines_and_loses_nothing() -> None:
+    """A table of 720 numbers, a matrix, rows that are tables: none of it a line per number, none beyond the width."""
+    rng = np.random.default_rng(1)
+    report = {
+        "table": rng.normal(size=720).tolist(),
+        "matrix": rng.normal(size=(40, 40)).tolist(),
+        "rows": [{"session": "a/b.toml", "row": k, "x": [1.5 * k, None, True]} for k in range(300)],
+        "empty": [[], {}],
+        "deep": {"a": {"b": {"c": rng.normal(size=9).tolist(), "text": "[1.0,\n 2.0]"}}},
+    }
+    text = as_json(report)
+    assert json.loads(text) == report
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= 120
+    assert len(lines) < 720 / 4 + 40 * (40 / 4 + 2) + 300 + 20  # 2,900 with a line for each number

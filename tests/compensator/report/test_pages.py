@@ -25,7 +25,7 @@ from stiffness import effects
 from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.planning.next_setups import NextSetup
 from tests.compensator.conftest import Sick
 from tests.compensator.report.conftest import Run

@@ -145,7 +145,8 @@ def test_the_summary_of_compensate_and_preview_says_so(tmp_path: Path) -> None:
         assert json.loads((job.out / f"{name}.json").read_text()) == report
         (only,) = report["not_learned"]
         angle = np.degrees(q[cut, 0])
-        assert list(only) == ["effect", "joint", "from_deg", "to_deg", "poses", "sd_mm"]
+        assert list(only) == ["effect", "joint", "from_deg", "to_deg", "poses", "share_of_poses", "sd_mm"]
+        assert only["share_of_poses"] == 1.0
         assert (only["effect"], only["joint"], only["poses"]) == (NAME, 1, report["n_cut"])
         assert [only["from_deg"], only["to_deg"]] == pytest.approx([angle.min(), angle.max()])
         # joint 1 of a standing arm turns the TCP about the vertical

@@ -13,7 +13,7 @@ from stiffness.diagnosis.added_effects import ModelFits
 from stiffness.diagnosis.search import Search
 from stiffness.effects import BASE
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
 from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS, write
@@ -39,4 +39,4 @@ def sick(scenario: str, arm: str = UR, seed: int = 3, size: float = 3.0) -> Sick
     healthy, ill = (load_session(paths[k]) for k in ("A_healthy", "D"))
     model = identify([healthy], [BASE.name]).model(healthy.robot_name, {})
     fits = ModelFits.of([ill], [BASE], model.values, [np.ones(len(ill), dtype=bool)])
-    return Sick(ill, fits, fits.fit([]), Search(fits, lambda text: None))
+    return Sick(ill, fits, fits.fit([]), Search(fits, (), lambda text: None))

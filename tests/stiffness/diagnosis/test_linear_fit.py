@@ -131,3 +131,17 @@ def test_nist_longley(regressor: int, rank: int) -> None:
     certified, sd = LONGLEY_CERTIFIED[regressor], LONGLEY_SD[regressor]
     assert fit.weight[0] == pytest.approx(certified if rank else 0.0, rel=1e-3)
     assert fit.gain == pytest.approx((certified / sd) ** 2 if rank else 0.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_what_is_left_of_the_equations_is_a_fit_of_both(seed: int) -> None:
+    """The gain of a further column, in the equations given others, is what both together gain more."""
+    data = Columns.of(seed)
+    equations = data.equations()
+    first = equations.fit([0, 3], [False, False])
+    given = equations.given([0, 3], first.weight)
+    more = equations.fit([1], [False], given)
+    both = equations.fit([0, 3, 1], [False] * 3)
+    assert more.gain == pytest.approx(both.gain - first.gain, rel=1e-6)
+    assert more.gain > 0
+    assert given.chi2 == pytest.approx(equations.reduced.chi2 - first.gain, rel=1e-9)

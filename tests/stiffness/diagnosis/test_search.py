@@ -9,9 +9,11 @@ import pytest
 from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged, with_sites
+from stiffness.diagnosis.adoption import adopted, pruned, site_chance
 from stiffness.diagnosis.candidates import columns_of
-from stiffness.diagnosis.search import FOLDS, WARMED, Search, fold_of
-from stiffness.diagnosis.switching_torques import with_better_torques, with_number
+from stiffness.diagnosis.linearisation import FOLDS, WARMED, fold_of
+from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers, with_number
 from stiffness.effects import BASE, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.session.session import Session
@@ -32,7 +34,7 @@ def addition(name: str, *where: str) -> Addition:
 def searched(session: Session, base: tuple[Effect, ...] = (BASE,)) -> set[str]:
     model = sick("clean").fits
     fits = ModelFits.of([session], base, model.values, [np.ones(len(session), dtype=bool)])
-    return {e.name for e in Search(fits, lambda text: None).effects}
+    return {e.name for e in Search(fits, (), lambda text: None).effects}
 
 
 def test_only_what_the_sessions_could_show_is_looked_for() -> None:
@@ -60,7 +62,7 @@ def test_what_the_model_has_is_not_looked_for() -> None:
         used=whole.fits.used,
         allowed=whole.fits.allowed,
     )
-    assert "backlash" not in {e.name for e in Search(fits, lambda text: None).effects}
+    assert "backlash" not in {e.name for e in Search(fits, (), lambda text: None).effects}
 
 
 def test_setups_are_dealt_to_folds_in_turn() -> None:
@@ -81,11 +83,11 @@ def test_setups_are_dealt_to_folds_in_turn() -> None:
 )  # fmt: skip
 def test_the_linearised_gain_is_about_that_of_a_fit(scenario: str, term: tuple[str, str]) -> None:
     ill = sick(scenario)
-    linear = ill.search.linearised(ill.base, [])
+    linear = ill.search.linearisation.at(ill.base, [])
     name, where = term
     terms = [t for t in linear.selector.terms if t.effect.name == name and where in t.site.where and not t.extras]
     chosen = max((linear.selector.together([t]) for t in terms), key=lambda c: c.fit.gain)
-    more, fit = ill.search.adopted(linear, chosen, [])
+    more, fit = adopted(ill.fits, linear, chosen, [])
     gained = ill.base.solution.chi2 - fit.solution.chi2
     assert chosen.fit.gain > 100
     assert chosen.fit.gain == pytest.approx(gained, rel=0.12)
@@ -96,10 +98,10 @@ def test_the_linearised_gain_is_about_that_of_a_fit(scenario: str, term: tuple[s
 def test_a_linearisation_leaves_the_fit_as_it_is() -> None:
     ill = sick("payload")
     before = [s.x.copy() for s in ill.base.states]
-    linear = ill.search.linearised(ill.base, [])
+    linear = ill.search.linearisation.at(ill.base, [])
     assert all(np.array_equal(a, s.x) for a, s in zip(before, ill.base.states, strict=True))
     assert linear.fit is not ill.base and linear.fit.solution is ill.base.solution
-    again = ill.search.linearised(ill.base, [])
+    again = ill.search.linearisation.at(ill.base, [])
     assert again.selector.equations.reduced.chi2 == linear.selector.equations.reduced.chi2
     # the residual's own chi-square, with a little freedom for the numbers of the fit
     assert linear.selector.equations.reduced.chi2 == pytest.approx(ill.base.solution.chi2, rel=1e-3)
@@ -110,7 +112,7 @@ def test_what_was_added_is_no_term_any_more() -> None:
     ill = sick("base-compliance")
     added = [addition("base-compliance", "base")]
     fit = ill.fits.fit(added, ill.base)
-    linear = ill.search.linearised(fit, at_values_of(fit, added))
+    linear = ill.search.linearisation.at(fit, at_values_of(fit, added))
     left = [t for t in linear.selector.terms if t.effect.name == "base-compliance"]
     assert all(linear.columns[k].number.parameter.extra for t in left for k in t.columns)
     assert {t.effect.name for t in linear.selector.terms} >= {"backlash", "payload"}
@@ -123,7 +125,7 @@ def test_empty_sites_are_pruned_and_the_true_one_stays() -> None:
     ill = sick("backlash joint-3")
     found = [addition("backlash", "joint-3", "joint-5"), addition("payload", "tool")]
     fit = ill.fits.fit(found, ill.base)
-    kept, less = ill.search.pruned(at_values_of(fit, found), fit)
+    kept, less = pruned(ill.fits, at_values_of(fit, found), fit)
     assert [(a.effect.name, a.where) for a in kept] == [("backlash", ("joint-3",))]
     assert less.solution.chi2 - fit.solution.chi2 < stats.chi2.isf(1e-3, 3) * fit.solution.misfit**2
     assert len(less.unknowns) == 6 + 1
@@ -134,7 +136,7 @@ def test_the_chance_of_a_site_is_that_of_the_chi_square_that_it_saves() -> None:
     clean = sick("clean")
     found = [addition("payload", "tool")]
     fit = clean.fits.fit(found, clean.base)
-    chance = clean.search._chance(fit, found[0], found[0].sites[0])
+    chance = site_chance(clean.fits, fit, found[0], found[0].sites[0])
     saved = clean.base.solution.chi2 - fit.solution.chi2
     assert chance == pytest.approx(stats.chi2.sf(saved, 1), abs=0.05)
     assert chance > 1e-3
@@ -154,8 +156,8 @@ def test_the_chance_of_a_site_is_that_of_the_chi_square_that_it_saves() -> None:
 def test_a_search_adds_what_is_there(scenario: str, expected: list[tuple[str, tuple[str, ...]]]) -> None:
     told: list[str] = []
     ill: Sick = sick(scenario)
-    search = Search(ill.fits, told.append)
-    fit, additions = search.run(search.linearised(ill.base, []))
+    search = Search(ill.fits, (), told.append)
+    fit, additions = search.run(search.linearisation.at(ill.base, []))
     assert [(a.effect.name, a.where) for a in additions] == expected
     assert bool(told) == bool(expected)
     if expected:
@@ -231,7 +233,7 @@ def test_a_switching_torque_is_found_between_the_torques_that_were_read() -> Non
     ill = sick("backlash joint-1 any torque carries")
     wrong = with_number(addition("backlash", "joint-1"), "breakaway_nm", 0, 1e4)
     fit = ill.fits.fit([wrong], ill.base)
-    better = with_better_torques(fit, at_values_of(fit, [wrong]))
+    better = with_better_numbers(fit, at_values_of(fit, [wrong]))
     assert better is not None
     torque = np.abs(fit.sessions[0].predicted.torque[:, 0])
     found = float(better[0].values["breakaway_nm"][0])
@@ -250,4 +252,30 @@ def test_where_nothing_switches_there_is_nothing_to_search() -> None:
     clean = sick("clean")
     found = [addition("payload", "tool")]
     fit = clean.fits.fit(found, clean.base)
-    assert with_better_torques(fit, found) is None
+    assert with_better_numbers(fit, found) is None
+
+
+def test_the_interval_of_a_searched_number_is_that_of_refits() -> None:
+    """Half the range of breakaway torques whose refit is within 3.84 of the best chi-square, over 1.96."""
+    ill = sick("backlash joint-3")
+    found = [addition("backlash", "joint-3")]
+    fit = ill.fits.fit(found, ill.base)
+    for _ in range(2):
+        better = with_better_numbers(fit, at_values_of(fit, found))
+        if better is None:
+            break
+        found, fit = better, ill.fits.fit(better, fit)
+    sd = searched_deviations(fit, at_values_of(fit, found))["backlash"]
+    torque = np.unique(np.abs(fit.sessions[0].predicted.torque[:, 2]))
+    low, high = torque[:-1], torque[1:]
+    near = np.abs(low - found[0].values["breakaway_nm"][2]) < 6 * max(float(sd["breakaway_nm"][2]), 1.0)
+    inside = []
+    for a, b in zip(low[near], high[near], strict=True):
+        trial = [with_number(found[0], "breakaway_nm", 2, float(0.5 * (a + b)))]
+        if ill.fits.fit(trial, fit).solution.chi2 < fit.solution.chi2 + 3.84 * fit.solution.misfit**2:
+            inside += [a, b]
+    width = (max(inside) - min(inside)) / (2 * 1.96)
+    assert 0.5 * width < sd["breakaway_nm"][2] < 4 * width  # linearised, and of ranges that hold several torques
+    assert sd["breakaway_nm"][2] < 0.2 * torque[-1]
+    assert np.all(sd["breakaway_nm"][[0, 1, 3, 4, 5]] == 0)
+    assert sd["side"][2] == 0.0  # the other side is out of the question

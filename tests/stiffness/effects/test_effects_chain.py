@@ -297,6 +297,8 @@ CHAIN: Values = {
         "stiffest_rad": np.linspace(-1, 1, 6),
         "cos2": np.full(6, 0.1),
         "sin2": np.full(6, -0.1),
+        "cos3": np.full(6, 0.05),
+        "sin3": np.full(6, 0.04),
     },
     "gravity-compensator": {
         "moment_nm": np.array([2e4]),
@@ -356,4 +358,4 @@ def test_the_whole_catalogue_at_neutral_values_changes_nothing(calibrated_out: b
     np.testing.assert_allclose(got.position, expected.position, atol=1e-12)
     np.testing.assert_allclose(got.rotation, expected.rotation, atol=1e-12)
     np.testing.assert_allclose(got.torque, expected.torque, atol=1e-7)
-    assert whole.statics.n_x == 6 + 7 * 6 and whole.statics.n_state == 18
+    assert whole.statics.n_x == 6 + 7 * 6 and whole.statics.n_state == 36

@@ -149,7 +149,8 @@ def test_loose_priors_are_of_the_right_size() -> None:
     layout, _ = many_sided.free("backlash", "kinematic-offset")
     sd = loose_sd(layout)
     for k, u in enumerate(layout.free):
-        assert sd[k] == pytest.approx(LOOSE * u.scale if u.inverse else 5 * u.scale)
+        own = LOOSE * u.scale if u.inverse else 5 * u.scale
+        assert sd[k] == pytest.approx(own if u.parameter.prior_sd is None else u.parameter.prior_sd)
 
 
 def test_bounds_are_those_of_the_effects(two: list[Session]) -> None:

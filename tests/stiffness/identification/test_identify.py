@@ -12,7 +12,7 @@ from stiffness.errors import StiffnessError
 from stiffness.identification import scores
 from stiffness.identification.evaluate import evaluate
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.model.model import load_model, save_model
 from stiffness.session.session import load_session
 from tests.plant.lab import Form, Noise, Target, measure

@@ -12,7 +12,7 @@ import pytest
 
 from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from stiffness.session.session import load_session
 from tests.plant.lab import Noise, Target, measure
 from tests.plant.lab_design import random_setups

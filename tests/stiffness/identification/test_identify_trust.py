@@ -15,7 +15,7 @@ from scipy import stats
 from benchmarks import identify as identify_benchmark
 from stiffness.identification.evaluate import evaluate
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from tests.plant.lab import Form
 from tests.stiffness.worn_lab import KUKA, WornLab
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stiffness.identification.fit import Fit
-from stiffness.identification.identify import identify
+from stiffness.identify import identify
 from tests.plant import Plant
 from tests.stiffness.bench_lab import Lab
 
@@ -43,7 +43,8 @@ def test_several_postures_tell(tmp_path: Path) -> None:
     assert np.abs(1 / plain.values()["joint-stiffness"]["k_nm_per_rad"] / truth - 1)[:, 1:3].max(axis=0).min() > 0.1
     found = fit.values()["posture-stiffness"]
     sd = dict(zip(map(str, fit.unknowns.free), np.ravel(fit.sd), strict=False))
-    expectations = {"softer": SOFTER, "stiffest_rad": STIFFEST, "cos2": np.zeros(6), "sin2": np.zeros(6)}
+    waves = dict.fromkeys(("cos2", "sin2", "cos3", "sin3"), np.zeros(6))
+    expectations = {"softer": SOFTER, "stiffest_rad": STIFFEST, **waves}
     for name, expected in expectations.items():
         for joint in (1, 2):
             assert abs(found[name][joint] - expected[joint]) < 3 * sd[f"posture-stiffness.{name}[{joint + 1}]"]
@@ -55,4 +56,5 @@ def compliance(fit: Fit, q: np.ndarray) -> np.ndarray:
     """(N, n) rad/(N*m) at joint angles, written out from the page."""
     p, k = fit.values()["posture-stiffness"], fit.values()["joint-stiffness"]["k_nm_per_rad"]
     first = p["softer"] * (1 - np.cos(q - p["stiffest_rad"])) / 2
-    return np.asarray((1 + first + p["cos2"] * np.cos(2 * q) + p["sin2"] * np.sin(2 * q)) / k)
+    waves = sum(p[f"cos{m}"] * np.cos(m * q) + p[f"sin{m}"] * np.sin(m * q) for m in (2, 3))
+    return np.asarray((1 + first + waves) / k)

@@ -11,7 +11,9 @@ import pytest
 from stiffness.effects import BASE
 from stiffness.identification.observations import SessionObservations
 from stiffness.identification.prediction import PredictedReadings, SessionPredictor, SessionState
+from stiffness.identification.readings import equilibrium_kernel
 from stiffness.identification.session_data import SessionData
+from stiffness.identification.unknowns import Unknowns
 from stiffness.session.session import Session
 from stiffness.statics.predictor import Predictor
 from tests.stiffness import arms
@@ -232,3 +234,16 @@ def test_time_counts_from_the_first_reading_and_warmth_from_the_reference(sessio
     assert data.warm[:, 0] == pytest.approx(s.temperature - 20.0)
     assert np.ptp(data.warm) > 0.1
     assert BASE.name == "joint-stiffness"
+
+
+def test_fits_of_one_set_of_effects_share_what_is_built(session: Session) -> None:
+    """Which numbers are free, and where they start, makes no difference to the kernels; what is given does."""
+    of = predictor(session, "backlash", "kinematic-offset")
+    few = Unknowns(of.unknowns.effects, of.unknowns.joints, of.unknowns.free[:3])
+    other = SessionPredictor.of(of.data, few, of.fixed)
+    kind = next(iter(of.data.kinds))
+    assert equilibrium_kernel(of.model.sweep, kind) is equilibrium_kernel(other.model.sweep, kind)
+    p, own = of.unknowns.start(of.fixed), np.zeros(of.data.station.size)
+    a, b = settled(of, p, own), settled(other, p[:3], own)
+    np.testing.assert_allclose(b.position, a.position, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(b.by_parameter, a.by_parameter[:, :, :3], rtol=1e-9, atol=1e-15)

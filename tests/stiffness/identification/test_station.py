@@ -36,7 +36,7 @@ def test_the_layout_has_six_numbers_per_pose_and_three_per_reflector(station: St
     ]  # fmt: skip
     assert station.size == 21
     assert station.prior_sd()[:6].tolist() == [1.0] * 3 + [0.5] * 3
-    assert station.prior_sd()[12:15].tolist() == [0.1] * 3
+    assert station.prior_sd()[12:15].tolist() == [1.0] * 3
 
 
 def test_nothing_to_estimate_where_all_is_known(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from stiffness.effects.effect import Clamp
+from stiffness.effects.memory import Clamp
 from stiffness.memory import clamp_scan
 from stiffness.memory.clamp_scan import scan
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy import integrate
 
+from stiffness.effects.joint_hardening import values_of_pieces
 from stiffness.errors import RobotError
-from stiffness.model.datasheet import SOFTEST, datasheet_model, gap, hardening, share
+from stiffness.model.datasheet import SOFTEST, datasheet_model, gap, share
 from stiffness.model.model import load_model, save_model
 from stiffness.robot.load import load_robot
 from stiffness.robot.reducer import Reducer
@@ -94,21 +95,36 @@ def test_windup_goes_along_the_pieces() -> None:
     np.testing.assert_allclose(reducer(1e5).windup(250.0), 2.5e-3)
 
 
-def test_hardening_meets_both_ends_of_the_pieces() -> None:
-    """a = 4.5 mrad - 120 / 4e4 = 1.5 mrad; T = a / (1/2e4 - 1/4e4) = 60 N*m."""
+def cut(torque: float, p: dict[str, float]) -> float:
+    """rad of the sharp law: each part grows up to its knee."""
+    first, second = p["knee_nm"], p["knee_nm"] * p["knee_ratio"]
+    return p["windup_rad"] * min(torque / first, 1) + p["further_rad"] * min(torque / second, 1)
+
+
+def test_hardening_is_the_three_pieces() -> None:
+    """a = 30 (1/2e4 - 1/3e4) = 0.5 mrad, b = 120 (1/3e4 - 1/4e4) = 1 mrad."""
     r = reducer(2e4, 3e4, 4e4, breaks=(30.0, 120.0))
-    windup, knee = hardening(r)
-    np.testing.assert_allclose([windup, knee], [1.5e-3, 60.0])
-    for torque in (1e-3, 1e5):
-        np.testing.assert_allclose(torque / 4e4 + windup * np.tanh(torque / knee), r.windup(torque), rtol=1e-6)
-    between = np.linspace(0, 300, 100)
-    off = between / 4e4 + windup * np.tanh(between / knee) - [r.windup(t) for t in between]
-    assert np.abs(off).max() < 0.2 * windup
+    p = values_of_pieces(r.rigidity, r.breaks)
+    expected = {"windup_rad": 5e-4, "knee_nm": 30, "further_rad": 1e-3, "knee_ratio": 4, "sharpness": 1}
+    assert p == pytest.approx(expected)
+    for torque in (1e-3, 20.0, 50.0, 110.0, 300.0, 1e5):
+        np.testing.assert_allclose(torque / 4e4 + cut(torque, p), r.windup(torque), rtol=1e-9)
+
+
+def test_of_four_pieces_both_ends_are_met() -> None:
+    r = reducer(2e4, 3e4, 3.5e4, 4e4, breaks=(30.0, 70.0, 120.0))
+    p = values_of_pieces(r.rigidity, r.breaks)
+    assert p["knee_nm"] == 30 and p["knee_ratio"] == pytest.approx(4) and p["windup_rad"] > 0 and p["further_rad"] > 0
+    for torque in (1e-3, 29.0, 121.0, 1e5):
+        np.testing.assert_allclose(torque / 4e4 + cut(torque, p), r.windup(torque), rtol=1e-9)
 
 
 def test_two_pieces_have_their_break_as_the_knee() -> None:
-    np.testing.assert_allclose(hardening(reducer(2e4, 5e4, breaks=(40.0,))), [40 * (1 / 2e4 - 1 / 5e4), 40.0])
-    assert hardening(reducer(3e4)) == (0.0, 0.0) == hardening(reducer(3e4, 3e4, breaks=(9.0,)))
+    p = values_of_pieces((2e4, 5e4), (40.0,))
+    np.testing.assert_allclose([p["windup_rad"], p["knee_nm"]], [40 * (1 / 2e4 - 1 / 5e4), 40.0])
+    assert p["further_rad"] == 0 and p["sharpness"] == 1
+    for single in (values_of_pieces((3e4,), ()), values_of_pieces((3e4, 3e4), (9.0,))):
+        assert single["windup_rad"] == single["further_rad"] == single["sharpness"] == 0
 
 
 def test_gap_is_half_of_the_smaller_bound() -> None:
@@ -144,9 +160,11 @@ def test_model_by_hand(tmp_path: Path) -> None:
     rigidity = np.array([980 / ARCMIN, 980 / ARCMIN, 4e4, *[100 / ARCMIN] * 3])
     np.testing.assert_allclose(model.values["joint-stiffness"]["k_nm_per_rad"], 0.39087 * rigidity, rtol=1e-4)
     np.testing.assert_allclose(model.sd["joint-stiffness"]["k_nm_per_rad"], 0.24940 * rigidity, rtol=1e-4)
-    np.testing.assert_allclose(model.values["joint-hardening"]["windup_rad"], [0, 0, 1.5e-3, 0, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(model.sd["joint-hardening"]["windup_rad"][2:4], [7.5e-4, 5e-5])
-    np.testing.assert_allclose(model.values["joint-hardening"]["knee_nm"][2], 60)
+    np.testing.assert_allclose(model.values["joint-hardening"]["windup_rad"], [0, 0, 5e-4, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(model.values["joint-hardening"]["further_rad"], [0, 0, 1e-3, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(model.sd["joint-hardening"]["windup_rad"][2:4], [2.5e-4, 5e-5])
+    np.testing.assert_allclose(model.sd["joint-hardening"]["further_rad"][2:4], [5e-4, 0])
+    np.testing.assert_allclose(model.values["joint-hardening"]["knee_nm"][2], 30)
     half = (1 - 192 / 980) / 2 * ARCMIN
     np.testing.assert_allclose(model.values["backlash"]["gap_rad"], [half, half, 0, 0, 0, 0])
     np.testing.assert_allclose(model.sd["backlash"]["gap_rad"], np.array([0.5, 0.5, 1, 1, 1, 1]) * ARCMIN)

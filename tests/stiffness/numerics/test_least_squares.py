@@ -17,6 +17,7 @@ from stiffness.numerics.least_squares import (
     STEPS,
     Solution,
     Whitened,
+    bounded_minimum,
     deletion_statistics,
     inverse,
     solve,
@@ -91,6 +92,7 @@ def test_nist_nonlinear_regression(nist: NistProblem, start: int) -> None:
     assert np.sqrt(np.diag(found.covariance)) == pytest.approx(np.array(nist.sd), rel=0.02)
     assert found.freedom == pytest.approx(nist.freedom, abs=1e-4)
     assert found.count == len(nist.y)
+    assert found.converged
     assert found.misfit == 1.0
 
 
@@ -99,6 +101,7 @@ def test_steps_run_out_where_a_start_is_too_far() -> None:
     (lanczos,) = (p for p in NONLINEAR if p.name == "Lanczos3")
     found = nist_fit(lanczos, 0)
     assert found.steps == STEPS
+    assert not found.converged
     assert found.chi2 > 2 * lanczos.freedom
 
 
@@ -207,16 +210,12 @@ def bounded(seed: int, cut: Sequence[int]) -> tuple[Solution, Floats, tuple[Floa
     return found, scipy.x, (low, high)
 
 
-STUCK = pytest.mark.xfail(
-    strict=True,
-    reason="known defect: a number that meets its bound is held in that step, also where another bound releases it",
-)
 CUTS = [((k,), seed) for k in range(5) for seed in range(5)]
 CUTS += [((1, 2), 0), ((1, 2), 4), ((0, 3), 0), ((0, 3), 1), ((2, 3, 4), 0), ((2, 3, 4), 4)]
-HELD_WRONGLY = [((1, 2), 3), ((0, 3), 4), ((2, 3, 4), 2), ((2, 3, 4), 3)]
+RELEASED = [((1, 2), 3), ((0, 3), 4), ((2, 3, 4), 2), ((2, 3, 4), 3)]
 
 
-@pytest.mark.parametrize(("cut", "seed"), [*CUTS, *(pytest.param(*c, marks=STUCK) for c in HELD_WRONGLY)])
+@pytest.mark.parametrize(("cut", "seed"), [*CUTS, *RELEASED])
 def test_bounds_as_scipy_has_them(cut: tuple[int, ...], seed: int) -> None:
     found, scipy, (low, high) = bounded(seed, cut)
     sd = np.sqrt(np.diag(found.covariance))
@@ -224,6 +223,24 @@ def test_bounds_as_scipy_has_them(cut: tuple[int, ...], seed: int) -> None:
     assert np.all((low <= found.vector) & (found.vector <= high))
     for k in np.flatnonzero((scipy - low < 1e-9) | (high - scipy < 1e-9)):
         assert found.vector[k] == (low[k] if scipy[k] - low[k] < 1e-9 else high[k])  # exactly on its bound
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_smallest_of_a_quadratic_between_bounds_as_scipy_has_it(seed: int) -> None:
+    """Twenty numbers that depend on each other, most of them at bounds; some are held by equal bounds."""
+    rng = np.random.default_rng(seed)
+    count = 20
+    x = rng.normal(size=(count + 5, count)) + 3 * rng.normal(size=(count + 5, 1))
+    y = 5 * rng.normal(size=count + 5)
+    units = 10 ** rng.uniform(-6, 6, count)  # units make no difference
+    low, high = -rng.exponential(0.2, count), rng.exponential(0.2, count)
+    high[0] = low[0]
+    found = bounded_minimum((x / units).T @ (x / units), (x / units).T @ y, low * units, high * units) / units
+    # scipy takes no equal bounds: the number that they hold goes to the right-hand side
+    exact = optimize.lsq_linear(x[:, 1:], y - x[:, 0] * low[0], (low[1:], high[1:]), tol=1e-15, method="bvls").x
+    assert found[0] == pytest.approx(low[0], rel=1e-12)
+    assert found[1:] == pytest.approx(exact, abs=1e-9)
+    assert np.sum((found <= low + 1e-12) | (found >= high - 1e-12)) >= 5
 
 
 def test_a_linear_problem_with_a_bound_takes_one_step() -> None:

@@ -11,8 +11,8 @@ import pytest
 
 from stiffness.effects import BY_NAME
 from stiffness.errors import StiffnessError
-from stiffness.identification.identify import identify
 from stiffness.identification.readings import ReadingModel
+from stiffness.identify import identify
 from stiffness.planning.design import Design, Loading, planned_layout
 from stiffness.planning.plan import Plan, choose, condition_number
 from stiffness.planning.postures import FLOOR, MARGIN, PosturePool, link_frames, reachable_postures

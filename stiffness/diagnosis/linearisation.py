@@ -1,0 +1,164 @@
+"""Linearisation: a model with all effects that may be added to it, linear about a fit, compared by normal equations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.diagnosis.added_effects import Addition, ModelFits
+from stiffness.diagnosis.candidates import Column, Term, columns_of
+from stiffness.diagnosis.linear_fit import NormalEquations
+from stiffness.diagnosis.selection import CROSSED, Selector
+from stiffness.diagnosis.sensitivities import Sensitivities
+from stiffness.effects import CATALOGUE
+from stiffness.effects.effect import Effect
+from stiffness.identification.fit import Fit
+from stiffness.identification.session_fit import SessionFit
+from stiffness.session.session import Session
+
+Floats = npt.NDArray[np.float64]
+
+FOLDS = 10
+WARMED = 0.1  # K; a smaller range of temperature tells nothing
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Linearised:
+    """The model linearised at a fit: the columns of all terms that may be added, and their selector."""
+
+    fit: Fit
+    columns: tuple[Column, ...]
+    selector: Selector
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Linearisation:
+    """What can be linearised: the model at hand of ``fits``, with all effects that it lacks."""
+
+    fits: ModelFits
+
+    @cached_property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects that the model lacks and the sessions could show."""
+        own = {e.name for e in self.fits.base}
+        return tuple(e for e in CATALOGUE if e.name not in own and can_show(e, self.fits.sessions))
+
+    def at(self, fit: Fit, additions: Sequence[Addition]) -> Linearised:
+        """At a fit, with the columns of all terms that may be added."""
+        torque = np.zeros(self.fits.joints)
+        for s in fit.sessions:
+            torque = np.maximum(torque, np.abs(s.predicted.torque).max(axis=0))
+        columns, terms = columns_of(self.effects, self.fits.joints, torque)
+        more = (
+            self._slopes(sensitivities=sensitivities, s=s, fit=fit, columns=columns, additions=additions)
+            for sensitivities, s in zip(self.sensitivities, fit.sessions, strict=True)
+        )
+        width = len(fit.solution.vector)
+        equations, fit = normal_equations(fit, more, np.full(width, 1e-12) + weak(fit))
+        terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
+        crossed = sum(len(np.unique(s.samples.setup)) for s in fit.sessions) >= CROSSED
+        selector = Selector(equations, terms, fit.solution.freedom, crossed=crossed)
+        return Linearised(fit, tuple(columns), selector)
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivities, ...]:
+        """Of every session; they do not depend on a fit."""
+        columns, _ = columns_of(self.effects, self.fits.joints, np.ones(self.fits.joints))
+        numbers = list(dict.fromkeys(c.number for c in columns))
+        effects = tuple(e for e in CATALOGUE if e in self.effects or e in self.fits.base)
+        return tuple(Sensitivities(d, effects, numbers) for d in self.fits.data)
+
+    def _slopes(
+        self,
+        sensitivities: Sensitivities,
+        s: SessionFit,
+        fit: Fit,
+        columns: Sequence[Column],
+        additions: Sequence[Addition],
+    ) -> Floats:
+        """(N, 3, C) derivatives of the readings by all columns, run by run."""
+        place = {u: i for i, u in enumerate(sensitivities.numbers)}
+        out = np.zeros((len(s.samples), 3, len(columns)))
+        fitted = fit.values()
+        for run in range(max((c.run for c in columns), default=-1) + 1):
+            mine = [i for i, c in enumerate(columns) if c.run == run]
+            trial = {c.number.effect: c.trial.values for c in columns if c.run == run}
+            values = {x.name: x.neutral(self.fits.joints) for x in sensitivities.layout.effects}
+            values.update({name: dict(v) for name, v in trial.items()})
+            values.update({x.name: fitted[x.name] for x in self.fits.base})
+            for a in additions:
+                values[a.effect.name] = _kept(a, values[a.effect.name], fitted[a.effect.name], self.fits.joints)
+            slopes = sensitivities.of(s, values)
+            out[:, :, mine] = slopes[:, :, [place[columns[i].number] for i in mine]]
+        return out
+
+
+def normal_equations(fit: Fit, more: Iterable[Floats], precision: Floats) -> tuple[NormalEquations, Fit]:
+    """Products of further columns with the residuals of a fit, fold by fold; the fit's own numbers are nuisance. And
+    the fit, evaluated once more.
+
+    Args:
+        more: per session (N, 3, C) derivatives of the readings. precision: (V,) prior weight of the fit's numbers.
+    """
+    blocks, folds, states = [], [], []
+    for s, own in zip(fit.sessions, more, strict=True):
+        mine, state = s.observations.blocks(s.predicted.state, s.vector, s.columns, own)
+        blocks += mine
+        folds += [fold_of(s.session, int(b.rows[0])) for b in mine]
+        states.append(state)
+    return NormalEquations(blocks, folds, len(fit.solution.vector), precision), replace(fit, states=tuple(states))
+
+
+def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats], joints: int) -> dict[str, Floats]:
+    """Values on trial, but those of a fit at the sites that an addition has."""
+    out = {k: np.array(v) for k, v in trial.items()}
+    for p in a.effect.parameters:
+        for s in (s for s in a.sites if s.kind == p.site):
+            out[p.name][p.of_site(s.index)] = fitted[p.name][p.of_site(s.index)]
+    return out
+
+
+def _remaining(term: Term, columns: Sequence[Column], additions: Sequence[Addition]) -> Term | None:
+    """What of a term an addition does not have yet."""
+    a = next((a for a in additions if a.effect is term.effect and term.site in a.sites), None)
+    if a is None:
+        return term
+    if not term.extras or term.site in a.extras or term.choice != 0:
+        return None
+    keep = [i for i, c in enumerate(term.columns) if columns[c].number.parameter.extra]
+    return replace(term, columns=tuple(term.columns[i] for i in keep), positive=tuple(term.positive[i] for i in keep))
+
+
+def weak(fit: Fit) -> Floats:
+    """(V,) prior precision that keeps what the data do not determine near the fit: 1000 of its standard deviations."""
+    return np.asarray(1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300))
+
+
+def fold_of(session: Session, row: int) -> int:
+    """Which fold a reading's set-up is in: set-ups are dealt in turn, in their order in the file."""
+    setups = session.samples.setup
+    order = {int(s): k for k, s in enumerate(dict.fromkeys(setups.tolist()))}
+    return order[int(setups[row])] % FOLDS
+
+
+def can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
+    """Whether the sessions have what an effect shows in: enough set-ups, a wrench, a time, a range of temperature."""
+    setups = sum(len(np.unique(s.samples.setup)) for s in sessions)
+    if effect.is_base or any(p.each > setups for p in effect.parameters):
+        return False
+    if effect.wrench_reading:
+        return any(s.has_wrench for s in sessions)
+    if effect.position_reading:
+        return any(bool(np.ptp(_finite(s.samples.time)) > 0) for s in sessions)
+    if effect.thermal:
+        return any(bool(np.ptp(_finite(s.samples.temperature)) > WARMED) for s in sessions)
+    return True
+
+
+def _finite(column: Floats) -> Floats:
+    found = column[np.isfinite(column)]
+    return found if len(found) else np.zeros(1)

@@ -1,0 +1,127 @@
+"""Searched numbers: what shapes the memory of a joint and no derivative leads to: a switching torque, a side.
+
+Each is a number of a joint's memory alone, so a value on trial costs one prediction of the readings. Chi-square is
+compared with all other numbers refitted, in the model linearised at the fit: a profile of the likelihood, which gives
+the value that explains most and the interval that the readings leave (Venzon & Moolgavkar, Appl. Statist. 37, 1988).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from stiffness.diagnosis.added_effects import Addition
+from stiffness.effects.effect import Parameter
+from stiffness.identification.fit import Fit
+from stiffness.identification.problem import States
+
+Floats = npt.NDArray[np.float64]
+
+VALUES = 8  # on trial at a time
+FINER = 2  # looks at what is between them
+SURE = 0.95  # of an interval
+NORMAL = float(stats.norm.isf((1 - SURE) / 2))
+
+
+@dataclass(frozen=True)
+class _Range:
+    """Values that the readings do not tell apart, from ``low`` to ``high``, one of them, and its chi-square."""
+
+    low: float
+    value: float
+    high: float
+    chi2: float
+
+
+def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Addition] | None:
+    """Additions with searched numbers that leave less chi-square; None where there are none to move."""
+    out, found, states = list(additions), False, fit.states
+    for k, a in enumerate(additions):
+        for p, index in _searched(a, fit.unknowns.joints):
+            now, states = _chi2(fit, states, out[k])
+            profile, states = _profile(fit, states=states, a=out[k], p=p, index=index)
+            best = min(profile, key=lambda r: r.chi2, default=None)
+            if best is not None and best.chi2 < now * (1 - 1e-9):
+                out[k], found = with_number(out[k], p.name, index, best.value), True
+    return out if found else None
+
+
+def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, dict[str, Floats]]:
+    """Standard deviations of the searched numbers of additions, by effect and parameter, 0 for all others: half the
+    interval of the profile likelihood over NORMAL."""
+    out: dict[str, dict[str, Floats]] = {}
+    states = fit.states
+    for a in additions:
+        for p, index in _searched(a, fit.unknowns.joints):
+            profile, states = _profile(fit, states=states, a=a, p=p, index=index)
+            if not profile:
+                continue
+            limit = float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2
+            inside = [r for r in profile if r.chi2 <= min(r.chi2 for r in profile) + limit]
+            width = max(r.high for r in inside) - min(r.low for r in inside)
+            numbers = out.setdefault(a.effect.name, {}).setdefault(p.name, np.zeros(p.count(fit.unknowns.joints)))
+            numbers[index] = width / (2 * NORMAL)
+    return out
+
+
+def with_number(a: Addition, name: str, index: int, value: float) -> Addition:
+    """An addition with one of its numbers changed."""
+    values = {k: np.array(v) for k, v in a.values.items()}
+    values[name][index] = value
+    return replace(a, values=values)
+
+
+def _searched(a: Addition, joints: int) -> Iterator[tuple[Parameter, int]]:
+    """Numbers of an addition that are searched."""
+    for p in a.effect.parameters if a.effect.memory and not a.held else ():
+        if p.fit == "given" and p.trials:
+            yield from ((p, range(p.count(joints))[p.of_site(s.index)][0]) for s in a.sites)
+
+
+def _profile(fit: Fit, states: States, a: Addition, p: Parameter, index: int) -> tuple[list[_Range], States]:
+    """Chi-square of values all over their range, then more finely where it is least."""
+    out: list[_Range] = []
+
+    def look(ranges: Sequence[tuple[float, float, float]], states: States) -> States:
+        for low, value, high in ranges:
+            chi2, states = _chi2(fit, states, with_number(a, p.name, index, value))
+            out.append(_Range(low, value, high, chi2))
+        return states
+
+    if p.trials_of != "torque":
+        return out, look([(t, t, t) for t in p.trials], states)
+    torque = _torques(fit, index)
+    states = look(_between(torque), states)
+    for _ in range(FINER):
+        out.sort(key=lambda r: r.low)
+        best = min(range(len(out)), key=lambda k: out[k].chi2)
+        first, last = out[max(best - 1, 0)].low, out[min(best + 1, len(out) - 1)].high
+        inner = torque[(torque >= first) & (torque <= last)]
+        if len(inner) <= 4:
+            break
+        out[max(best - 1, 0) : best + 2] = []
+        states = look(_between(inner), states)
+    return out, states
+
+
+def _torques(fit: Fit, joint: int) -> Floats:
+    """Sizes of a joint's torque that the readings have, and one that none reaches: between two of them nothing
+    changes."""
+    found = np.unique(np.concatenate([[0.0], *(np.abs(s.torque[:, joint]) for s in fit.states)]))
+    return np.append(found, 2 * found[-1])
+
+
+def _between(torque: Floats) -> list[tuple[float, float, float]]:
+    """At most VALUES ranges between torques: lowest, middle and highest of each."""
+    edges = torque[np.unique(np.linspace(0, len(torque) - 1, VALUES + 1).astype(int))].tolist()
+    return [(low, 0.5 * (low + high), high) for low, high in pairwise(edges) if high > low]
+
+
+def _chi2(fit: Fit, states: States, a: Addition) -> tuple[float, States]:
+    """With the memory's numbers of an addition, all others refitted."""
+    return fit.problem.lowest_with({**fit.fixed, a.effect.name: a.values}, fit.solution.vector, states)

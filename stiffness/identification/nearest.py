@@ -1,0 +1,55 @@
+"""Nearest to the drawing: of all solutions that the readings cannot tell apart, the one that a fit is to give.
+
+What loads a joint too little to tell its stiffness is held where the fit began; directions of all other parameters that
+the data do not determine (``Gauge``) are held at the mean of the prior; the rest is fitted anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.identification.fit import Fit
+from stiffness.identification.gauge import Gauge
+
+Floats = npt.NDArray[np.float64]
+
+HELD = 1e-6  # prior standard deviations that what is held may move
+FIXED = 1e-3  # of that for a single number: a stiff start is 3e-4 prior standard deviations of compliance from rigid
+
+
+def nearest_to_drawing(fit: Fit) -> Fit:
+    """The fit with what its data do not determine put where the prior has it."""
+    if not len(fit.unknowns):
+        return fit
+    rows = _held(fit)
+    if not len(rows):
+        return fit
+    moved = np.abs(rows @ (fit.parameters - fit.problem.start[: len(fit.unknowns)]))
+    if moved.max() <= HELD:
+        return fit
+    wide = np.zeros((len(rows), len(fit.solution.vector)))
+    wide[:, : len(fit.unknowns)] = rows / HELD
+    solution, states = fit.problem.solved(
+        fit.states, fit.solution.vector, widened=fit.solution.misfit, held=wide
+    )
+    return replace(fit, solution=solution, states=states)
+
+
+def _held(fit: Fit) -> Floats:
+    """(K, P): combinations of the parameters, in prior standard deviations, that are to stay where the prior is."""
+    n = len(fit.unknowns)
+    unknown = fit.unknowns.inverse & ~fit.determined()
+    single = np.eye(n)[unknown] / fit.gauge.unit[unknown, None] / FIXED
+    # what is held is known: the others are judged with it in its place
+    firm = np.where(unknown, HELD * fit.gauge.unit, fit.problem.sd[:n])
+    rest = Gauge.of(
+        unit=fit.gauge.unit,
+        scale=fit.gauge.scale,
+        data=fit.solution.information,
+        sd=np.concatenate([firm, fit.problem.sd[n:]]),
+        misfit=fit.solution.misfit,
+    )
+    return np.vstack([single, rest.open_rows()])

@@ -1,0 +1,108 @@
+"""Robust fit: all readings of all sessions at once, on the statics that prediction uses, without wrong rows.
+
+The robot's parameters are shared, tracker poses and roughly known reflectors are each session's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from stiffness.effects import BY_NAME, CATALOGUE
+from stiffness.effects.effect import Effect, Numbers
+from stiffness.errors import StiffnessError
+from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.outliers import cleaned
+from stiffness.identification.problem import Problem
+from stiffness.identification.session_data import SessionData
+from stiffness.identification.unknowns import Unknown, start_values, unknowns
+from stiffness.identification.weighting import Weighting
+from stiffness.model.model import ComplianceModel
+from stiffness.session.session import Session
+from stiffness.session.twice import refuse_twice
+
+Bools = npt.NDArray[np.bool_]
+
+
+class Sited(Protocol):
+    """An effect in some of its places: values of all its numbers, and which of them are free."""
+
+    @property
+    def effect(self) -> Effect: ...
+
+    @property
+    def values(self) -> Numbers: ...
+
+    def numbers(self, joints: int) -> list[Unknown]: ...
+
+
+OFFSET = 0.02  # m; kinematics that are not fitted are not better known than this
+
+
+def named_effects(names: Sequence[str]) -> tuple[Effect, ...]:
+    """Effects of the catalogue, the joints' springs always among them.
+
+    Raises:
+        StiffnessError: there is no such effect.
+    """
+    unknown = [n for n in names if n not in BY_NAME]
+    if unknown:
+        raise StiffnessError(f"unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}")
+    return tuple(e for e in CATALOGUE if e.is_base or e.name in names)
+
+
+def one_robot(sessions: Sequence[Session]) -> None:
+    """Refuse sessions of different robots, and the same readings given twice."""
+    first = sessions[0]
+    refuse_twice(sessions)
+    for s in sessions[1:]:
+        if not s.robot.same_kinematics(first.robot) or s.gravity != first.gravity:
+            raise StiffnessError(
+                f"{s.source}: robot {s.robot.name} with gravity {s.gravity!r} is not that of {first.source} "
+                f"({first.robot.name}, {first.gravity!r}); identify takes several sessions of one robot"
+            )
+
+
+def robust_fit(
+    sessions: Sequence[Session],
+    effects: tuple[Effect, ...],
+    prior: ComplianceModel | None,
+    used: Sequence[Bools] | None = None,
+    only: Sequence[Sited] = (),
+) -> Fit:
+    """Fit, look for rows that the others contradict, leave them out, fit again.
+
+    Args:
+        used: per session (N,), rows that it begins with.
+        only: effects that are fitted in some of their places, with values to start from.
+
+    Raises:
+        StiffnessError: a session cannot be fitted.
+    """
+    joints = sessions[0].robot.n
+    fixed = start_values(effects, joints)
+    layout = unknowns(effects, joints, extras=True)
+    for a in only:
+        fixed[a.effect.name] = {k: np.array(v) for k, v in a.values.items()}
+        free = [u for u in layout.free if u.effect != a.effect.name]
+        layout = replace(layout, free=(*free, *a.numbers(joints)))
+    if prior is not None:
+        for name, numbers in prior.values.items():
+            if name in fixed:
+                fixed[name].update({k: np.array(v) for k, v in numbers.items()})
+    offset = 0.0 if any(e.unloaded for e in effects) else OFFSET
+    problem = Problem.of_sessions(
+        data=[SessionData.of(s) for s in sessions],
+        weightings=[Weighting(s, offset) for s in sessions],
+        unknowns=layout,
+        fixed=fixed,
+        prior=prior,
+    )
+    states = problem.first_states()
+    if used is not None:
+        states = tuple(replace(state, used=rows) for state, rows in zip(states, used, strict=True))
+    return cleaned(fitted(problem, states))

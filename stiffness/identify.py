@@ -1,0 +1,132 @@
+"""Identify: a stiffness model from measurement sessions.
+
+What every model has is fitted to all readings. Effects that the approach to a set-up brings about (a gap, a softer
+flank) are added where the search of a diagnosis finds them, against all other effects of the catalogue: so they never
+stand in for something else. What the data do not determine is reported as such.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
+from stiffness.diagnosis.alternatives import with_alternatives
+from stiffness.diagnosis.search import ROUGH, Search
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
+from stiffness.effects import CATALOGUE
+from stiffness.errors import StiffnessError
+from stiffness.identification.fit import Fit
+from stiffness.identification.nearest import nearest_to_drawing
+from stiffness.identification.outliers import reconsidered
+from stiffness.identification.plausibility import doubts
+from stiffness.identification.robust import named_effects, one_robot, robust_fit
+from stiffness.model.model import ComplianceModel
+from stiffness.session.session import Session
+
+Say = Callable[[str], None]
+
+
+def identify(
+    sessions: Sequence[Session],
+    effects: Sequence[str] | None = None,
+    prior: ComplianceModel | None = None,
+    say: Say = lambda text: None,
+) -> Fit:
+    """Fit a model to sessions of one robot.
+
+    Args:
+        effects: names that fix the set; None: joint stiffness, kinematic offsets where absolute positions tell
+            of them, and backlash or preload softening where the data ask for it.
+        prior: values to start from; its standard deviations are prior knowledge.
+        say: reports progress.
+
+    Raises:
+        StiffnessError: the sessions are not of one robot, or nothing in them can be fitted.
+    """
+    one_robot(sessions)
+    if effects is not None:
+        return _finished(robust_fit(sessions, named_effects(effects), prior))
+    there = {
+        "load": any(s.has_displacement for s in sessions) or _sag(sessions),
+        "position": any(s.has_absolute for s in sessions),
+    }
+    names = [e.name for e in CATALOGUE if there.get(e.fitted_where, False)]
+    if prior is not None:  # what is known of the robot stays in its model
+        names += [e.name for e in prior.effects if e.name not in names and e.scope != "instruments"]
+    if not names:
+        raise StiffnessError(
+            f"{sessions[0].source}: nothing to identify: no loaded state beside an unloaded one, and the positions "
+            "only place the tracker and its reflectors"
+        )
+    fit = robust_fit(sessions, named_effects(names), prior)
+    return _finished(_with_memory(sessions, names=names, fit=fit, prior=prior, say=say))
+
+
+def _finished(fit: Fit) -> Fit:
+    """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
+    fit = nearest_to_drawing(fit)
+    return replace(fit, notes=(*fit.notes, *doubts(fit)))
+
+
+def _sag(sessions: Sequence[Session]) -> bool:
+    return any(s.gravity == "uncompensated" and s.has_absolute for s in sessions)
+
+
+def _with_memory(
+    sessions: Sequence[Session], names: list[str], fit: Fit, prior: ComplianceModel | None, say: Say
+) -> Fit:
+    """Add what depends on the approach where the approach is known and a search over the catalogue finds it."""
+    if not any(np.any(s.samples.approach != 0) for s in sessions):
+        return fit
+    if not any(_load_levels(s) > 1 for s in sessions):
+        note = "one load level: a gap between flanks and a softer flank cannot be told apart"
+        fit = replace(fit, notes=(*fit.notes, note))
+    found, alike = _found(sessions, fit, say)
+    if not found:
+        return fit
+    every = named_effects([*names, *(a.effect.name for a in found)])
+    trial = robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in fit.sessions], only=found)
+    moved = with_better_numbers(trial, at_values_of(trial, found))
+    if moved is not None:
+        found, trial = (
+            moved,
+            robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in trial.sessions], only=moved),
+        )
+    notes = tuple(_note(a, fit, trial, alike.get(a.effect.name, ())) for a in found)
+    last = reconsidered(replace(trial, notes=(*fit.notes, *notes)))
+    return replace(last, searched_sd=searched_deviations(last, at_values_of(last, found)))
+
+
+def _load_levels(session: Session) -> int:
+    """How many sizes of wrench a session has, apart by a third at least."""
+    size = np.linalg.norm(session.samples.load.wrench[:, :3], axis=1)
+    loaded = np.sort(size[size > 0.1 * size.max()]) if size.any() else np.empty(0)
+    return 0 if not len(loaded) else 1 + int(loaded[-1] > 1.3 * loaded[0])
+
+
+def _found(
+    sessions: Sequence[Session], fit: Fit, say: Say
+) -> tuple[list[Addition], dict[str, tuple[str, ...]]]:
+    """What of the approach's effects a search adds to a fit, and the names of those that cannot be told from each."""
+    values = fit.values()
+    whole = ModelFits.of(sessions, fit.unknowns.effects, values, [s.used for s in fit.sessions])
+    fits = replace(whole, nothing=ROUGH)
+    search = Search(fits, (), say)
+    start = search.linearisation.at(fits.fit([]), [])
+    if not search.may_end_with(start, lambda e: e.fitted_where == "approach"):
+        return [], {}
+    best, additions = search.run(start)
+    if not any(a.effect.fitted_where == "approach" for a in additions):
+        return [], {}
+    _, additions, found = with_alternatives(search, best, additions, start.fit)
+    own = [a for a in additions if a.effect.fitted_where == "approach"]
+    return own, {r.addition.effect.name: tuple(r.fits) for r in found}
+
+
+def _note(a: Addition, before: Fit, after: Fit, alike: Sequence[str]) -> str:
+    drop, numbers = before.solution.chi2 - after.solution.chi2, len(after.unknowns) - len(before.unknowns)
+    text = f"{a.effect.name} in {', '.join(a.where)}: chi-square falls by {drop:.0f} for {numbers} numbers"
+    return f"{text}; these readings cannot tell it from {', '.join(alike)}" if alike else text
