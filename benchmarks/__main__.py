@@ -13,9 +13,9 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, identify, paths, poses, reading, start, table
+from benchmarks import commands, diagnose, identify, paths, poses, reading, start, table
 
-PARTS = ("start", "paths", "poses", "commands", "identify", "reading")
+PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading")
 
 
 def main() -> None:
@@ -28,6 +28,7 @@ def main() -> None:
         "poses": poses.run,
         "commands": lambda: commands.run(sizes),
         "identify": identify.run,
+        "diagnose": diagnose.run,
         "reading": reading.run,
     }
     rows: list[table.Row] = []

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import statistics
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.table import Row
 from benchmarks.timing import interleaved, on_cores
-from stiffness.effects import BY_NAME
+from stiffness.effects import CATALOGUE
 from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import unknowns
@@ -33,6 +33,7 @@ SIZES = (1_000, 3_000, 10_000)
 ROUNDS = 3
 STIFFNESS = np.array([2.0e6, 1.774e6, 1.3784e6, 2.82e5, 9.6e4, 3.74e4])
 TRACKER, FORCE, TORQUE = 2e-5, 0.3, 0.1  # m, N, N*m
+NOTHING: Mapping[str, Mapping[str, Floats]] = {}
 _ABB = "abb-irb6600-175-255"
 _STATES = 5
 _REFLECTORS = {"tcp": (6, [0.02, -0.01, 0.25]), "side": (6, [0.15, 0.0, 0.2]), "elbow": (3, [0.1, 0.1, 0.1])}
@@ -80,8 +81,14 @@ def run(sizes: tuple[int, ...] = SIZES, rounds: int = ROUNDS) -> Iterator[Row]:
         yield Row(group, what, statistics.median(times), "s", "under 10 s" if "10,000" in what else "")
 
 
-def session(folder: Path, readings: int, seed: int = 1) -> Session:
-    """A session of about so many readings, by the product's own statics, with noise of tracker and sensor."""
+def session(
+    folder: Path, readings: int, seed: int = 1, *, ill: Mapping[str, Mapping[str, Floats]] = NOTHING
+) -> Session:
+    """A session of about so many readings, by the product's own statics, with noise of tracker and sensor.
+
+    Args:
+        ill: effects beside the joint springs, with their values.
+    """
     rng = np.random.default_rng(seed)
     robot = load_robot(_ABB)
     setups = -(-readings // (_STATES * len(_REFLECTORS)))
@@ -100,7 +107,7 @@ def session(folder: Path, readings: int, seed: int = 1) -> Session:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-    return _read(load_session(folder / "session.toml"), rng)
+    return _read(load_session(folder / "session.toml"), rng, ill)
 
 
 def _row(
@@ -119,11 +126,10 @@ def _row(
     return row | dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), wrench.tolist(), strict=True))
 
 
-def _read(rigid: Session, rng: np.random.Generator) -> Session:
+def _read(rigid: Session, rng: np.random.Generator, ill: Mapping[str, Mapping[str, Floats]]) -> Session:
     """The rigid session as instruments would show the elastic arm."""
-    effect = BY_NAME["joint-stiffness"]
-    nothing_free = unknowns([effect], rigid.robot.n, [effect.name])
-    fixed = {effect.name: {"k_nm_per_rad": STIFFNESS}}
+    fixed = {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}, **ill}
+    nothing_free = unknowns([e for e in CATALOGUE if e.name in fixed], rigid.robot.n, list(fixed))
     arm = SessionPredictor.of(SessionData.of(rigid), nothing_free, fixed)
     true = arm.predict(arm.first_state(), np.zeros(0), np.zeros(0)).position
     load = rigid.samples.load

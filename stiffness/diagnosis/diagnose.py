@@ -75,7 +75,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     values = {e.name: model.values[e.name] for e in effects}
     held = [held_out(s) for s in sessions]
     fits = ModelFits.of(sessions, effects, values, [~h for h in held])
-    say("fitting the model's own parameters")
+    say("0 %: fitting the model's own parameters")
     fits, base = _without_outliers(fits, fits.fit([]), [])
     enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= ENOUGH
     own = KnownEffects.of(model, effects, sessions)
@@ -90,7 +90,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     verdict, more = _verdict(
         sessions=sessions, enough=enough, structure=structure, other=other, changed=changed, base=base
     )
-    say("scoring on readings that took no part")
+    say("90 %: scoring on readings that took no part")
     whole = replace(
         bare,
         nothing=NOTHING,
@@ -138,12 +138,13 @@ def _without_outliers(fits: ModelFits, fit: Fit, additions: Sequence[Addition]) 
 
 def _searched(search: Search, base: Fit) -> _Found:
     """Effects that explain the residual, those that would as well, and what is left."""
-    search.say("comparing effects")
+    search.say("10 %: comparing effects")
     start = search.fits.fit([], base) if search.known else base
     linear = search.linearisation.at(start, [])
     base = linear.fit
     ranking, base_rms = candidates(search.effects, linear)
     fit, additions = search.run(linear)
+    search.say("70 %: trying other effects in the place of what was found")
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)
     fit, additions, removed = with_known(search.fits, fit, additions, search.known)

@@ -71,11 +71,13 @@ class Search:
     def run(self, start: Linearised) -> tuple[Fit, list[Addition]]:
         """From a fit of the model to one that lacks nothing the data can show."""
         ends = [End(start.fit, [])]
-        for chosen in self._beginnings(start):
+        for k, chosen in enumerate(self._beginnings(start)):
+            self.say(f"{20 + 10 * k} %: from {chosen.terms[0].effect.name}")
             ends.append(self._grown(start, chosen, []))
             if self._plain(ends[-1]):
                 break
         if self.known and not self._plain(ends[-1]):
+            self.say("60 %: from what the model has")
             ends.append(self._from_known(start.fit))
         best = preferred(ends)
         return best.fit, best.additions

@@ -59,7 +59,7 @@ def judged(
     search: Search, base: Fit, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
 ) -> Judged:
     """Additions that stand beside what is left, and the structure that is left or, where none is, that was there."""
-    search.say("looking where the rest sits")
+    search.say("80 %: looking where the rest sits")
     now = Judged(fit, additions, _structure(search, base, fit))
     notes = now.structure.notes
     compared = {r.addition.effect.name: r for r in found}

@@ -63,18 +63,21 @@ def splitting(first: Fit, second: Fit, why: str) -> list[NextSetup]:
 
 
 def spread(session: Session, joint: int | None, why: str) -> list[NextSetup]:
-    """Set-ups over the whole range of one joint, or of all, with the largest load of the session across the arm."""
+    """Set-ups over the whole range of one joint, or of all, with the largest load of the session across the arm; no
+    posture twice."""
     robot, tool = session.robot, session.tool.tool()
     pool = reachable_postures(robot, tool, POOL, SEED)
     low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     force = largest_force(session)
-    out = []
-    for k in range(WANTED):
+    out: list[NextSetup] = []
+    left = np.arange(len(pool))
+    for k in range(min(WANTED, len(pool))):
         if joint is None:
-            q = pool.q[k * len(pool) // WANTED]
+            near = np.abs(left - k * len(pool) / WANTED)
         else:
-            wanted = low[joint] + (high[joint] - low[joint]) * (k + 0.5) / WANTED
-            q = pool.q[int(np.argmin(np.abs(pool.q[:, joint] - wanted)))]
+            near = np.abs(pool.q[left, joint] - (low[joint] + (high[joint] - low[joint]) * (k + 0.5) / WANTED))
+        q = pool.q[left[int(np.argmin(near))]]
+        left = np.delete(left, int(np.argmin(near)))
         wrench = np.concatenate([_WAYS[k] * force, np.zeros(3)])
         names = tuple(r.name for r in session.reflectors)
         out.append(NextSetup(q=q, wrench=wrench, reflectors=names, why=why, apart=0.0))
