@@ -116,9 +116,10 @@ def _found(
     fits = replace(whole, nothing=ROUGH)
     search = Search(fits, (), say)
     start = search.linearisation.at(fits.fit([]), [])
-    if not search.may_end_with(start, lambda e: e.fitted_where == "approach"):
+    beginnings = search.beginnings(start)
+    if not any(t.effect.fitted_where == "approach" for chosen in beginnings for t in chosen.terms):
         return [], {}
-    best, additions = search.run(start)
+    best, additions = search.run(start, beginnings)
     if not any(a.effect.fitted_where == "approach" for a in additions):
         return [], {}
     _, additions, found = with_alternatives(search, best, additions, start.fit)

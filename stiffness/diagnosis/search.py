@@ -8,7 +8,7 @@ Of the ends that the data cannot tell apart, the one with the fewest kinds of ef
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -68,10 +68,10 @@ class Search:
         """Of every session."""
         return self.linearisation.sensitivities
 
-    def run(self, start: Linearised) -> tuple[Fit, list[Addition]]:
-        """From a fit of the model to one that lacks nothing the data can show."""
+    def run(self, start: Linearised, beginnings: Sequence[Selection] | None = None) -> tuple[Fit, list[Addition]]:
+        """From a fit of the model to one that lacks nothing the data can show; ``beginnings`` where they are known."""
         ends = [End(start.fit, [])]
-        for k, chosen in enumerate(self._beginnings(start)):
+        for k, chosen in enumerate(self.beginnings(start) if beginnings is None else beginnings):
             self.say(f"{20 + 10 * k} %: from {chosen.terms[0].effect.name}")
             ends.append(self._grown(start, chosen, []))
             if self._plain(ends[-1]):
@@ -82,25 +82,18 @@ class Search:
         best = preferred(ends)
         return best.fit, best.additions
 
-    def may_end_with(self, start: Linearised, wanted: Callable[[Effect], bool]) -> bool:
-        """Whether a way through the terms begins with an effect that is ``wanted``."""
-        return any(wanted(t.effect) for chosen in self._beginnings(start) for t in chosen.terms)
-
     def _plain(self, end: End) -> bool:
         """Whether one kind of effect explains all: no other way can end with fewer."""
         return len(end.additions) == 1 and like_noise(end.fit)
 
-    def _beginnings(self, linear: Linearised) -> Iterator[Selection]:
-        """Effects that explain much by themselves, then terms of any effect."""
+    def beginnings(self, linear: Linearised) -> list[Selection]:
+        """Where ways begin: with effects that explain much by themselves, then with terms of any effect."""
         greedy = linear.selector.forward()
         if not greedy.terms:
-            return
+            return []
         alone = [s for e in self.effects if (s := within(linear.selector, e)).terms]
         alone.sort(key=lambda s: -s.bic_gain)
-        for chosen in alone[:SINGLE]:
-            if chosen.fit.gain > MUCH * alone[0].fit.gain:
-                yield chosen
-        yield greedy
+        return [*(s for s in alone[:SINGLE] if s.fit.gain > MUCH * alone[0].fit.gain), greedy]
 
     def _grown(self, linear: Linearised, chosen: Selection, additions: Sequence[Addition]) -> End:
         """A beginning fitted, and terms added as long as they pay."""
