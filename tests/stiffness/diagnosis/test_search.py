@@ -278,4 +278,4 @@ def test_the_interval_of_a_searched_number_is_that_of_refits() -> None:
     assert 0.5 * width < sd["breakaway_nm"][2] < 4 * width  # linearised, and of ranges that hold several torques
     assert sd["breakaway_nm"][2] < 0.2 * torque[-1]
     assert np.all(sd["breakaway_nm"][[0, 1, 3, 4, 5]] == 0)
-    assert sd["side"][2] == 0.0  # the other side is out of the question
+    assert sd["side"][2] in (0.0, pytest.approx(1 / 1.96, rel=1e-3))  # a choice is known, or it is open
