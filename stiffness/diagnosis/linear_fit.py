@@ -6,7 +6,8 @@ columns then costs a small matrix, so that thousands can be compared.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,25 +65,27 @@ class NormalEquations:
     """Products of columns, fold by fold. Constant.
 
     Args:
-        blocks: whitened residuals; their jacobian has the ``nuisance`` parameters' columns first, then the candidates'.
-        fold: (blocks,) number of the fold that every block is in.
+        parts: of some blocks each, summed one after the other: whitened residuals, whose jacobian has the ``nuisance``
+            parameters' columns first, then the candidates', and the number of the fold that every block is in.
         precision: (nuisance,) prior precision of the nuisance parameters.
     """
 
-    def __init__(self, blocks: Sequence[Whitened], fold: Sequence[int], nuisance: int, precision: Floats) -> None:
-        self.nuisance, folds = nuisance, max(fold) + 1
-        width = blocks[0].jacobian.shape[1]
-        gram, count = np.zeros((folds, width + 1, width + 1)), np.zeros(folds, dtype=int)
-        for k in range(folds):
-            for some in batches([b for b, f in zip(blocks, fold, strict=True) if f == k]):
-                both = np.concatenate([np.column_stack([b.jacobian, b.residual]) for b in some])
-                gram[k] += both.T @ both
-                count[k] += len(both)
-        self.count = int(count.sum())
-        self._precision = precision
-        total = gram.sum(axis=0)
+    def __init__(
+        self, parts: Iterable[tuple[Sequence[Whitened], Sequence[int]]], nuisance: int, precision: Floats
+    ) -> None:
+        self.nuisance, self._precision = nuisance, precision
+        gram: dict[int, Floats] = {}
+        count: Counter[int] = Counter()
+        for blocks, fold in parts:
+            for k in set(fold):
+                for some in batches([b for b, f in zip(blocks, fold, strict=True) if f == k]):
+                    both = np.concatenate([np.column_stack([b.jacobian, b.residual]) for b in some])
+                    gram[k] = gram.get(k, 0.0) + both.T @ both
+                    count[k] += len(both)
+        self.count = sum(count.values())
+        total = np.sum([gram[k] for k in sorted(gram)], axis=0)
         self.reduced = self._reduced(total)[0]
-        self.folds = tuple(self._fold(total - gram[k], gram[k], int(count[k])) for k in range(folds))
+        self.folds = tuple(self._fold(total - gram[k], gram[k], count[k]) for k in sorted(gram))
 
     def __repr__(self) -> str:
         return f"NormalEquations({self.count} numbers, {len(self.reduced.slope)} columns, {len(self.folds)} folds)"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
 from stiffness.identification.session_fit import SessionFit
+from stiffness.numerics.least_squares import Whitened
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -104,13 +105,16 @@ def normal_equations(fit: Fit, more: Iterable[Floats], precision: Floats) -> tup
     Args:
         more: per session (N, 3, C) derivatives of the readings. precision: (V,) prior weight of the fit's numbers.
     """
-    blocks, folds, states = [], [], []
-    for s, own in zip(fit.sessions, more, strict=True):
-        mine, state = s.observations.blocks(s.predicted.state, s.vector, s.columns, own)
-        blocks += mine
-        folds += [fold_of(s.session, int(b.rows[0])) for b in mine]
-        states.append(state)
-    return NormalEquations(blocks, folds, len(fit.solution.vector), precision), replace(fit, states=tuple(states))
+    states = []
+
+    def parts() -> Iterator[tuple[list[Whitened], list[int]]]:
+        for s, own in zip(fit.sessions, more, strict=True):
+            mine, state = s.observations.blocks(s.predicted.state, s.vector, s.columns, own)
+            states.append(state)
+            yield mine, [fold_of(s.session, int(b.rows[0])) for b in mine]
+
+    equations = NormalEquations(parts(), len(fit.solution.vector), precision)
+    return equations, replace(fit, states=tuple(states))
 
 
 def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats], joints: int) -> dict[str, Floats]:

@@ -43,8 +43,8 @@ def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Additio
     out, found, states = list(additions), False, fit.states
     for k, a in enumerate(additions):
         for p, index in _searched(a, fit.unknowns.joints):
-            now, states = _chi2(fit, states, out[k])
-            profile, states = _profile(fit, states=states, a=out[k], p=p, index=index)
+            now, states = _chi2(fit, states, every=out, a=out[k])
+            profile, states = _profile(fit, states, every=out, a=out[k], p=p, index=index)
             best = min(profile, key=lambda r: r.chi2, default=None)
             if best is not None and best.chi2 < now * (1 - 1e-9):
                 out[k], found = with_number(out[k], p.name, index, best.value), True
@@ -58,7 +58,7 @@ def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, di
     states = fit.states
     for a in additions:
         for p, index in _searched(a, fit.unknowns.joints):
-            profile, states = _profile(fit, states=states, a=a, p=p, index=index)
+            profile, states = _profile(fit, states, every=additions, a=a, p=p, index=index)
             if not profile:
                 continue
             limit = float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2
@@ -83,13 +83,15 @@ def _searched(a: Addition, joints: int) -> Iterator[tuple[Parameter, int]]:
             yield from ((p, range(p.count(joints))[p.of_site(s.index)][0]) for s in a.sites)
 
 
-def _profile(fit: Fit, states: States, a: Addition, p: Parameter, index: int) -> tuple[list[_Range], States]:
-    """Chi-square of values all over their range, then more finely where it is least."""
+def _profile(
+    fit: Fit, states: States, *, every: Sequence[Addition], a: Addition, p: Parameter, index: int
+) -> tuple[list[_Range], States]:
+    """Chi-square of values all over their range, then more finely where it is least; ``every``: all that is added."""
     out: list[_Range] = []
 
     def look(ranges: Sequence[tuple[float, float, float]], states: States) -> States:
         for low, value, high in ranges:
-            chi2, states = _chi2(fit, states, with_number(a, p.name, index, value))
+            chi2, states = _chi2(fit, states, every=every, a=with_number(a, p.name, index, value))
             out.append(_Range(low, value, high, chi2))
         return states
 
@@ -122,6 +124,7 @@ def _between(torque: Floats) -> list[tuple[float, float, float]]:
     return [(low, 0.5 * (low + high), high) for low, high in pairwise(edges) if high > low]
 
 
-def _chi2(fit: Fit, states: States, a: Addition) -> tuple[float, States]:
-    """With the memory's numbers of an addition, all others refitted."""
-    return fit.problem.lowest_with({**fit.fixed, a.effect.name: a.values}, fit.solution.vector, states)
+def _chi2(fit: Fit, states: States, *, every: Sequence[Addition], a: Addition) -> tuple[float, States]:
+    """With the memory's numbers of all additions, those of ``a`` as given, and all other numbers refitted."""
+    others = {b.effect.name: b.values for b in every}
+    return fit.problem.lowest_with({**fit.fixed, **others, a.effect.name: a.values}, fit.solution.vector, states)
