@@ -20,18 +20,18 @@ Bools = npt.NDArray[np.bool_]
 NAMED = 12  # rows that a sentence has room for
 
 
-def session_doubts(fits: Sequence[SessionFit], wrong: Sequence[tuple[str, int]] = ()) -> tuple[Doubt, ...]:
+def session_doubts(fits: Sequence[SessionFit], wrong: Sequence[tuple[str, int]] | None = None) -> tuple[Doubt, ...]:
     """What is wrong with the measurements of some sessions, or looks so; () where nothing is.
 
     Args:
-        wrong: (session, line of samples.csv) that were left out in the end; none: those that the fits did not use.
+        wrong: (session, line of samples.csv) that were left out in the end; None: those that the fits did not use.
     """
     out: list[Doubt] = []
     for fit in fits:
         out += [d for d in (wrench_doubt(fit), tool_doubt(fit.session)) if d is not None]
     for fit in fits:
-        lines = [line for source, line in wrong if source == fit.session.source]
-        out_of_fit = (fit.allowed & ~fit.used) if not wrong else np.isin(fit.samples.line, lines)
+        lines = [line for source, line in wrong or () if source == fit.session.source]
+        out_of_fit = (fit.allowed & ~fit.used) if wrong is None else np.isin(fit.samples.line, lines)
         out += [d for d in (left_out(fit.session, out_of_fit), _staying(fit)) if d is not None]
         out += [Doubt(c.samples, c.sentence, first=c.after) for c in measurement_changes(fit) if c.size > _left(fit)]
     return tuple(out)

@@ -6,6 +6,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stiffness.diagnosis.diagnose import diagnose
@@ -17,6 +18,7 @@ from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
 from stiffness.session.table import SessionError
 from tests.stiffness.bench_lab import Lab
+from tests.stiffness.diagnosis.sick import sick
 
 ROBOTS = ("ur10", "abb-irb6600-175-255")
 
@@ -92,3 +94,16 @@ def test_one_session_twice_is_refused_under_any_name(tmp_path: Path) -> None:
             identify(twice)
         with pytest.raises(SessionError, match="given twice"):
             diagnose(twice, model)
+
+
+def test_rows_that_came_back_are_not_called_wrong() -> None:
+    """What a poorer model left out and the refined one took back is no finding."""
+    ill = sick("base-compliance")
+    used = np.ones(len(ill.session), dtype=bool)
+    used[[40, 41]] = False
+    fit = replace(ill.fits, used=(used,)).fit([])
+    assert any("left out as wrong" in d.what for d in session_doubts(fit.sessions))
+    assert not any("left out as wrong" in d.what for d in session_doubts(fit.sessions, ()))
+    line = int(ill.session.samples.line[40])
+    (said,) = (d for d in session_doubts(fit.sessions, [(ill.session.source, line)]) if "left out as wrong" in d.what)
+    assert said.count == 1 and said.first == line
