@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,12 @@ from click.testing import CliRunner
 
 from compensator.cli import main
 from compensator.errors import CompensatorError
+from compensator.report.html.diagnosis import diagnosis_page
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.words.diagnosis import diagnosis_lines
 from compensator.tasks.diagnose import diagnose_files, refined_text
 from stiffness.diagnosis.attribution import ResidualSource
-from stiffness.diagnosis.result import AddedEffect, MovedParameter
+from stiffness.diagnosis.result import AddedEffect, MovedParameter, RemovedEffect
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import evaluate
 from stiffness.model.model import load_model
@@ -174,6 +176,23 @@ def test_no_such_evidence_is_null_and_several_numbers_are_a_list(healthy: Sick) 
         "the column humidity (20 %)", "(10, -20, 30, 40, -50, 60) deg", "force (1, -2, 3) N", "tells a from b",
     ):  # fmt: skip
         assert words in lines
+
+
+def test_what_is_removed_reaches_every_output(healthy: Sick, tmp_path: Path) -> None:
+    """JSON, terminal, page, and the provenance of the refined model."""
+    gone = RemovedEffect("backlash", ("joint-2", "joint-3"), "the readings need none")
+    d = replace(healthy.done.diagnosis, verdict="explained", removed=(gone,))
+    report = diagnosis_report(d)
+    (said,) = report["removed"]
+    assert said == {"effect": "backlash", "where": ["joint-2", "joint-3"], "why": "the readings need none"}
+    lines = diagnosis_lines(d, report)
+    assert lines[0].startswith("Explained: needs no backlash in joint-2 and joint-3")
+    assert "removed: backlash in joint-2 and joint-3: the readings need none" in lines
+    page = diagnosis_page(d, healthy.model, report)
+    assert "Removed: backlash in joint-2 and joint-3: the readings need none." in page
+    session = load_session(healthy.session)
+    written = tomllib.loads(refined_text(d, healthy.model, [session], tmp_path / "refined.toml"))
+    assert written["provenance"]["diagnosis"]["removed"] == ["backlash in joint-2, joint-3"]
 
 
 def test_terminal_lines_say_it_in_words(loose: Sick, healthy: Sick) -> None:
