@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
-from stiffness.diagnosis.search import ROUGH, Search
+from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
@@ -24,6 +24,7 @@ from stiffness.identification.outliers import reconsidered
 from stiffness.identification.plausibility import doubts
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.model.model import ComplianceModel
+from stiffness.numerics.least_squares import ROUGH
 from stiffness.session.session import Session
 
 Say = Callable[[str], None]
@@ -113,7 +114,7 @@ def _found(
     """What of the approach's effects a search adds to a fit, and the names of those that cannot be told from each."""
     values = fit.values()
     whole = ModelFits.of(sessions, fit.unknowns.effects, values, [s.used for s in fit.sessions])
-    fits = replace(whole, nothing=ROUGH)
+    fits = replace(whole, ending=ROUGH)
     search = Search(fits, (), say)
     start = search.linearisation.at(fits.fit([]), [])
     beginnings = search.beginnings(start)

@@ -1,4 +1,5 @@
-"""The table of docs/real-ur10.md: `python -m tests.real_ur10 ../shared/data/ur10`, eight fits of some ten minutes.
+"""The tables of docs/real-ur10.md: `python -m tests.real_ur10 ../shared/data/ur10`, eight fits of minutes, and what
+the default commands make of the same files: `python -m tests.real_ur10 ../shared/data/ur10 --commands`.
 
 Folds are whole regions of the workspace: what a table says of angles that no reading of the fit has seen is scored too.
 """
@@ -6,6 +7,10 @@ Folds are whole regions of the workspace: what a table says of angles that no re
 from __future__ import annotations
 
 import argparse
+import resource
+import subprocess
+import sys
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -25,6 +30,7 @@ from stiffness.session.session import Session, load_session
 Bools = npt.NDArray[np.bool_]
 EFFECT = BY_NAME["joint-angle-error"]
 REGIONS, FOLDS = 30, 5
+SHOWN = 24  # lines
 ORDER = ("A", "B")
 
 
@@ -86,11 +92,34 @@ class Study:
             yield f"| {learned} | those of {name} | {rms[0]:.3f} | {rms[1]:.3f} |"
 
 
+def commands(folder: Path) -> Iterator[str]:
+    """The first lines of `identify A B`, then of `diagnose A B` with the model that it wrote, and what they took."""
+    files = [str(folder / name / "session.toml") for name in ORDER]
+    with tempfile.TemporaryDirectory() as out:
+        model = str(Path(out) / "ur10.toml")
+        for verb in (["identify", *files, "-o", model], ["diagnose", *files, "--model", model]):
+            program = "import sys; from compensator.cli import main; main(sys.argv[1:])"
+            before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+            done = subprocess.run(
+                [sys.executable, "-c", program, *verb], capture_output=True, text=True, check=True
+            )
+            used = resource.getrusage(resource.RUSAGE_CHILDREN)
+            shown = done.stdout.replace(f"{folder}/", "").replace(f"{out}/", "")
+            yield "\n".join([f"$ compensator {verb[0]} A B", *shown.splitlines()[:SHOWN]])
+            yield f"{used.ru_utime - before:.0f} s of processor time; largest so far {used.ru_maxrss / 1e6:.1f} GB\n"
+
+
 def main() -> None:
     """Print the rows as they come."""
     parser = argparse.ArgumentParser(prog="python -m tests.real_ur10")
     parser.add_argument("folder", type=Path, help="with A/session.toml and B/session.toml")
-    study = Study(parser.parse_args().folder)
+    parser.add_argument("--commands", action="store_true", help="what the default commands say")
+    asked = parser.parse_args()
+    if asked.commands:
+        for text in commands(asked.folder):
+            print(text, flush=True)
+        return
+    study = Study(asked.folder)
     print("| learned on | scored on | without, mm | with, mm |\n| --- | --- | ---: | ---: |", flush=True)
     for names in (("A",), ("B",), ("A", "B")):
         for line in study.learned(names):

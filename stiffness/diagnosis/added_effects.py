@@ -17,7 +17,7 @@ from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of, unknowns
 from stiffness.identification.weighting import Weighting
-from stiffness.numerics.least_squares import NOTHING
+from stiffness.numerics.least_squares import EXACT, Ending
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
@@ -109,7 +109,7 @@ class ModelFits:
     Attributes:
         base: effects of the model that these sessions show; ``values``: theirs; ``given``: names of those that stay as
             they are.
-        nothing: gain in chi-square that ends a fit.
+        ending: what ends a fit.
         used: per session (N,), readings that take part. allowed: readings that may.
     """
 
@@ -119,7 +119,7 @@ class ModelFits:
     used: tuple[Bools, ...]
     allowed: tuple[Bools, ...]
     given: tuple[str, ...] = ()
-    nothing: float = NOTHING
+    ending: Ending = EXACT
 
     @classmethod
     def of(
@@ -197,7 +197,7 @@ class ModelFits:
             for state, used, allowed, guess in zip(problem.first_states(), self.used, self.allowed, poses, strict=True)
         )
         vector = None if start is None else _begun(problem, start, anew)
-        return fitted(problem, states, vector, once=not any(a.effect.angle for a in additions), nothing=self.nothing)
+        return fitted(problem, states, vector, once=not any(a.effect.angle for a in additions), ending=self.ending)
 
     def within_limits(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
         """A fit whose effects allow their values: what one does not allow is moved to the nearest that it does and held

@@ -127,6 +127,29 @@ def _of_column(index: Index, first: Regressors, name: str) -> Index:
     return at[at >= 0].astype(np.intp) if len(at) else np.empty(0, dtype=np.intp)
 
 
+@dataclass(frozen=True, repr=False, eq=False)
+class _Products:
+    """Derivatives by places ``geometry`` (N, 3, c) times regressors ``values`` (N, f), worked out block by block: as
+    ``ReadingSlopes`` of C columns, each with its ``coordinate`` and its ``feature`` (C,)."""
+
+    geometry: Floats
+    coordinate: Index
+    values: Floats
+    feature: Index
+
+    @property
+    def count(self) -> int:
+        return len(self.coordinate)
+
+    @property
+    def tabled(self) -> bool:
+        return False
+
+    def block(self, rows: Index) -> tuple[Floats, Index]:
+        products = self.geometry[rows][:, :, self.coordinate] * self.values[rows][:, None, self.feature]
+        return products.reshape(3 * len(rows), -1), np.arange(self.count)
+
+
 def _equations(
     fit: Fit, sensitivities: Sequence[Sensitivities], layouts: Sequence[Regressors]
 ) -> tuple[list[Index], NormalEquations]:
@@ -152,8 +175,8 @@ def _equations(
         index.append(at)
     coordinate, feature = np.array(wanted).T
     more = (
-        own.geometry(s)[:, :, coordinate] * layout.values[:, None, feature]
+        [_Products(own.geometry(s), coordinate, layout.values, feature)]
         for s, own, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
     )
     weak = 1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300)
-    return index, normal_equations(fit, more, np.asarray(weak))[0]
+    return index, normal_equations(fit, more, len(wanted), np.asarray(weak))[0]

@@ -16,7 +16,7 @@ from stiffness.diagnosis.known_effects import KnownEffects, with_known
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.refined_model import refined_model
 from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
-from stiffness.diagnosis.search import ROUGH, Search
+from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
@@ -26,7 +26,7 @@ from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import cleaned, with_whole_setups
 from stiffness.identification.robust import one_robot
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import NOTHING
+from stiffness.numerics.least_squares import EXACT, ROUGH
 from stiffness.planning.next_setups import NextSetup, splitting, spread
 from stiffness.session.repeats import with_repeats
 from stiffness.session.session import Session
@@ -76,10 +76,10 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     held = [held_out(s) for s in sessions]
     fits = ModelFits.of(sessions, effects, values, [~h for h in held])
     say("0 %: fitting the model's own parameters")
-    fits, base = _without_outliers(fits, fits.fit([]), [])
+    fits, base = _without_outliers(fits, [])
     enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= ENOUGH
     own = KnownEffects.of(model, effects, sessions)
-    bare = replace(fits, base=own.base, given=own.given, nothing=ROUGH)
+    bare = replace(fits, base=own.base, given=own.given, ending=ROUGH)
     found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
     news = [a for a in (_new(a, own.known) for a in additions) if a is not None]
@@ -93,11 +93,11 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     say("90 %: scoring on readings that took no part")
     whole = replace(
         bare,
-        nothing=NOTHING,
+        ending=EXACT,
         used=tuple(np.ones_like(h) for h in held),
         allowed=tuple(np.ones_like(h) for h in held),
     )
-    whole, last = _without_outliers(whole, whole.fit(additions, fit), additions)
+    whole, last = _without_outliers(whole, additions, fit)
     better = with_better_numbers(last, additions)
     if better is not None:
         additions, last = better, whole.fit(better, last)
@@ -129,9 +129,11 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     )
 
 
-def _without_outliers(fits: ModelFits, fit: Fit, additions: Sequence[Addition]) -> tuple[ModelFits, Fit]:
+def _without_outliers(
+    fits: ModelFits, additions: Sequence[Addition], start: Fit | None = None
+) -> tuple[ModelFits, Fit]:
     """Fits, from here on, without the rows that the others contradict, and the fit without them."""
-    clean = cleaned(fit)
+    clean = cleaned(replace(fits, ending=ROUGH).fit(additions, start), ROUGH)
     fits = replace(fits, used=with_whole_setups(clean))
     return fits, fits.fit(additions, clean)
 

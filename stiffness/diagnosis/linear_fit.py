@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.numerics.least_squares import Whitened, batches
+from stiffness.numerics.whitened import Whitened, gram
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -66,40 +66,48 @@ class NormalEquations:
 
     Args:
         parts: of some blocks each, summed one after the other: whitened residuals, whose jacobian has the ``nuisance``
-            parameters' columns first, then the candidates', and the number of the fold that every block is in.
+            parameters' columns first, then those of the ``candidates``, and the number of the fold that every block
+            is in.
         precision: (nuisance,) prior precision of the nuisance parameters.
     """
 
     def __init__(
-        self, parts: Iterable[tuple[Sequence[Whitened], Sequence[int]]], nuisance: int, precision: Floats
+        self,
+        parts: Iterable[tuple[Sequence[Whitened], Sequence[int]]],
+        nuisance: int,
+        candidates: int,
+        precision: Floats,
     ) -> None:
         self.nuisance, self._precision = nuisance, precision
-        gram: dict[int, Floats] = {}
+        grams: dict[int, Floats] = {}
         count: Counter[int] = Counter()
         for blocks, fold in parts:
             for k in set(fold):
-                for some in batches([b for b, f in zip(blocks, fold, strict=True) if f == k]):
-                    both = np.concatenate([np.column_stack([b.jacobian, b.residual]) for b in some])
-                    gram[k] = gram.get(k, 0.0) + both.T @ both
-                    count[k] += len(both)
+                some = [b for b, f in zip(blocks, fold, strict=True) if f == k]
+                grams[k] = grams.get(k, 0.0) + gram(some, nuisance + candidates)
+                count[k] += sum(len(b.residual) for b in some)
         self.count = sum(count.values())
-        total = np.sum([gram[k] for k in sorted(gram)], axis=0)
+        total = np.sum([grams[k] for k in sorted(grams)], axis=0)
         self.reduced = self._reduced(total)[0]
-        self.folds = tuple(self._fold(total - gram[k], gram[k], count[k]) for k in sorted(gram))
+        folds = []
+        for k in sorted(grams):
+            own = grams.pop(k)  # hundreds of MB, all together
+            folds.append(self._fold(total - own, own, count[k]))
+        self.folds = tuple(folds)
 
     def __repr__(self) -> str:
         return f"NormalEquations({self.count} numbers, {len(self.reduced.slope)} columns, {len(self.folds)} folds)"
 
-    def _reduced(self, gram: Floats) -> tuple[ReducedEquations, Floats]:
+    def _reduced(self, products: Floats) -> tuple[ReducedEquations, Floats]:
         """The reduced equations, and the weights (nuisance, C + 1) that eliminate the nuisance parameters."""
         m = self.nuisance
-        own = gram[:m, :m] + np.diag(self._precision)
+        own = products[:m, :m] + np.diag(self._precision)
         scale = 1 / np.sqrt(np.maximum(np.diag(own), 1e-300))
         values, vectors = np.linalg.eigh(own * np.outer(scale, scale))
         inverse = (vectors / np.maximum(values, 1e-13)) @ vectors.T * np.outer(scale, scale)
-        out = inverse @ gram[:m, m:]
-        rest = gram[m:, m:] - gram[m:, :m] @ out
-        return ReducedEquations(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), np.diag(gram)[m:-1].copy()), out
+        out = inverse @ products[:m, m:]
+        rest = products[m:, m:] - products[m:, :m] @ out
+        return ReducedEquations(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), np.diag(products)[m:-1].copy()), out
 
     def _fold(self, training: Floats, left: Floats, count: int) -> HeldOutFold:
         m = self.nuisance

@@ -17,13 +17,15 @@ from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
+from stiffness.identification.reading_slopes import ReadingSlopes, Slopes
 from stiffness.identification.session_fit import SessionFit
-from stiffness.numerics.least_squares import Whitened
+from stiffness.numerics.whitened import Whitened
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 
 FOLDS = 10
+PIECE = 2048  # readings
 WARMED = 0.1  # K; a smaller range of temperature tells nothing
 
 
@@ -59,7 +61,7 @@ class Linearisation:
             for sensitivities, s in zip(self.sensitivities, fit.sessions, strict=True)
         )
         width = len(fit.solution.vector)
-        equations, fit = normal_equations(fit, more, np.full(width, 1e-12) + weak(fit))
+        equations, fit = normal_equations(fit, more, len(columns), np.full(width, 1e-12) + weak(fit))
         terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
         crossed = sum(len(np.unique(s.samples.setup)) for s in fit.sessions) >= CROSSED
         selector = Selector(equations, terms, fit.solution.freedom, crossed=crossed)
@@ -80,11 +82,10 @@ class Linearisation:
         fit: Fit,
         columns: Sequence[Column],
         additions: Sequence[Addition],
-    ) -> Floats:
-        """(N, 3, C) derivatives of the readings by all columns, run by run."""
+    ) -> list[ReadingSlopes]:
+        """Derivatives of the readings by all columns, run by run."""
         place = {u: i for i, u in enumerate(sensitivities.numbers)}
-        out = np.zeros((len(s.samples), 3, len(columns)))
-        fitted = fit.values()
+        out, fitted = [], fit.values()
         for run in range(max((c.run for c in columns), default=-1) + 1):
             mine = [i for i, c in enumerate(columns) if c.run == run]
             trial = {c.number.effect: c.trial.values for c in columns if c.run == run}
@@ -94,27 +95,40 @@ class Linearisation:
             for a in additions:
                 values[a.effect.name] = _kept(a, values[a.effect.name], fitted[a.effect.name], self.fits.joints)
             slopes = sensitivities.of(s, values)
-            out[:, :, mine] = slopes[:, :, [place[columns[i].number] for i in mine]]
+            out.append(slopes.taken([place[columns[i].number] for i in mine], mine, len(columns)))
         return out
 
 
-def normal_equations(fit: Fit, more: Iterable[Floats], precision: Floats) -> tuple[NormalEquations, Fit]:
+def normal_equations(
+    fit: Fit, more: Iterable[Sequence[Slopes]], count: int, precision: Floats
+) -> tuple[NormalEquations, Fit]:
     """Products of further columns with the residuals of a fit, fold by fold; the fit's own numbers are nuisance. And
     the fit, evaluated once more.
 
     Args:
-        more: per session (N, 3, C) derivatives of the readings. precision: (V,) prior weight of the fit's numbers.
+        more: per session derivatives of the readings, by ``count`` columns. precision: (V,) prior weight of the fit's
+            numbers.
     """
     states = []
 
     def parts() -> Iterator[tuple[list[Whitened], list[int]]]:
         for s, own in zip(fit.sessions, more, strict=True):
-            mine, state = s.observations.blocks(s.predicted.state, s.vector, s.columns, own)
-            states.append(state)
-            yield mine, [fold_of(s.session, int(b.rows[0])) for b in mine]
+            seen = s.observations.predict(s.predicted.state, s.vector, s.columns)
+            states.append(seen.state)
+            fold = folds(s.session)
+            for some in _pieces(s.samples.setup):
+                part = replace(seen, state=replace(seen.state, used=seen.state.used & some))
+                mine = s.observations.weighting.blocks(part, s.columns, len(s.vector), own)
+                yield mine, [int(fold[b.rows[0]]) for b in mine]
 
-    equations = NormalEquations(parts(), len(fit.solution.vector), precision)
+    equations = NormalEquations(parts(), len(fit.solution.vector), count, precision)
     return equations, replace(fit, states=tuple(states))
+
+
+def _pieces(setup: npt.NDArray[np.int64]) -> list[npt.NDArray[np.bool_]]:
+    """(N,) readings of some set-ups each, few enough at a time to keep memory small."""
+    setups = np.unique(setup)
+    return [np.isin(setup, some) for some in np.array_split(setups, -(-len(setup) // PIECE))]
 
 
 def _kept(a: Addition, trial: Mapping[str, Floats], fitted: Mapping[str, Floats], joints: int) -> dict[str, Floats]:
@@ -142,11 +156,11 @@ def weak(fit: Fit) -> Floats:
     return np.asarray(1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300))
 
 
-def fold_of(session: Session, row: int) -> int:
-    """Which fold a reading's set-up is in: set-ups are dealt in turn, in their order in the file."""
-    setups = session.samples.setup
-    order = {int(s): k for k, s in enumerate(dict.fromkeys(setups.tolist()))}
-    return order[int(setups[row])] % FOLDS
+def folds(session: Session) -> npt.NDArray[np.intp]:
+    """(N,) which fold a reading's set-up is in: set-ups are dealt in turn, in their order in the file."""
+    _, first, of = np.unique(session.samples.setup, return_index=True, return_inverse=True)
+    order = np.argsort(np.argsort(first))
+    return np.asarray(order[of.reshape(-1)] % FOLDS)
 
 
 def can_show(effect: Effect, sessions: Sequence[Session]) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy import sparse
 
 from stiffness.identification.session_fit import SessionFit
 from stiffness.numerics.least_squares import inverse
@@ -22,22 +23,25 @@ class RefitAnswer:
 
     Attributes:
         rows: (N,) readings that take part, K of them. sd: (K, 3) m.
-        design: (K, 3, V) derivatives of the readings by all numbers over their sd.
+        design: (3K, V) derivatives of the readings by all numbers over their sd; sparse where these are tables.
         inverse: (V, V) of the normal matrix.
     """
 
     rows: Bools
     sd: Floats
-    design: Floats
+    design: Floats | sparse.csr_array
     inverse: Floats
 
     @classmethod
     def of(cls, fit: SessionFit, rows: Bools) -> RefitAnswer:
         """Of one session; ``rows`` (N,) take part."""
         sd, seen = fit.samples.sd[rows], fit.predicted
-        design = np.concatenate([seen.by_parameter[rows], seen.by_station[rows]], axis=2) / sd[:, :, None]
-        flat = design.reshape(3 * len(design), design.shape[2])
-        normal = flat.T @ flat
+        numbers = seen.by_number.over(sd, rows)
+        station = (seen.by_station[rows] / sd[:, :, None]).reshape(3 * len(sd), -1)
+        dense = isinstance(numbers, np.ndarray)
+        design = np.hstack([numbers, station]) if dense else sparse.csr_array(sparse.hstack([numbers, station]))
+        normal = design.T @ design
+        normal = normal if dense else normal.toarray()
         scale = np.diag(normal)
         known = inverse(normal + np.diag(WEAK * scale + 1e-30)) if len(scale) else normal
         return cls(rows, sd, design, known)
@@ -70,5 +74,4 @@ class RefitAnswer:
         return out
 
     def _project(self, columns: Floats) -> Floats:
-        flat = self.design.reshape(3 * len(self.design), self.design.shape[2])
-        return np.asarray(flat @ (self.inverse @ (flat.T @ columns)))
+        return np.asarray(self.design @ (self.inverse @ (self.design.T @ columns)))

@@ -27,12 +27,12 @@ from stiffness.identification.fit import Fit
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
 
-ROUGH = 0.1  # of chi-square: a fit that gains less is good enough to be compared
 ROUNDS = 4  # of linearisation and fit
 SINGLE = 3  # effects that a way begins with
 MUCH = 0.5  # of what the best single effect explains: a way begins with no effect that explains less
 ODDS = 10.0  # difference of BIC, twice the logarithm of the odds, from which one explanation is preferred
 NOTICED = 1e-4  # chance of a residual that noise alone would leave
+HOPELESS = 10.0  # of the chi-square that an earlier way left
 MOST_SITES = 8
 
 
@@ -72,6 +72,8 @@ class Search:
         """From a fit of the model to one that lacks nothing the data can show; ``beginnings`` where they are known."""
         ends = [End(start.fit, [])]
         for k, chosen in enumerate(self.beginnings(start) if beginnings is None else beginnings):
+            if _hopeless(chosen, start, ends):
+                continue
             self.say(f"{20 + 10 * k} %: from {chosen.terms[0].effect.name}")
             ends.append(self._grown(start, chosen, []))
             if self._plain(ends[-1]):
@@ -93,7 +95,9 @@ class Search:
             return []
         alone = [s for e in self.effects if (s := within(linear.selector, e)).terms]
         alone.sort(key=lambda s: -s.bic_gain)
-        return [*(s for s in alone[:SINGLE] if s.fit.gain > MUCH * alone[0].fit.gain), greedy]
+        out = [s for s in alone[:SINGLE] if s.fit.gain > MUCH * alone[0].fit.gain]
+        # a way from some sites of one effect ends where that from all of them does
+        return out if any(_keys(greedy) <= _keys(s) for s in out) else [*out, greedy]
 
     def _grown(self, linear: Linearised, chosen: Selection, additions: Sequence[Addition]) -> End:
         """A beginning fitted, and terms added as long as they pay."""
@@ -121,6 +125,17 @@ class Search:
         linear = self.linearisation.at(fit, known)
         chosen = linear.selector.forward()
         return self._grown(linear, chosen, known) if chosen.terms else End(linear.fit, known)
+
+
+def _hopeless(chosen: Selection, start: Linearised, ends: Sequence[End]) -> bool:
+    """Whether a beginning promises to leave far more than where an earlier way ended, which noise is far from too."""
+    promised = start.fit.solution.chi2 - chosen.fit.gain
+    best = min(e.fit.solution.chi2 for e in ends)
+    return promised > HOPELESS * best and not any(like_noise(e.fit) for e in ends)
+
+
+def _keys(chosen: Selection) -> set[tuple[str, tuple[str, ...]]]:
+    return {t.key for t in chosen.terms}
 
 
 def _layout(additions: Sequence[Addition]) -> set[tuple[object, ...]]:

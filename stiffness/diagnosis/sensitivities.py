@@ -9,7 +9,7 @@ the fit that follows has it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.identification.arm_loads import LoadKind, pieces_of_links
 from stiffness.identification.prediction import SessionPredictor
+from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknown, Unknowns
@@ -63,8 +64,8 @@ class Sensitivities:
     def __repr__(self) -> str:
         return f"Sensitivities({self.data.session.source!r}, {len(self.numbers)} numbers)"
 
-    def of(self, fit: SessionFit, values: Mapping[str, Numbers]) -> Floats:
-        """(N, 3, P) derivatives of what is read by ``numbers``, at the postures of a fit.
+    def of(self, fit: SessionFit, values: Mapping[str, Numbers]) -> ReadingSlopes:
+        """Derivatives of what is read by ``numbers``, at the postures of a fit.
 
         Args:
             values: of all effects; neutral or on trial where the fit does not have them.
@@ -76,28 +77,39 @@ class Sensitivities:
         first, of = data.cases(loads)
         p = self.layout.start(values)
         error = model.tables.error(data.samples.q, p)
-        slope = np.zeros((len(first), model.statics.n_x, len(self._core)))
+        runs, run_of = [], np.zeros(len(first), dtype=np.intp)
         for kind, rows in data.kinds.items():
             some = np.flatnonzero(rows[first])
             at, d = first[some], self._derivatives(kind)
             own = loads.take(at)
             given = (own.q, own.wrench, own.point, own.payload, own.warm, own.state, error[at])
             (nonzero,) = d.kernel.run(*given, p[model.tables.core], x[at])
-            slope[some[:, None], d.row[None], d.column[None]] = nonzero
-        out = np.zeros((len(data.samples), 3, len(self.numbers)))
+            run_of[some] = np.arange(len(some))
+            runs.append((rows, d, nonzero))
+        dense = np.zeros((len(data.samples), 3, len(self._core)))
+        by_angle = np.zeros((len(data.samples), 3, self.layout.joints))
         for piece in pieces_of_links(data.link):
             by_x = self._by_coordinate(x, piece, fit.reflectors)
-            out[piece[:, None, None], np.arange(3)[:, None], self._core] = by_x @ slope[of[piece]]
-            if len(self._tabled):
-                out[piece[:, None, None], np.arange(3)[:, None], self._tabled] = self._by_table(p, piece, by_x)
-        return seen.back @ out + self._predictor.shown_slopes(seen.position, p)[:, :, self._columns]
-
-    def _by_table(self, p: Floats, rows: Index, by_x: Floats) -> Floats:
-        """(K, 3, T) derivatives by numbers of laws of the angle alone."""
+            slope = np.zeros((len(piece), model.statics.n_x, len(self._core)))
+            for rows, d, nonzero in runs:
+                mine = np.flatnonzero(rows[piece])
+                slope[mine[:, None], d.row[None], d.column[None]] = nonzero[run_of[of[piece[mine]]]]
+            dense[piece] = by_x @ slope
+            by_angle[piece] = by_x[:, :, : self.layout.joints]
         tables = self._model.tables
         place = np.searchsorted(tables.own, self._columns[self._tabled])
-        shares = tables.slopes(self.data.samples.q[rows], p)[:, place]
-        return np.asarray(by_x[:, :, tables.joint[place]] * shares[:, None])
+        shown = self._predictor.shown_slopes(seen.position, p)
+        base = ReadingSlopes(
+            count=len(self.numbers),
+            core=self._core,
+            dense=dense,
+            own=self._tabled,
+            joint=tables.joint[place],
+            by_angle=by_angle,
+            slope=tables.slopes(data.samples.q[first], p)[:, place],
+            of=of,
+        ).turned(seen.back)
+        return replace(base, dense=base.dense + shown[:, :, np.searchsorted(tables.core, self._columns[self._core])])
 
     def geometry(self, fit: SessionFit) -> Floats:
         """(N, 3, n + 6 (n + 1)) derivatives of what is read by every joint angle and by the six coordinates of every

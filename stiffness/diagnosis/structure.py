@@ -17,6 +17,8 @@ from stiffness.identification.fit import CLEAR, Fit
 
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
+TRIFLE = 0.05  # of what was above the noise: so much may stay where
+MINOR = 0.1  # of it is the most that any place or column explains
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
 LARGE = 0.6  # of what was above the noise: an effect that explains more and leaves all others behind stands
 AHEAD = 0.5  # of what it explains in cross-validation: where no other explains more, it leaves all others behind
@@ -86,6 +88,12 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
         note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
         return Structure(False, [], (note,))
     sources = _sources(search, fit)
+    if fit is not base and above < TRIFLE * first and all(s.fraction < MINOR for s in sources):
+        note = (
+            f"what was added leaves {misfit:.2f} times the noise, {100 * above / first:.0f} % of what there was above "
+            "it, and no place and no column explains a tenth of that"
+        )
+        return Structure(False, sources, (note,))
     if sources or (fit is not base and above > PARTLY * first) or any(coherent(s) for s in fit.sessions):
         return Structure(True, sources)
     note = (

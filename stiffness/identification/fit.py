@@ -20,7 +20,7 @@ from stiffness.identification.setup_statistics import SetupStatistics, moved_wit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import NOTHING, Solution, inverse
+from stiffness.numerics.least_squares import EXACT, GLANCE, ROUGH, Ending, Solution, inverse
 
 Floats = npt.NDArray[np.float64]
 
@@ -282,17 +282,21 @@ def fitted(
     *,
     notes: tuple[str, ...] = (),
     once: bool = False,
-    nothing: float = NOTHING,
+    ending: Ending = EXACT,
 ) -> Fit:
     """Least squares of a problem.
 
     Args:
         states: where the evaluations start. start: (V,) first vector; None: the mean of the prior.
         once: priors are too loose to be weighed anew.
-        nothing: gain in chi-square that ends the iteration.
+        ending: what ends the iteration.
     """
-    solution, states = problem.solved(states, start, nothing=nothing)
+    # what the model does not explain is noise to its parameters: the prior weighs more against it. How much, a few
+    # steps tell: without that weight the rest of the way leads along valleys that only the noise would resolve
+    first = ROUGH if once else GLANCE
+    solution, states = problem.solved(states, start, ending=first)
+    if solution.misfit < CLEAR and ending != first:
+        solution, states = problem.solved(states, solution.vector, ending=ending)
     if solution.misfit > 1 and not once:
-        # what the model does not explain is noise to its parameters: the prior weighs more against it
-        solution, states = problem.solved(states, solution.vector, widened=solution.misfit, nothing=nothing)
+        solution, states = problem.solved(states, solution.vector, widened=solution.misfit, ending=ending)
     return Fit(problem, solution, states, notes)

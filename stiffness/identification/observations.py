@@ -15,10 +15,11 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
 from stiffness.identification.prediction import PredictedReadings, SessionPredictor, SessionState
+from stiffness.identification.reading_slopes import Slopes
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns
 from stiffness.identification.weighting import Weighting
-from stiffness.numerics.least_squares import Whitened
+from stiffness.numerics.whitened import Whitened
 from stiffness.session.samples import Samples
 from stiffness.session.session import Session
 
@@ -38,13 +39,13 @@ class Observations(Protocol[State]):
         """Where the first evaluation starts."""
 
     def blocks(
-        self, state: State, vector: Floats, own: slice, more: Floats | None = None
+        self, state: State, vector: Floats, own: slice, more: Sequence[Slopes] = ()
     ) -> tuple[Sequence[Whitened], State]:
         """Whitened residuals in independent blocks, and the state that the next evaluation starts from.
 
         Args:
             vector: (V,) all numbers of the fit: parameters of the robot first, ``own``: where those of these data are.
-            more: (N, 3, C) derivatives of the readings by further numbers, whose columns follow.
+            more: derivatives of the readings by further numbers, whose columns follow.
         """
 
     def spent(self, state: State) -> int:
@@ -89,7 +90,7 @@ class SessionObservations:
         return self.predictor.first_state()
 
     def blocks(
-        self, state: SessionState, vector: Floats, own: slice, more: Floats | None = None
+        self, state: SessionState, vector: Floats, own: slice, more: Sequence[Slopes] = ()
     ) -> tuple[list[Whitened], SessionState]:
         """As ``Observations.blocks``; a block is a set-up."""
         seen = self.predict(state, vector, own)

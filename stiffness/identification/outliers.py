@@ -18,7 +18,7 @@ from scipy import stats
 from stiffness.identification.fit import Fit, fitted
 from stiffness.identification.problem import States
 from stiffness.identification.session_fit import SessionFit
-from stiffness.numerics.least_squares import NOTHING
+from stiffness.numerics.least_squares import EXACT, ROUGH, Ending
 from stiffness.session.far_readings import far_rows
 
 Floats = npt.NDArray[np.float64]
@@ -32,18 +32,17 @@ WRONG = 0.05  # of the rows of a session, and
 WRONG_OF_ONE = 0.1  # of those of a reflector, may be wrong; more are structure
 FEW = 6  # rows that may be wrong in any session
 MIDDLE, UPPER = 0.5, 0.95  # quantiles that measure the bulk: against wrong rows, and where there is structure
-ROUGH = 0.1  # of chi-square: a fit on the way to the wrong rows need not gain less
 ENOUGH = 10  # readings of a reflector that have a bulk of their own
 
 
-def cleaned(fit: Fit) -> Fit:
-    """Without the rows that the others contradict."""
+def cleaned(fit: Fit, ending: Ending = EXACT) -> Fit:
+    """Without the rows that the others contradict, as exact as ``ending`` asks; ``fit`` may be rough."""
     start = _without_far(fit)
     for level in (MIDDLE, UPPER):
         found = _settled(start, level)
         if not any(_too_many(s) for s in found.sessions):
-            return found if found.solution is fit.solution else _again(found, NOTHING)
-    return start
+            return found if ending == ROUGH else _again(found, ending)
+    return start if ending == ROUGH else _again(start, ending)
 
 
 def _settled(fit: Fit, level: float) -> Fit:
@@ -115,8 +114,8 @@ def _with_whole_setups(fit: SessionFit) -> Bools:
     return used
 
 
-def _again(fit: Fit, nothing: float = ROUGH) -> Fit:
-    return fitted(fit.problem, fit.states, fit.solution.vector, notes=fit.notes, nothing=nothing)
+def _again(fit: Fit, ending: Ending = ROUGH) -> Fit:
+    return fitted(fit.problem, fit.states, fit.solution.vector, notes=fit.notes, ending=ending)
 
 
 def _without_outliers(fit: Fit, level: float) -> tuple[States, bool]:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
 from stiffness.identification.arm_loads import ArmEquilibria, pieces_of_links
+from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.station import TrackerPoses
@@ -58,17 +59,22 @@ class PredictedReadings:
 
     Attributes:
         position: (N, 3) m, as read.
-        by_parameter, by_station, by_wrench: (N, 3, P), (N, 3, S), (N, 3, 6) derivatives.
+        by_number: derivatives by the P free numbers. by_station, by_wrench: (N, 3, S), (N, 3, 6).
         back: (N, 3, 3) rotation, base -> axes of the reading.
         state: where the prediction ended.
     """
 
     position: Floats
-    by_parameter: Floats
+    by_number: ReadingSlopes
     by_station: Floats
     by_wrench: Floats
     back: Floats
     state: SessionState
+
+    @property
+    def by_parameter(self) -> Floats:
+        """(N, 3, P) derivatives by all free numbers."""
+        return self.by_number.whole()
 
     @property
     def x(self) -> Floats:
@@ -146,7 +152,7 @@ class SessionPredictor:
             if np.allclose(new, memory, atol=1e-6):
                 break
             memory = new
-        base, by_p, by_w, by_state, link = self._positions(p, arms, of, places)
+        base, by_number, by_w, by_state, link = self._positions(p, arms, of, places)
         if memory.shape[1]:
             moved = data.history.slopes(
                 effects=effects,
@@ -156,13 +162,13 @@ class SessionPredictor:
                 state=memory,
                 only={(u.effect, u.parameter.name) for u in self.unknowns.free},
             )
-            by_p = self._with_memory(by_p, by_state, moved)
+            by_number = self._with_memory(by_number, by_state, moved)
         poses = data.station.placed(base) if state.poses is None else state.poses
         read, back, by_station = data.station.seen(own, base, poses)
         by_reflector = data.station.reflector_derivative(own)[data.samples.reflector]
         seen = PredictedReadings(
             position=read,
-            by_parameter=back @ by_p,
+            by_number=by_number.turned(back),
             by_station=by_station + back @ (link @ by_reflector),
             by_wrench=back @ by_w,
             back=back,
@@ -187,33 +193,42 @@ class SessionPredictor:
 
     def _positions(
         self, p: Floats, arms: ArmEquilibria, of: Index, places: Floats
-    ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    ) -> tuple[Floats, ReadingSlopes, Floats, Floats, Floats]:
         """Reflectors (N, 3) in the base, derivatives by parameters, wrench and memory, rotations of their links."""
         s, count, tables = self.data.samples, len(self.data.samples), self.model.tables
         base, link = np.empty((count, 3)), np.empty((count, 3, 3))
-        by_p, by_w, by_state = (np.empty((count, 3, w)) for w in (len(p), 6, arms.by_state.shape[2]))
+        widths = len(tables.core), arms.by_angle.shape[2], 6, arms.by_state.shape[2]
+        by_core, by_angle, by_w, by_state = (np.empty((count, 3, w)) for w in widths)
         for rows in pieces_of_links(self.data.link):
             k = int(self.data.link[rows[0]])
             out = self.model.positions(arms.take(of[rows]), k, places[s.reflector[rows]])
             base[rows], link[rows] = out.position, out.rotation
             by_w[rows], by_state[rows] = out.by_wrench, out.by_state
-            every = np.empty((len(rows), 3, len(p)))
-            every[:, :, tables.core] = out.by_parameter
-            if len(tables.own):
-                every[:, :, tables.own] = out.by_angle[:, :, tables.joint] * tables.slopes(s.q[rows], p)[:, None]
-            by_p[rows] = every
-        return base, by_p, by_w, by_state, link
+            by_core[rows], by_angle[rows] = out.by_parameter, out.by_angle
+        by_number = ReadingSlopes(
+            count=len(p),
+            core=tables.core,
+            dense=by_core,
+            own=tables.own,
+            joint=tables.joint,
+            by_angle=by_angle,
+            slope=tables.slopes(arms.q, p),
+            of=of,
+        )
+        return base, by_number, by_w, by_state, link
 
-    def _with_memory(self, by_p: Floats, by_state: Floats, moved: Mapping[tuple[str, str], Floats]) -> Floats:
+    def _with_memory(
+        self, by_number: ReadingSlopes, by_state: Floats, moved: Mapping[tuple[str, str], Floats]
+    ) -> ReadingSlopes:
         """Derivatives by parameters, with what these do to a reading by way of the joint states that they shift."""
-        n, out = self.data.session.robot.n, by_p.copy()
+        n, out = self.data.session.robot.n, by_number.dense.copy()
         columns = state_columns(self.unknowns.effects, n)
-        for k, u in enumerate(self.unknowns.free):
+        for k, u in enumerate(self.unknowns.free[i] for i in by_number.core):
             shares = moved.get((u.effect, u.parameter.name))
             if shares is not None:
                 own = by_state[:, :, columns[u.effect]][:, :, u.index :: n]  # all states of the joint
                 out[:, :, k] += np.einsum("nik,nk->ni", own, shares[:, u.index :: n])
-        return out
+        return replace(by_number, dense=out)
 
     def _shown(self, p: Floats, seen: PredictedReadings) -> PredictedReadings:
         """What the tracker shows of it: effects that fill ``position_reading``."""
@@ -221,10 +236,11 @@ class SessionPredictor:
             return seen
         position, by_position, by_p = self._instruments.run(seen.position, self.data.time, p)
         turn = np.swapaxes(by_position.reshape(-1, 3, 3), 1, 2)
-        own = np.swapaxes(by_p.reshape(len(position), len(p), 3), 1, 2)
+        turned = seen.by_number.turned(turn)
+        own = np.swapaxes(by_p.reshape(len(position), -1, 3), 1, 2)
         return PredictedReadings(
             position=position,
-            by_parameter=turn @ seen.by_parameter + own,
+            by_number=replace(turned, dense=turned.dense + own),
             by_station=turn @ seen.by_station,
             by_wrench=turn @ seen.by_wrench,
             back=turn @ seen.back,
@@ -232,15 +248,16 @@ class SessionPredictor:
         )
 
     def shown_slopes(self, position: Floats, p: Floats) -> Floats:
-        """(N, 3, P): derivatives, by parameters of instruments alone, of what is shown of positions (N, 3)."""
+        """(N, 3, C): derivatives, by parameters of instruments alone, of what is shown of positions (N, 3); C without
+        the numbers of tables."""
         if self._instruments is None:
-            return np.zeros((len(position), 3, len(p)))
+            return np.zeros((len(position), 3, len(self.model.tables.core)))
         _, _, by_p = self._instruments.run(position, self.data.time, p)
-        return np.swapaxes(by_p.reshape(len(position), len(p), 3), 1, 2)
+        return np.swapaxes(by_p.reshape(len(position), -1, 3), 1, 2)
 
     @cached_property
     def _instruments(self) -> Kernel | None:
-        """(position, time, parameters) -> position shown, its derivatives by position and by parameters."""
+        """(position, time, parameters) -> position shown, its derivatives by position and by parameters but tables."""
         effects = [e for e in self.unknowns.effects if e.position_reading]
         if not effects:
             return None
@@ -249,5 +266,6 @@ class SessionPredictor:
         for e in effects:
             if e.position_reading:
                 shown = e.position_reading(shown, time, values[e.name])
-        out = [shown, ca.jacobian(shown, at), ca.jacobian(shown, p)]
+        by_core = ca.jacobian(shown, p)[:, self.model.tables.core.tolist()]
+        out = [shown, ca.jacobian(shown, at), by_core]
         return Kernel(ca.Function("shown", [at, time, p], [ca.densify(ca.vec(v)) for v in out]))

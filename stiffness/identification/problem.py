@@ -12,12 +12,14 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
 from stiffness.identification.observations import Observations, SessionObservations
+from stiffness.identification.reading_slopes import Slopes
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import NOTHING, Solution, Whitened, lowest, solve
+from stiffness.numerics.least_squares import EXACT, Ending, Solution, lowest, solve
+from stiffness.numerics.whitened import Whitened
 
 Floats = npt.NDArray[np.float64]
 States = tuple[Any, ...]  # one per observations, each of its own kind
@@ -84,17 +86,17 @@ class Problem:
         return tuple(o.first_state() for o in self.observations)
 
     def blocks(
-        self, vector: Floats, states: States, more: Sequence[Floats] | None = None
+        self, vector: Floats, states: States, more: Sequence[Sequence[Slopes]] | None = None
     ) -> tuple[list[Whitened], States]:
         """Whitened residuals of all observations at ``vector`` (V,), and where the next evaluation starts.
 
         Args:
-            more: of each observations (N, 3, C) derivatives by further numbers, whose columns follow.
+            more: of each observations, derivatives by further numbers, whose columns follow.
         """
         out: list[Whitened] = []
         after = []
         for k, (o, at) in enumerate(zip(self.observations, self.columns, strict=True)):
-            found, state = o.blocks(states[k], vector, at, None if more is None else more[k])
+            found, state = o.blocks(states[k], vector, at, () if more is None else more[k])
             out += found
             after.append(state)
         return out, tuple(after)
@@ -107,7 +109,7 @@ class Problem:
         widened: float = 1.0,
         bounded: bool = True,
         held: Floats | None = None,
-        nothing: float = NOTHING,
+        ending: Ending = EXACT,
     ) -> tuple[Solution, States]:
         """Least squares.
 
@@ -116,7 +118,7 @@ class Problem:
             widened: factor on the noise: the prior of the robot's parameters weighs so much more.
             bounded: whether parameters stay within what their effects allow.
             held: (K, V) combinations of the numbers that stay at the mean of the prior, in standard deviations.
-            nothing: gain in chi-square that ends the iteration.
+            ending: what ends the iteration.
         """
         low, high = self._bounds()
         infinite = np.full(len(self.start), np.inf)
@@ -130,7 +132,7 @@ class Problem:
             low=low if bounded else -infinite,
             high=high if bounded else infinite,
             held=held,
-            nothing=nothing,
+            ending=ending,
             spent=sum(o.spent(s) for o, s in zip(self.observations, states, strict=True)),
         )
 

@@ -22,6 +22,7 @@ from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknown, start_values, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
+from stiffness.numerics.least_squares import ROUGH
 from stiffness.session.session import Session
 from stiffness.session.twice import refuse_twice
 
@@ -105,4 +106,4 @@ def robust_fit(
     states = problem.first_states()
     if used is not None:
         states = tuple(replace(state, used=rows) for state, rows in zip(states, used, strict=True))
-    return cleaned(fitted(problem, states))
+    return cleaned(fitted(problem, states, ending=ROUGH))

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stiffness.identification.observations import SessionObservations
 from stiffness.identification.prediction import PredictedReadings, SessionState
-from stiffness.numerics.least_squares import Whitened
+from stiffness.numerics.whitened import Whitened
 from stiffness.session.samples import Samples
 from stiffness.session.session import Session
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.session_fit import SessionFit
-from stiffness.numerics.least_squares import Whitened
+from stiffness.numerics.whitened import Whitened
 
 Floats = npt.NDArray[np.float64]
 
@@ -42,10 +42,10 @@ class SetupStatistics:
         """From the whitened blocks of every set-up at the fit and its covariance (V, V), for the first ``count``."""
         moved, squares, fourths = np.zeros(count), np.zeros(count), np.zeros(count)
         for blocks in setups:
-            jacobian = np.concatenate([b.jacobian for b in blocks])
             residual = np.concatenate([b.residual for b in blocks])
-            moved += _without(jacobian, residual, covariance, count) ** 2
-            own = (jacobian @ covariance[:, :count]) ** 2
+            spread = np.concatenate([_spread(b, covariance) for b in blocks])
+            moved += _without(blocks, residual, spread, covariance, count) ** 2
+            own = spread[:, :count] ** 2
             squares += own.sum(axis=0)
             fourths += (own**2).sum(axis=0)
         share = (len(setups) - 1) / max(len(setups), 1)
@@ -54,9 +54,16 @@ class SetupStatistics:
         return cls(np.sqrt(share * moved), signal)
 
 
-def _without(jacobian: Floats, residual: Floats, covariance: Floats, count: int) -> Floats:
+def _spread(block: Whitened, covariance: Floats) -> Floats:
+    """(k, V) the jacobian times the covariance."""
+    return np.asarray(block.jacobian @ (covariance if block.columns is None else covariance[block.columns]))
+
+
+def _without(
+    blocks: Sequence[Whitened], residual: Floats, spread: Floats, covariance: Floats, count: int
+) -> Floats:
     """(P,) how the numbers move where these residuals are left out."""
-    spread = jacobian @ covariance  # (k, V)
+    jacobian = np.concatenate([b.wide(len(covariance)) for b in blocks])
     if len(residual) <= len(covariance):
         hat = spread @ jacobian.T
         freed = np.linalg.solve(np.eye(len(hat)) * (1 + 1e-9) - hat, residual)
@@ -73,8 +80,10 @@ def moved_within_setups(sessions: Sequence[SessionFit], asked: npt.NDArray[np.bo
         used, samples = np.flatnonzero(s.used), s.samples
         key = np.column_stack([samples.setup, samples.reflector])[used]
         of = np.unique(key, axis=0, return_inverse=True)[1].ravel()
-        for k in np.flatnonzero(asked):
-            slopes = s.predicted.by_parameter[used, :, k] / samples.sd[used]
+        slopes_by = s.predicted.by_number
+        place = {int(k): i for i, k in enumerate(slopes_by.core)}  # what a table has is not asked for
+        for k in np.flatnonzero(asked).tolist():
+            slopes = slopes_by.dense[used, :, place[k]] / samples.sd[used]
             mean = np.array([np.bincount(of, axis) for axis in slopes.T]).T / np.bincount(of)[:, None]
             out[k] += np.sum((slopes - mean[of]) ** 2)
     return np.sqrt(out)

@@ -7,13 +7,15 @@ leaves what changes from state to state, with the noise of the reference counted
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.prediction import PredictedReadings
-from stiffness.numerics.least_squares import Whitened, deletion_statistics, whitened
+from stiffness.identification.reading_slopes import ReadingSlopes, Slopes
+from stiffness.numerics.whitened import Whitened, deletion_statistics, whitened
 from stiffness.rotation import skew
 from stiffness.session.session import Session
 
@@ -43,30 +45,30 @@ class Weighting:
         return f"Weighting({self.session.source!r}, offset {self.offset:g} m)"
 
     def blocks(
-        self, seen: PredictedReadings, own: slice, width: int, more: Floats | None = None
+        self, seen: PredictedReadings, own: slice, width: int, more: Sequence[Slopes] = ()
     ) -> list[Whitened]:
         """Whitened residuals, set-up by set-up, of the readings in use.
 
         Args:
             own: where the session's own numbers stand in the whole vector of ``width`` numbers; the parameters stand
                 at its front.
-            more: (N, 3, C) derivatives by further numbers, whose columns follow.
+            more: derivatives by further numbers, whose columns follow.
         """
         residual = self.session.samples.position - seen.position
-        count = seen.by_parameter.shape[2]
+        station = ReadingSlopes.plain(seen.by_station)
+        every: list[tuple[Slopes, int]] = [(seen.by_number, 0), (station, own.start), *((m, width) for m in more)]
+        compact = any(slopes.tabled for slopes, _ in every)
         out = []
         for rows in self._setups(seen.state.used):
-            jacobian = np.zeros((3 * len(rows), width))
-            jacobian[:, :count] = seen.by_parameter[rows].reshape(3 * len(rows), -1)
-            jacobian[:, own] = seen.by_station[rows].reshape(3 * len(rows), -1)
-            if more is not None:
-                jacobian = np.hstack([jacobian, more[rows].reshape(3 * len(rows), -1)])
+            jacobian, columns = _beside(rows, every)
+            if not compact:
+                jacobian = _in_order(jacobian, columns, width + (more[0].count if more else 0))
             reduce, covariance = self._constant_part(rows)
             covariance = covariance + self._other_noise(rows, seen.by_wrench[rows])
             r = residual[rows].reshape(-1)
             if reduce is not None:
                 r, jacobian, covariance = reduce @ r, reduce @ jacobian, reduce @ covariance @ reduce.T
-            out.append(whitened(rows, r, jacobian, covariance))
+            out.append(whitened(rows, r, jacobian, covariance, columns if compact else None))
         return out
 
     def spent(self, used: Bools) -> int:
@@ -162,6 +164,19 @@ class Weighting:
         at = (3 * np.flatnonzero(free)[:, None] + np.arange(3)).ravel()
         single[np.arange(len(at)), at] = 1.0
         return np.concatenate([single, *out])
+
+
+def _beside(rows: Index, every: Sequence[tuple[Slopes, int]]) -> tuple[Floats, Index]:
+    """Jacobian (3k, c) of k readings by numbers that stand from the given places on, and where they stand (c,)."""
+    parts = [(*slopes.block(rows), first) for slopes, first in every]
+    return np.hstack([j for j, _, _ in parts]), np.concatenate([at + first for _, at, first in parts])
+
+
+def _in_order(jacobian: Floats, columns: Index, width: int) -> Floats:
+    """The same (3k, width) with a column for every number."""
+    out = np.zeros((len(jacobian), width))
+    out[:, columns] = jacobian
+    return out
 
 
 def _told(lever: Floats) -> Floats:

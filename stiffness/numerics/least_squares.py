@@ -14,27 +14,30 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg, stats
 
+from stiffness.numerics.whitened import Whitened, gram
+
 Floats = npt.NDArray[np.float64]
-Index = npt.NDArray[np.intp]
 State = TypeVar("State")
 
-STEPS = 40
-STACKED = 256  # blocks per product
-NOTHING = 1e-4  # gain in cost, of a residual of unit variance, that ends the iteration: a hundredth of a sd
 SETTLED = 1e-3  # standard deviations: a smaller step ends the iteration
 EVEN = 1e-9  # standard deviations: rounding of a step
 PATIENCE = 3  # exchanges of all wrong bounds at once that may fail to help
 PIVOTS = 10  # exchanges per number: more than any real problem takes
 
 
-@dataclass(frozen=True, repr=False)
-class Whitened:
-    """One block: whitened ``residual`` (k,) and ``jacobian`` (k, P), and the Cholesky ``factor`` of its covariance."""
+@dataclass(frozen=True)
+class Ending:
+    """When an iteration ends: a step gains less than ``gain`` in cost, of a residual of unit variance, or less than
+    this ``share`` of the cost; or after so many ``steps``."""
 
-    rows: Index
-    residual: Floats
-    jacobian: Floats
-    factor: Floats
+    gain: float = 0.0
+    share: float = 0.0
+    steps: int = 40
+
+
+EXACT = Ending(gain=1e-4)  # a hundredth of a standard deviation
+ROUGH = Ending(gain=0.1, share=1e-4, steps=15)  # good enough to be compared, or to tell wrong rows
+GLANCE = Ending(share=1e-3)  # tells how much the noise leaves unexplained
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,18 +72,6 @@ class Solution:
         return float(np.sqrt(self.chi2 / self.freedom))
 
 
-def batches(parts: Sequence[Whitened]) -> list[Sequence[Whitened]]:
-    """Blocks to stack at a time: one product of large matrices costs less than many of small ones."""
-    return [parts[k : k + STACKED] for k in range(0, len(parts), STACKED)]
-
-
-def whitened(rows: Index, residual: Floats, jacobian: Floats, covariance: Floats) -> Whitened:
-    """Whiten one block; ``covariance`` (k, k) is positive definite."""
-    factor = np.linalg.cholesky(covariance)
-    both = linalg.solve_triangular(factor, np.column_stack([residual, jacobian]), lower=True, check_finite=False)
-    return Whitened(rows, both[:, 0], both[:, 1:], np.asarray(factor, dtype=float))
-
-
 def solve(
     blocks: Callable[[Floats, State], tuple[Sequence[Whitened], State]],
     start: Floats,
@@ -92,7 +83,7 @@ def solve(
     high: Floats,
     held: Floats | None = None,
     spent: int = 0,
-    nothing: float = NOTHING,
+    ending: Ending = EXACT,
 ) -> tuple[Solution, State]:
     """Levenberg-Marquardt with a Gaussian prior and bounds; undamped unless a step makes things worse.
 
@@ -103,7 +94,7 @@ def solve(
         prior, prior_sd: (P,) mean and standard deviation. low, high: (P,) bounds.
         held: (K, P) combinations of the numbers that have the mean of the prior, in standard deviations; they do not
             count in the covariance.
-        nothing: gain in cost, of a residual of unit variance, that ends the iteration.
+        ending: what ends the iteration.
         spent: numbers that free offsets inside the blocks take up: they fit themselves.
 
     Returns:
@@ -115,7 +106,7 @@ def solve(
     parts, state = blocks(vector, state)
     here = _Quadratic.of(parts, vector, prior, weight)
     total = sum(len(b.residual) for b in here.parts)
-    while steps < STEPS and not ended:
+    while steps < ending.steps and not ended:
         steps += 1
         step = here.step(damping, low - vector, high - vector)
         if here.length(step) <= SETTLED:
@@ -126,7 +117,8 @@ def solve(
         if not there.cost <= here.cost * (1 + 1e-9):
             ended, damping = last, max(8 * damping, 1e-7)
             continue
-        little = here.cost - there.cost < nothing * max(here.cost / max(total, 1), 1.0)
+        enough = max(ending.gain * max(here.cost / max(total, 1), 1.0), ending.share * here.cost)
+        little = here.cost - there.cost < enough
         vector, here = vector + step, there
         # damping holds what the data do not determine where it happens to be: before the end a step without is tried
         ended, last = little and damping == 0, last or little
@@ -158,13 +150,10 @@ class _Quadratic:
 
     @classmethod
     def of(cls, parts: Sequence[Whitened], vector: Floats, prior: Floats, weight: Floats) -> _Quadratic:
-        n, off = len(vector), vector - prior
+        off, n = vector - prior, len(vector)
         cost = sum(float(b.residual @ b.residual) for b in parts) + float(off @ weight @ off)
-        information, gradient = np.zeros((n, n)), -weight @ off
-        for some in batches(parts):
-            jacobian = np.concatenate([b.jacobian for b in some])
-            information += jacobian.T @ jacobian
-            gradient += jacobian.T @ np.concatenate([b.residual for b in some])
+        products = gram(parts, n)
+        information, gradient = products[:n, :n], products[:n, n] - weight @ off
         return cls(parts=parts, cost=cost, gradient=gradient, information=information, weight=weight)
 
     def step(self, damping: float, low: Floats, high: Floats) -> Floats:
@@ -233,17 +222,3 @@ def inverse(matrix: Floats) -> Floats:
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
     values = np.maximum(values, 1e-15)
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
-
-
-def deletion_statistics(block: Whitened, sizes: Sequence[int]) -> Floats:
-    """Chi-square of leaving out each reading of a block; ``sizes``: how many numbers each reading has.
-
-    With z = C^-1 r and M = C^-1 the reading i, predicted from all the others, misses by M_ii^-1 z_i with covariance
-    M_ii^-1, so that z_i' M_ii^-1 z_i is chi-square with as many degrees of freedom as it has numbers.
-    """
-    inverse_factor = linalg.solve_triangular(block.factor, np.eye(len(block.factor)), lower=True, check_finite=False)
-    precision = inverse_factor.T @ inverse_factor
-    z = inverse_factor.T @ block.residual
-    ends = np.cumsum(sizes)
-    spans = [slice(int(e) - n, int(e)) for e, n in zip(ends, sizes, strict=True)]
-    return np.array([float(z[s] @ np.linalg.solve(precision[s, s], z[s])) for s in spans])

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.diagnosis.linear_fit import NormalEquations
-from stiffness.numerics.least_squares import Whitened
+from stiffness.numerics.whitened import Whitened
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -65,7 +65,7 @@ class Columns:
             rows = np.flatnonzero(self.block == k)
             blocks.append(Whitened(rows, self.residual[rows], jacobian[rows], np.eye(len(rows))))
         folds = [int(self.fold[self.block == k][0]) for k in numbers]
-        return NormalEquations([(blocks, folds)], self.nuisance.shape[1], self.precision)
+        return NormalEquations([(blocks, folds)], self.nuisance.shape[1], self.candidates.shape[1], self.precision)
 
     def refit(self, columns: list[int], rows: Index | None = None) -> tuple[Floats, Floats, float]:
         """Explicit least squares of nuisance, with its prior as rows of the system, and of columns: their numbers, and

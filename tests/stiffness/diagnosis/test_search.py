@@ -11,7 +11,7 @@ from scipy import stats
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged, with_sites
 from stiffness.diagnosis.adoption import adopted, pruned, site_chance
 from stiffness.diagnosis.candidates import columns_of
-from stiffness.diagnosis.linearisation import FOLDS, WARMED, fold_of
+from stiffness.diagnosis.linearisation import FOLDS, WARMED, folds
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers, with_number
 from stiffness.effects import BASE, BY_NAME, CATALOGUE
@@ -70,7 +70,7 @@ def test_setups_are_dealt_to_folds_in_turn() -> None:
     setup = session.samples.setup
     order = list(dict.fromkeys(setup.tolist()))
     for row in range(0, len(session), 13):
-        assert fold_of(session, row) == order.index(int(setup[row])) % FOLDS
+        assert folds(session)[row] == order.index(int(setup[row])) % FOLDS
 
 
 # ---- the linearised model

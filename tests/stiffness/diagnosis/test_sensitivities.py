@@ -70,7 +70,7 @@ def position(effect: Effect, fit: SessionFit, values: dict[str, dict[str, Floats
 def test_derivatives_are_those_of_differences(fit: SessionFit, effect: Effect) -> None:
     """One-sided where a number cannot be negative. The posture's own answer, a percent or two, is left out."""
     mine = numbers(effect)
-    found = Sensitivities(fit.observations.data, CATALOGUE, mine).of(fit, on_trial(effect, fit))
+    found = Sensitivities(fit.observations.data, CATALOGUE, mine).of(fit, on_trial(effect, fit)).whole()
     values = on_trial(effect, fit)
     assert np.abs(found).max(axis=(0, 1)).astype(bool).sum() > 0.7 * len(mine)
     for k, u in enumerate(mine):
@@ -98,7 +98,7 @@ def test_readings_of_a_tracker_that_stands_anywhere(name: str, tmp_path: Path) -
     effect = BY_NAME[name]
     mine = numbers(effect)
     given = on_trial(effect, placed)
-    found = Sensitivities(placed.observations.data, CATALOGUE, mine).of(placed, given)
+    found = Sensitivities(placed.observations.data, CATALOGUE, mine).of(placed, given).whole()
     assert np.abs(placed.predicted.back - np.eye(3)).max() > 0.5
     for k, u in enumerate(mine):
         size = np.abs(found[:, :, k]).max()
@@ -111,7 +111,7 @@ def test_friction_holds_what_its_trial_remembers(fit: SessionFit) -> None:
     """What is held depends on how much can be held: the difference is that between the trial and none."""
     mine = [u for s in FRICTION.sites(6) for u in numbers_of(FRICTION, s, 6) if u.parameter.neutral is not None]
     values = on_trial(FRICTION, fit)
-    found = Sensitivities(fit.observations.data, CATALOGUE, mine).of(fit, values)
+    found = Sensitivities(fit.observations.data, CATALOGUE, mine).of(fit, values).whole()
     for k, u in enumerate(mine):
         trial = values[FRICTION.name][u.parameter.name][u.index]
         assert trial > 0
@@ -129,7 +129,7 @@ def test_numbers_of_a_table_move_readings_by_way_of_their_joint(fit: SessionFit,
     q = np.degrees(fit.samples.q[:: len(fit.samples) // 3])  # some postures, the knots beside them
     near = np.floor((q + 180) / 360 * p.each).astype(int) % p.each
     knots = [Unknown(effect.name, p, j * p.each + int(k)) for row in near for j, k in enumerate(row)]
-    found = Sensitivities(fit.observations.data, CATALOGUE, knots).of(fit, on_trial(effect, fit))
+    found = Sensitivities(fit.observations.data, CATALOGUE, knots).of(fit, on_trial(effect, fit)).whole()
     felt = [k for k in range(len(knots)) if np.abs(found[:, :, k]).max() > 0.01]
     assert len(felt) > 6
     for k in felt[::4]:
@@ -177,6 +177,6 @@ def test_effects_on_trial_do_not_bend_each_other(fit: SessionFit) -> None:
     mine = numbers(effect)
     alone = Sensitivities(fit.observations.data, (BASE, effect), mine).of(
         fit, {k: v for k, v in on_trial(effect, fit).items() if k in (BASE.name, effect.name)}
-    )
-    together = Sensitivities(fit.observations.data, CATALOGUE, mine).of(fit, on_trial(effect, fit))
+    ).whole()
+    together = Sensitivities(fit.observations.data, CATALOGUE, mine).of(fit, on_trial(effect, fit)).whole()
     assert together == pytest.approx(alone, rel=1e-9, abs=1e-12 * np.abs(alone).max())

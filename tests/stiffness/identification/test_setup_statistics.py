@@ -10,7 +10,8 @@ import pytest
 from stiffness.effects import BASE
 from stiffness.identification.setup_statistics import SetupStatistics
 from stiffness.identify import identify
-from stiffness.numerics.least_squares import Whitened, inverse, whitened
+from stiffness.numerics.least_squares import inverse
+from stiffness.numerics.whitened import Whitened, whitened
 from stiffness.session.session import load_session
 from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS, write

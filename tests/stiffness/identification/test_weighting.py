@@ -12,10 +12,11 @@ from stiffness.effects import BASE
 from stiffness.identification import weighting
 from stiffness.identification.observations import SessionObservations
 from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import unknowns
 from stiffness.identification.weighting import Weighting
-from stiffness.numerics.least_squares import Whitened
+from stiffness.numerics.whitened import Whitened
 from stiffness.session.session import Session
 from tests.stiffness.identification import many_sided
 
@@ -112,7 +113,7 @@ def test_columns_stand_where_they_are_told(session: Session, seen: PredictedRead
     more = np.random.default_rng(0).normal(size=(len(session), 3, 2))
     for narrow, wide in zip(
         Weighting(session, 0.0).blocks(seen, slice(6, 27), 27),
-        Weighting(session, 0.0).blocks(seen, slice(30, 51), 60, more),
+        Weighting(session, 0.0).blocks(seen, slice(30, 51), 60, [ReadingSlopes.plain(more)]),
         strict=True,
     ):
         assert wide.jacobian.shape[1] == 62
