@@ -7,12 +7,15 @@ Folds are whole regions of the workspace: what a table says of angles that no re
 from __future__ import annotations
 
 import argparse
+import json
 import resource
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from subprocess import DEVNULL
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +33,6 @@ from stiffness.session.session import Session, load_session
 Bools = npt.NDArray[np.bool_]
 EFFECT = BY_NAME["joint-angle-error"]
 REGIONS, FOLDS = 30, 5
-SHOWN = 24  # lines
 ORDER = ("A", "B")
 
 
@@ -93,20 +95,32 @@ class Study:
 
 
 def commands(folder: Path) -> Iterator[str]:
-    """The first lines of `identify A B`, then of `diagnose A B` with the model that it wrote, and what they took."""
+    """What `identify A B`, then `diagnose A B` with the model that it wrote, say in their JSON, and what they took."""
     files = [str(folder / name / "session.toml") for name in ORDER]
     with tempfile.TemporaryDirectory() as out:
-        model = str(Path(out) / "ur10.toml")
+        model, summary = str(Path(out) / "ur10.toml"), Path(out) / "summary.json"
         for verb in (["identify", *files, "-o", model], ["diagnose", *files, "--model", model]):
             program = "import sys; from compensator.cli import main; main(sys.argv[1:])"
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-            done = subprocess.run(
-                [sys.executable, "-c", program, *verb], capture_output=True, text=True, check=True
-            )
+            subprocess.run([sys.executable, "-c", program, *verb, "--json", str(summary)], check=True, stderr=DEVNULL)
             used = resource.getrusage(resource.RUSAGE_CHILDREN)
-            shown = done.stdout.replace(f"{folder}/", "").replace(f"{out}/", "")
-            yield "\n".join([f"$ compensator {verb[0]} A B", *shown.splitlines()[:SHOWN]])
+            yield f"$ compensator {verb[0]} A B"
+            yield from _told(json.loads(summary.read_text(encoding="utf-8")))
             yield f"{used.ru_utime - before:.0f} s of processor time; largest so far {used.ru_maxrss / 1e6:.1f} GB\n"
+
+
+def _told(summary: Mapping[str, Any]) -> Iterator[str]:
+    """The lines of a summary that the page shows."""
+    for key in ("verdict", "misfit"):
+        if key in summary:
+            yield f"{key}: {summary[key]}"
+    for a in summary.get("added", ()):
+        yield f"added: {a['effect']} in {' '.join(a['where'])}"
+    for name, rms in dict(summary.get("rms_mm") or {}).items():
+        if isinstance(rms, dict) and "before" in rms:
+            yield f"{name}, per axis, held out: {rms['before']:.4f} mm before, {rms['after']:.4f} after"
+    yield from (f"note: {note}" for note in summary.get("notes", ()))
+    yield f"wrong rows: {len(summary['outlier_rows'])}"
 
 
 def main() -> None:
