@@ -12,6 +12,7 @@ from .geometry import Array, placement, rot_x, rot_z, shift
 
 MM = 1e-3
 FILE_KEYS = {"schema", "name", "convention", "sources", "assumptions", "base", "flange", "joints"}
+TOLD = {"tip", "tips", "former_flange", "reach"}  # nothing that moves the arm with its own flange
 JOINT_KEYS = {"a", "d", "alpha", "offset", "sign", "limits", "speed", "mass", "com", "name", "source"}
 
 
@@ -40,7 +41,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     """The fields of an Arm."""
     file = tomllib.loads(path.read_text(encoding="utf-8"))
     joints = file["joints"]
-    unknown = set(file) - FILE_KEYS | {key for joint in joints for key in joint} - JOINT_KEYS
+    unknown = set(file) - FILE_KEYS - TOLD | {key for joint in joints for key in joint} - JOINT_KEYS
     if unknown or file["schema"] != "robot/1":
         raise ValueError(f"{path.name}: the plant does not know {sorted(unknown)} of {file['schema']}")
     rows = [row(joint, file["convention"]) for joint in joints]

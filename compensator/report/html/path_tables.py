@@ -10,6 +10,7 @@ import numpy as np
 from compensator.report.html.table import PageTable
 from compensator.report.json.text import Report
 from compensator.report.words.numbers import deflection_mm
+from compensator.report.words.shares import SHARES, direction_words
 from compensator.solve.compensation import Compensation
 
 LISTED = 12  # turnarounds that are written out per joint
@@ -29,6 +30,17 @@ def errors(report: Report, corrected: bool) -> PageTable:
     return PageTable(rows, head, right=range(1, 4), caption="Predicted TCP error")
 
 
+def shares(report: Report) -> PageTable:
+    """What the deflection is made of."""
+    rows = []
+    for name, share in report["deflection_mm"].items():
+        mean = ", ".join(f"{v + 0.0:.3f}" for v in np.round(share["mean_xyz"], 3))
+        rows.append([SHARES[name], *(deflection_mm(share[s]) for s in ("mean", "p95", "max")), mean])
+    head = ["mm, over cutting poses", "mean", "95 %", "max", "mean vector x, y, z"]
+    caption = "What it is made of, uncompensated: vectors add up, sizes do not"
+    return PageTable(rows, head, right=range(1, 5), caption=caption)
+
+
 def facts(report: Report, corrected: bool) -> PageTable:
     """Counts."""
     unknown = report["unknown_state"]
@@ -45,6 +57,7 @@ def facts(report: Report, corrected: bool) -> PageTable:
         ["torque sign changes", f"{len(report['torque_sign_changes']):,}"],
         ["cutting poses with unknown flanks", f"{unknown['n_cut']:,}"],
     ]
+    rows.append(["tool looks along, base axes", direction_words(report)])
     if unknown["n_cut"]:
         rows.append(["largest spread that this leaves", f"{deflection_mm(unknown['max_spread_mm'])} mm"])
     return PageTable(rows, right=[1], caption="The path")
