@@ -17,7 +17,7 @@ SHORT = 100.0  # mm: no spindle for an arm that had another flange reaches less 
 def with_new_numbers(cell: Cell, former: FormerFlange) -> str:
     """What is to be written into a cell whose tools were measured from the former flange."""
     moved = "; ".join(_moved(name, tool, former) for name, tool in _tools(cell))
-    return f"Measured from there, the cell has to have {moved}; and tip = \"{MAKERS}\""
+    return f"A cell that was measured from the former one has to have {moved}; and tip = \"{MAKERS}\""
 
 
 def former_flange_findings(cell: Cell, robot: Robot) -> tuple[Finding, ...]:
@@ -39,7 +39,7 @@ def former_flange_findings(cell: Cell, robot: Robot) -> tuple[Finding, ...]:
                 f"{_shown(tool)} mm. {told}. If it is measured from {former.now}, set tip = \"{MAKERS}\" only"
             )
     what = f"tools are taken as measured from {former.now}; in earlier versions the flange was {former.was}"
-    remedy = f"If so, tip = \"{MAKERS}\" in the cell settles it. {with_new_numbers(cell, former)}"
+    remedy = f"tip = \"{MAKERS}\" in the cell says that they are. {with_new_numbers(cell, former)}"
     return (Finding(WARNING, cell.source, what, remedy),)
 
 

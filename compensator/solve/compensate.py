@@ -39,23 +39,23 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    plain = uncompensated(job, path)
-    job = plain.job
-    first = result = _solved(job, path, plain.load, rapids_stay=rapids_stay)
+    job, load = touched_off(job, path), _load(job, path)
+    first = result = _solved(job, path, load, rapids_stay=rapids_stay)
     finer = with_flank_poses(result)
     if finer is not None:
         near = _carried_over(first, finer)
         result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=near)
     refuse_unsafe(result)
-    before, nominal = plain.before, result.path
+    plain, nominal = uncompensated(job, path, load), result.path
+    before = plain.before
     if finer is not None:
         before, _ = equilibrium_along(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
     return replace(result, before=before, inserted=len(result) - len(first), plain=plain)
 
 
-def uncompensated(job: Job, path: PlannedPath) -> Compensation:
-    """The nominal path commanded as it is: what ``preview`` shows."""
-    job, load = touched_off(job, path), _load(job, path)
+def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:
+    """The nominal path commanded as it is: what ``preview`` shows; ``load``: of the process, where it is known."""
+    job, load = touched_off(job, path), _load(job, path) if load is None else load
     before, state = equilibrium_along(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
     still = Command(
         q=path.q,

@@ -55,7 +55,9 @@ class Tip:
     why: str = ""
 
 
-def chosen_tip(robot: str, flange: str, tips: Mapping[str, Tip], former: FormerFlange | None, asked: str | None) -> Tip:
+def chosen_tip(
+    asked: str | None, *, robot: str, flange: str, tips: Mapping[str, Tip], former: FormerFlange | None
+) -> Tip:
     """The tip that is asked for; None or ``tool0``: the flange.
 
     Raises:

@@ -130,7 +130,7 @@ def read(source: Path | Traversable, *, label: str, tip: str | None = None) -> R
 def _robot(file: _File, label: str, asked: str | None) -> Robot:
     tips = {name: Tip(name, given.matrix(), given.why) for name, given in file.tips.items()}
     former = None if file.former_flange is None else file.former_flange.flange()
-    tip = chosen_tip(file.name, file.tip, tips, former, asked)
+    tip = chosen_tip(asked, robot=file.name, flange=file.tip, tips=tips, former=former)
     row = _classic if file.convention == "classic" else _modified
     rows = [row(joint) for joint in file.joints]
     before = np.array([b for b, _ in rows]).reshape(-1, 4, 4)

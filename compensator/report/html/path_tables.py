@@ -32,10 +32,13 @@ def errors(report: Report, corrected: bool) -> PageTable:
 
 def shares(report: Report) -> PageTable:
     """What the deflection is made of."""
+    of = {SHARES[name]: share for name, share in report["deflection_mm"].items()}
+    whole = np.sum([share["mean_xyz"] for share in of.values()], axis=0)
+    of["together"] = {**report["predicted_error_mm"]["before"], "mean_xyz": whole}
     rows = []
-    for name, share in report["deflection_mm"].items():
+    for name, share in of.items():
         mean = ", ".join(f"{v + 0.0:.3f}" for v in np.round(share["mean_xyz"], 3))
-        rows.append([SHARES[name], *(deflection_mm(share[s]) for s in ("mean", "p95", "max")), mean])
+        rows.append([name, *(deflection_mm(share[s]) for s in ("mean", "p95", "max")), mean])
     head = ["mm, over cutting poses", "mean", "95 %", "max", "mean vector x, y, z"]
     caption = "What it is made of, uncompensated: vectors add up, sizes do not"
     return PageTable(rows, head, right=range(1, 5), caption=caption)
@@ -53,11 +56,11 @@ def facts(report: Report, corrected: bool) -> PageTable:
             ["poses without a solution", f"{report['solve']['unconverged']}"],
         ]
     rows += [
+        ["tool looks along, base axes", direction_words(report)],
         ["joint reversals", f"{len(report['reversals']):,}"],
         ["torque sign changes", f"{len(report['torque_sign_changes']):,}"],
         ["cutting poses with unknown flanks", f"{unknown['n_cut']:,}"],
     ]
-    rows.append(["tool looks along, base axes", direction_words(report)])
     if unknown["n_cut"]:
         rows.append(["largest spread that this leaves", f"{deflection_mm(unknown['max_spread_mm'])} mm"])
     return PageTable(rows, right=[1], caption="The path")

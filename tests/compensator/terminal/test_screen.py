@@ -39,7 +39,7 @@ def test_a_path(tmp_path: Path, shown: Shown) -> None:
     done = preview_file(folder / "circle.csv", folder / "cell.toml", csv=folder / "out.csv")
     screen.print_findings(done.report)
     show_path(done)
-    text = shown()
+    text = " ".join(shown().split())
     assert f"{done.report['n_poses']} poses, {done.report['n_cut']} cutting" in text
     assert "uncompensated" in text and "program as written" not in text
     assert f"{done.report['predicted_error_mm']['before']['max']:.3f}" in text
