@@ -109,21 +109,21 @@ class EquippedArm:
             found |= {"rotation": seen.rotation, "position": seen.origin}
         return Prediction(**found)
 
-    def shares(self, toolpath: Toolpath, q: Floats, wrench: Floats, state: Floats) -> dict[str, Floats]:
+    def shares(self, toolpath: Toolpath, q: Floats, wrench: Floats, seen: Floats) -> dict[str, Floats]:
         """Shares of the deflection of the TCP by cause, (N, 3) m each, base axes; they add up to it. See shares_of.
 
         ``touched_off`` is what touching off the work object takes off, where that is given.
+
+        Args:
+            seen: (N, 3) m, the TCP that ``forward`` predicts for commands ``q`` (N, n) rad.
         """
+        actual = seen if self.taken_off is None else self.taken_off.at(seen)
         parts = []
         for number, r in self.tools.rows(toolpath):
-            of = shares_of(self.predictors[number], q[r], wrench[r], state[r])
+            of = shares_of(self.predictors[number], q[r], wrench[r], actual[r])
             parts.append((r, {f.name: getattr(of, f.name) for f in fields(of)}))
         found = {name: _merged(len(q), [(r, part[name]) for r, part in parts]) for name in parts[0][1]}
-        if self.taken_off is not None:
-            nominal = self.nominal(toolpath, q)
-            at = nominal + sum(found.values())
-            found["touched_off"] = self.taken_off.inward(at) - at
-        return found
+        return found if self.taken_off is None else {**found, "touched_off": seen - actual}
 
     def nominal(self, toolpath: Toolpath, q: Floats) -> Floats:
         """(N, 3) m: the TCP of commands as a controller shows it, base axes."""

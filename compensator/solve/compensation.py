@@ -53,6 +53,11 @@ class Compensation:
         return f"Compensation({self.path.toolpath.source!r}, {len(self)} poses, {self.iterations} rounds)"
 
     @property
+    def is_corrected(self) -> bool:
+        """False for what ``preview`` shows: no round of the solve was run."""
+        return self.iterations > 0
+
+    @property
     def uncompensated(self) -> Compensation:
         """The path as it was given, uncompensated: its figures are the same whatever is done about them."""
         return self.plain or self

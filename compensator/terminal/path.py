@@ -5,7 +5,6 @@ from __future__ import annotations
 from rich.console import Console
 from rich.text import Text
 
-from compensator.report.html.path_tables import is_compensated
 from compensator.report.words.numbers import deflection_mm
 from compensator.report.words.shares import SHARES, direction_words
 from compensator.tasks.compensate import Done
@@ -29,7 +28,7 @@ def show_path(done: Done) -> None:
     for name, share in report["deflection_mm"].items():
         if share["max"] >= SEEN:
             errors.add_row(f"  {SHARES[name]}", *_sizes(share), style="dim")
-    if is_compensated(result):
+    if result.is_corrected:
         errors.add_row("program as written", *_sizes(error["after"]))
     console.print(errors)
     _print_facts(console, done)
@@ -47,7 +46,7 @@ def _print_facts(console: Console, done: Done) -> None:
         turned[t["where"]] = turned.get(t["where"], 0) + 1
     where = ", ".join(f"{name} {count}x" for name, count in turned.items()) or "none"
     text = f"tool looks along {direction_words(r)} in base axes; reversals: {where}"
-    if is_compensated(done.result):
+    if done.result.is_corrected:
         text = f"largest correction {deflection_mm(r['max_correction_mm'])} mm; {text}"
         text += f"; poses put in at flank changes: {r['inserted_poses']}"
     console.print(text, highlight=False)

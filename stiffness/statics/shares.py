@@ -41,8 +41,12 @@ class DeflectionShares:
         return np.asarray(sum(getattr(self, f.name) for f in fields(self)))
 
 
-def shares_of(predictor: Predictor, q: Floats, wrench: Floats, state: Floats) -> DeflectionShares:
-    """Shares of the deflection at commands; arguments as in ``Predictor.forward``.
+def shares_of(predictor: Predictor, q: Floats, wrench: Floats, actual: Floats) -> DeflectionShares:
+    """Shares of the deflection at commands.
+
+    Args:
+        q: (N, n) rad. wrench: (N, 6), as in ``Predictor.forward``.
+        actual: (N, 3) m, the TCP that it predicts there.
 
     Raises:
         EquilibriumError: the arm is too soft for a load.
@@ -56,16 +60,16 @@ def shares_of(predictor: Predictor, q: Floats, wrench: Floats, state: Floats) ->
     def at(arm: Predictor, load: Floats) -> Floats:
         return arm.forward(q, load, no_state).position
 
-    nominal, rest = predictor.nominal(q).origin, at(light, none)
+    nominal = predictor.nominal(q).origin
+    rest = at(light, none) if any(e.unloaded for e in light.effects) else nominal
     gravity, process = at(heavy, none) - rest, at(light, wrench) - rest
     temperature = at(warm, none) - rest if predictor.temperature else np.zeros_like(rest)
-    loaded = at(calm, wrench)
-    whole = predictor.forward(q, wrench, state).position if predictor.statics.n_state else loaded
+    loaded = at(calm, wrench) if predictor.statics.n_state else actual
     offsets = rest - nominal
     return DeflectionShares(
         gravity=gravity,
         process=process,
-        joint_state=whole - loaded,
+        joint_state=actual - loaded,
         offsets=offsets,
         temperature=temperature,
         interaction=loaded - nominal - offsets - gravity - process - temperature,

@@ -11,7 +11,6 @@ from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT
 from compensator.report.html import path_tables as tables
 from compensator.report.html.page import page
-from compensator.report.html.path_tables import is_compensated
 from compensator.report.json.text import Report
 from compensator.report.words.findings import finding_sentences, note_sentences
 from compensator.report.words.numbers import deflection_mm
@@ -30,7 +29,7 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         report: the JSON report of the run; its ``seconds`` are not shown.
         after: (N,) m, error of every pose with the program as written; without it that of the exact commands.
     """
-    corrected = is_compensated(c)
+    corrected = c.is_corrected
     before = np.linalg.norm(c.error_before, axis=1) * 1e3
     left = _left(c, after) if corrected else None
     plain = c.uncompensated

@@ -16,11 +16,6 @@ from compensator.solve.compensation import Compensation
 LISTED = 12  # turnarounds that are written out per joint
 
 
-def is_compensated(c: Compensation) -> bool:
-    """False for what ``preview`` shows: no round of the solve was run."""
-    return c.iterations > 0
-
-
 def errors(report: Report, corrected: bool) -> PageTable:
     """Before and after."""
     kinds = [("uncompensated", "before"), ("program as written", "after")][: 2 if corrected else 1]
@@ -83,8 +78,8 @@ def joints(c: Compensation) -> PageTable:
             _at(c, int(np.argmin(room[:, j])), f"{room[:, j].min():.2f}"),
             _largest(c, torque[:, j], 0),
         ]
-        rows.append([*row, _largest(c, shift[:, j], 5)] if is_compensated(c) else row)
-    if is_compensated(c):
+        rows.append([*row, _largest(c, shift[:, j], 5)] if c.is_corrected else row)
+    if c.is_corrected:
         head.append("largest correction, deg")
     caption = "Angles, torques of gravity and process, and corrections, with their source line"
     return PageTable(rows, head, right=range(2, len(head)), caption=caption)
