@@ -41,6 +41,13 @@ def _refusals(task: Callable[..., None]) -> Callable[..., None]:
     return guarded
 
 
+def _strict_verb(task: Callable[..., None]) -> Callable[..., None]:
+    """A verb that makes a result: --verbose, and --strict, which turns the warnings about it into a refusal."""
+    strict = click.option("--strict", is_flag=True, help="Warnings refuse: exit status 1, nothing is written.")
+    verbose = click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+    return strict(verbose(_refusals(task)))
+
+
 def _is_refusal(error: Exception) -> bool:
     from compensator.errors import CompensatorError
     from stiffness.errors import StiffnessError
@@ -62,16 +69,16 @@ def main() -> None:
 @click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Language, where the suffix does not say it.")
 @click.option("--report", type=_FILE, help="HTML report.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@_strict_verb
 def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **options: Any) -> None:
     """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
     from compensator.tasks.compensate import compensate_file
     from compensator.terminal.path import show_path
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
         done = compensate_file(toolpath, cell, program, say=say, **options)
+    print_findings(done.report)
     show_path(done)
 
 
@@ -81,16 +88,16 @@ def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **optio
 @click.option("--csv", type=_FILE, help="Deflection per pose.")
 @click.option("--report", type=_FILE, help="HTML report.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@_strict_verb
 def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
     from compensator.tasks.compensate import preview_file
     from compensator.terminal.path import show_path
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
         done = preview_file(toolpath, cell, say=say, **options)
+    print_findings(done.report)
     show_path(done)
 
 
@@ -102,18 +109,17 @@ def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
 @click.option("--prior", type=_FILE, help="Model to start from; its standard deviations are prior knowledge.")
 @click.option("--report", "html", type=_FILE, help="HTML report of the fit.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@_strict_verb
 def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verbose: bool, **options: Any) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
     from compensator.tasks.identify import identify_files
     from compensator.terminal.fit import show_fit
-    from compensator.terminal.screen import print_warnings, progress
+    from compensator.terminal.screen import print_findings, progress
 
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
         done = identify_files(sessions, output, effects=names, say=say, **options)
-    print_warnings(done.report, done.warnings)
+    print_findings(done.report, done.warnings)
     show_fit(done)
 
 
@@ -123,19 +129,18 @@ def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verb
 @click.option("-o", "--output", type=_FILE, help="Refined model to write; the model itself where nothing was found.")
 @click.option("--report", "html", type=_FILE, help="HTML report.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@_strict_verb
 def diagnose(
-    sessions: tuple[Path, ...], model: Path, output: Path | None, html: Path | None, json: Path | None, verbose: bool
+    sessions: tuple[Path, ...], model: Path, output: Path | None, verbose: bool, **options: Any
 ) -> None:
     """Say what MODEL lacks in the readings of SESSIONS, add it, and say how much better that is."""
     from compensator.report.words.diagnosis import diagnosis_lines
     from compensator.tasks.diagnose import diagnose_files
-    from compensator.terminal.screen import print_warnings, progress, show_lines
+    from compensator.terminal.screen import print_findings, progress, show_lines
 
     with progress(verbose) as say:
-        done = diagnose_files(sessions, model, output, json=json, html=html, say=say)
-    print_warnings(done.report, done.warnings)
+        done = diagnose_files(sessions, model, output, say=say, **options)
+    print_findings(done.report, done.warnings)
     show_lines([*diagnosis_lines(done.diagnosis, done.report), *(f"wrote {file}" for file in done.files)])
 
 
@@ -144,17 +149,16 @@ def diagnose(
 @click.option("--model", required=True, type=_FILE, help="Model to judge.")
 @click.option("--register", type=int, help="States per block that place the tracker; default 25 where not registered.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
-def evaluate(session: Path, model: Path, register: int | None, json: Path | None, verbose: bool) -> None:
+@_strict_verb
+def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
     """Say how well a model predicts the readings of SESSION."""
     from compensator.tasks.identify import evaluate_file
     from compensator.terminal.fit import show_evaluation
-    from compensator.terminal.screen import print_warnings, progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
-        _, report = evaluate_file(session, model, register=register, json=json, say=say)
-    print_warnings(report)
+        _, report = evaluate_file(session, model, say=say, **options)
+    print_findings(report)
     show_evaluation(report)
 
 
@@ -171,9 +175,7 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
     show_default=True,
     help="On the robot, about the TCP: fx fy fz in N, mx my mz in N*m.",
 )
-@click.option(
-    "--frame", type=click.Choice(("base", "tool")), default="base", show_default=True, help="Axes of the wrench."
-)
+@click.option("--frame", type=click.Choice(("base", "tool")), default="base", show_default=True, help="Its axes.")
 @click.option("--tool-xyz", nargs=3, type=float, default=(0.0, 0.0, 0.0), help="TCP in the flange frame, mm.")
 @click.option("--tool-rpy", nargs=3, type=float, default=(0.0, 0.0, 0.0), help="Its roll, pitch, yaw, deg.")
 @click.option("--tool-name", default="tool", help="Tool effects of the model hold for the tool of this name.")
@@ -183,17 +185,17 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
 @click.option("--png", type=_FILE, help="Contour maps.")
 @click.option("--csv", type=_FILE, help="A row per posture.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@_strict_verb
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
     from compensator.tasks.stiffness_map import map_file, tool_of
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
     from compensator.terminal.stiffness_map import show_map
 
     held = {key: options.pop(f"tool_{key}") for key in ("xyz", "rpy", "name", "mass", "com")}
     with progress(verbose) as say:
         done = map_file(model, tool=tool_of(**held), say=say, **options)
+    print_findings(done.report)
     show_map(done)
 
 
@@ -202,31 +204,23 @@ def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
 @click.option("--robot", required=True, help="Built-in name, or path to a robot .toml or .urdf.")
 @click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
 @click.option(
-    "--above",
-    type=float,
-    default=0.25,
-    show_default=True,
-    help="Share of the largest torque from which on readings count.",
+    "--above", type=float, default=0.25, show_default=True, help="Share of the largest torque that readings count from."
 )
 @click.option(
-    "--torque-scale-sd",
-    "scale_sd",
-    type=float,
-    default=0.05,
-    show_default=True,
+    "--torque-scale-sd", "scale_sd", type=float, default=0.05, show_default=True,
     help="Standard deviation of the scale of the torque, as a share.",
 )
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@_strict_verb
 def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
     from compensator.tasks.models import clamped_file
     from compensator.terminal.made_model import show_made
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
         done = clamped_file(readings, robot, model, say=say, **options)
+    print_findings(done.report)
     show_made(done)
 
 
@@ -234,16 +228,16 @@ def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: A
 @click.argument("robot")
 @click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
-def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None:
+@_strict_verb
+def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
     from compensator.tasks.models import datasheet_file
     from compensator.terminal.made_model import show_made
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
-        done = datasheet_file(robot, model, json=json, say=say)
+        done = datasheet_file(robot, model, say=say, **options)
+    print_findings(done.report)
     show_made(done)
 
 
@@ -257,16 +251,16 @@ def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None
 @click.option("--cell", type=_FILE, help="cell/1 file of the toolpath, or of the tool to measure with.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the postures to choose from.")
 @click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@_strict_verb
 def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
     """Say which set-ups to measure next, so that MODEL is known best."""
     from compensator.tasks.plan import plan_file
-    from compensator.terminal.screen import progress, show_lines
+    from compensator.terminal.screen import print_findings, progress, show_lines
 
     with progress(verbose) as say:
         done = plan_file(model, output, say=say, **options)
-    show_lines([*done.report["notes"], done.sentence, *(f"wrote {file}" for file in done.files)])
+    print_findings(done.report)
+    show_lines([done.sentence, *(f"wrote {file}" for file in done.files)])
 
 
 @main.command()

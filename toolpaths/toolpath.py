@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.tool_frame import ToolFrame
 
@@ -84,6 +85,7 @@ class Toolpath:
             for poses that sampling put in between.
         events: what stands between the moves.
         setting: tools and frames of a robot program; None for CAM files.
+        findings: what its reader has to tell about the file.
     """
 
     source: str
@@ -98,6 +100,7 @@ class Toolpath:
     row: Floats
     events: tuple[Event, ...] = ()
     setting: Setting | None = None
+    findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.position)

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 from pydantic import Field, ValidationError, model_validator
 
 from compensator.cell.machine_table import MachineTable
-from compensator.cell.placement_tables import ExternalAxisTable, MountTable, StartTable, ToolTable, WorkObjectTable
+from compensator.cell.placement_tables import (
+    NO_WORKOBJECT,
+    ExternalAxisTable,
+    MountTable,
+    StartTable,
+    ToolTable,
+    WorkObjectTable,
+)
 from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
 from compensator.errors import CellError
 from compensator.process.catalogue import PROCESSES
@@ -40,7 +47,7 @@ class Cell(TomlTable):
     mount: MountTable = MountTable()
     tool: ToolTable | None = None
     tools: dict[int, ToolTable] = Field(default_factory=dict)
-    workobject: WorkObjectTable = WorkObjectTable(xyz=(0.0, 0.0, 0.0))
+    workobject: WorkObjectTable = NO_WORKOBJECT
     machine: MachineTable | None = None
     external: dict[AxisName, ExternalAxisTable] = Field(default_factory=dict)
     start: StartTable | None = None

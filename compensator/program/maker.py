@@ -6,8 +6,11 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 
+from compensator.cell.job import Job
+from compensator.errors import CellError
 from compensator.solve.compensation import Compensation
 from compensator.solve.verify import Verified
+from stiffness.robot.tips import MAKERS
 from toolpaths.finding import Finding
 
 
@@ -27,6 +30,21 @@ class MadeProgram:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.files[0].name}, {len(self.findings)} findings)"
+
+
+def refuse_study_frame(job: Job) -> None:
+    """Refuse to make a program for a tip that no controller has as its flange.
+
+    Raises:
+        CellError: names the tip, and the one to take.
+    """
+    robot = job.arm.robot
+    if robot.tip_why:
+        raise CellError(
+            f"{job.placement.source}: tip = {robot.tip!r} of {robot.name}: {robot.tip_why}. No program is made for it: "
+            "its tools would be off by the difference. Measure them from the maker's flange and take "
+            f"tip = \"{MAKERS}\", or preview"
+        )
 
 
 class ProgramMaker(ABC):

@@ -31,7 +31,7 @@ def with_program_frames(cell: Cell, toolpath: Toolpath, setting: Setting) -> Cel
 
 
 def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectTable:
-    given = "workobject" in cell.model_fields_set
+    given = cell.workobject.xyz is not None
     frame = setting.workobject
     if frame is None:
         if not given:
@@ -41,7 +41,8 @@ def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectT
         what = f"{cell.source}: [workobject] is not the work object of {toolpath.source}"
         _refuse_other(what, cell.workobject.frame(), frame)
     rpy = np.degrees(rpy_from_matrix(frame.rotation))
-    return WorkObjectTable.model_construct(xyz=_three(frame.origin * 1e3), rpy=_three(rpy))
+    origin, touched = _three(frame.origin * 1e3), cell.workobject.touched_off
+    return WorkObjectTable.model_construct(xyz=origin, rpy=_three(rpy), touched_off=touched)
 
 
 def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[int, ToolTable]:

@@ -14,15 +14,17 @@ from compensator.cell.cell_file import load_cell
 from compensator.cell.job import Job
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
+from compensator.program.maker import refuse_study_frame
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
 from compensator.report.json.text import as_json
+from compensator.solve.assessment import Assessment, assessed
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
-from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from toolpaths.files import language_of, read_toolpath, refuse_own, write_program
 from toolpaths.finding import Finding
 from toolpaths.toolpath import Toolpath
@@ -32,12 +34,21 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False)
 class Done:
-    """What a task made: the result, its JSON report, the files, and what every stage found."""
+    """What a task made: the result as it is judged, its JSON report, and the files."""
 
-    result: Compensation
+    judged: Assessment
     report: dict[str, Any]
     files: tuple[Path, ...]
-    findings: tuple[Finding, ...]
+
+    @property
+    def result(self) -> Compensation:
+        """The commands."""
+        return self.judged.result
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What every stage found, the worst level first."""
+        return self.judged.findings
 
 
 @dataclass(frozen=True, repr=False)
@@ -62,6 +73,7 @@ def compensate_file(
     language: str | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Done:
     """The main job: a CAM file in, a compensated robot program out.
@@ -74,6 +86,7 @@ def compensate_file(
     refuse_clashes((toolpath, cell), (program, report, json))
     refuse_own(toolpath)
     given = read_input(toolpath, cell, say)
+    refuse_study_frame(given.job)
     maker = filter_of(toolpath, given.source, written_in) or Export(given.source, written_in)
     say("solving")
     path = planned(given.job, given.path)
@@ -86,14 +99,15 @@ def compensate_file(
             checked = maker.verify(made, program)
         for file in made.files:
             outputs.add(file, program.parent / file.name)
-        found = open_angles(made.result, made.result.command.q)
-        numbers = path_report(made.result, checked.error, found, seconds=time.monotonic() - began)
+        judged = assessed(made.result, made.findings)
+        numbers = path_report(judged, checked.error, seconds=time.monotonic() - began)
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
+        refuse_warnings(numbers, strict)
         _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
         outputs.commit()
     files = (*(program.parent / f.name for f in made.files), *(f for f in (report, json) if f))
-    return Done(made.result, numbers, files, _findings(made.result, made.findings, found))
+    return Done(judged, numbers, files)
 
 
 def preview_file(
@@ -103,6 +117,7 @@ def preview_file(
     csv: Path | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Done:
     """The deflection per pose when the nominal path is commanded.
@@ -116,18 +131,21 @@ def preview_file(
     say("predicting")
     path = planned(given.job, given.path)
     result = uncompensated(given.job, path)
-    found = open_angles(result, path.q)
     error = np.linalg.norm(result.error_before, axis=1)
-    numbers = path_report(result, error, found, seconds=time.monotonic() - began, corrected=False)
     with Outputs() as outputs:
+        written: tuple[Finding, ...] = ()
         if csv:
             with outputs.writing(csv) as staged:
-                written = write_program(program_of(result, corrected=False), staged, "csv")
-            for file in written.files:
+                made = write_program(program_of(result, corrected=False), staged, "csv")
+            for file in made.files:
                 outputs.add(file, csv.parent / file.name)
+            written = made.findings
+        judged = assessed(result, written, corrected=False)
+        numbers = path_report(judged, error, seconds=time.monotonic() - began, corrected=False)
+        refuse_warnings(numbers, strict)
         _write_reports(outputs, result, numbers, report=report, json=json, after=None, say=say)
         outputs.commit()
-    return Done(result, numbers, tuple(f for f in (csv, report, json) if f), _findings(result, (), found))
+    return Done(judged, numbers, tuple(f for f in (csv, report, json) if f))
 
 
 def read_input(toolpath: Path, cell: Path, say: Say = quiet) -> RunInput:
@@ -142,11 +160,6 @@ def read_input(toolpath: Path, cell: Path, say: Say = quiet) -> RunInput:
     source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     job, path = job_for(table, source)
     return RunInput(job, path, with_joint_poses(job.placement, job.arm.robot, source))
-
-
-def _findings(result: Compensation, written: tuple[Finding, ...], found: OpenAngles) -> tuple[Finding, ...]:
-    """What every stage found, warnings first."""
-    return (*result.load.findings, *written, *result.job.notes, *found.findings)
 
 
 def _change(finding: Finding) -> dict[str, object]:

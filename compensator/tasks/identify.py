@@ -17,6 +17,7 @@ from compensator.tasks.outputs import Outputs
 from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import Evaluation, evaluate, shown_effects
@@ -47,6 +48,7 @@ def identify_files(
     prior: Path | None = None,
     json: Path | None = None,
     html: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Identified:
     """Sessions in, a model file out.
@@ -61,15 +63,16 @@ def identify_files(
     if method == "local" and html is not None:
         raise StiffnessError("--report shows a global fit; --method local has none: read the notes in --json instead")
     if method == "local":
-        return _identify_local(loaded, output, json)
+        return _identify_local(loaded, output, json)  # it finds nothing that could refuse
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
     say("fitting")
     fit = identify(loaded, effects, known)
     report = fit_report(fit)
+    refuse_warnings(report, strict)
     robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     texts = [(output, model_text(model)), *([(json, as_json(report))] if json else [])]
-    warnings = write_with_page(texts, html, lambda warn: _page(fit, report, warn))
+    warnings = write_with_page(texts, html, lambda warn: _page(fit, report, warn), strict=strict)
     return Identified(fit, report, tuple(p for p in (output, json, html) if p), warnings)
 
 
@@ -90,7 +93,13 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
 
 
 def evaluate_file(
-    session: Path, model: Path, *, register: int | None = None, json: Path | None = None, say: Say = quiet
+    session: Path,
+    model: Path,
+    *,
+    register: int | None = None,
+    json: Path | None = None,
+    strict: bool = False,
+    say: Say = quiet,
 ) -> tuple[Evaluation, dict[str, Any]]:
     """How well a model predicts a session.
 
@@ -104,6 +113,7 @@ def evaluate_file(
     say("predicting")
     result = evaluate(loaded, values, register)
     report = evaluation_report(result, _not_learned(loaded, values))
+    refuse_warnings(report, strict)
     if json:
         with Outputs() as outputs:
             outputs.text(json, as_json(report))

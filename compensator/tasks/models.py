@@ -8,18 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from compensator.errors import CompensatorError
+from compensator.report.json.findings import findings_report, notes
 from compensator.report.json.made_model import clamped_report, datasheet_report
 from compensator.report.json.text import as_json
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
-from stiffness.model.clamped import ABOVE, SCALE_SD, clamped_model, fit_clamped
+from stiffness.model.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
 from stiffness.model.clamped_readings import read_clamped
 from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
 from stiffness.robot.load import builtin_robots, load_robot
 from stiffness.robot.robot import Robot
+from toolpaths.finding import WARNING, Finding
 
 
 @dataclass(frozen=True, repr=False)
@@ -39,6 +42,7 @@ def clamped_file(
     above: float = ABOVE,
     scale_sd: float = SCALE_SD,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Made:
     """Motor torque against motor angle with the end-effector locked, to a model.
@@ -61,10 +65,15 @@ def clamped_file(
         "software": f"toolpath-compensator {version()}",
     }
     made = clamped_model(arm, robot_beside(Path(), robot, model), fits, provenance)
-    return _write(made, model, clamped_report(made, fits, arm.n), json)
+    report = clamped_report(made, fits, arm.n)
+    report["findings"] = findings_report(_friction_findings(fits, readings))
+    refuse_warnings(report, strict)
+    return _write(made, model, report, json)
 
 
-def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = quiet) -> Made:
+def datasheet_file(
+    robot: str, model: Path, *, json: Path | None = None, strict: bool = False, say: Say = quiet
+) -> Made:
     """Reducer data of a robot file to a starting model.
 
     Raises:
@@ -73,7 +82,21 @@ def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Sa
     arm = _robot(robot, (), (model, json))
     say(f"reducers of {arm.name}")
     made = datasheet_model(arm, robot_beside(Path(), robot, model))
-    return _write(made, model, datasheet_report(made), json)
+    report = datasheet_report(made)
+    report["findings"] = findings_report(notes("model", arm.name, arm.assumptions))
+    refuse_warnings(report, strict)
+    return _write(made, model, report, json)
+
+
+def _friction_findings(fits: tuple[JointFit, ...], readings: Path) -> list[Finding]:
+    """A warning for every joint whose gap was read on loading branches alone."""
+    what = "no unloading branch: the gap is too small by what friction holds"
+    remedy = "take readings while the torque goes back, too"
+    return [
+        Finding(WARNING, f"{readings}: joint {f.joint + 1}", what, remedy, kind="measurement")
+        for f in fits
+        if f.friction_in_gap
+    ]
 
 
 def _robot(robot: str, inputs: tuple[Path, ...], outputs: tuple[Path | None, ...]) -> Robot:

@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.assumptions import assumptions
 from compensator.cell.job import Job, load_job
 from compensator.errors import CompensatorError
 from compensator.report.csv.plan import plan_csv
+from compensator.report.json.findings import findings_report
 from compensator.report.json.plan import plan_report
 from compensator.report.json.text import as_json
 from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
 from compensator.tasks.outputs import Outputs, refuse_clashes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
 from stiffness.identification.readings import ReadingModel
@@ -31,6 +34,7 @@ from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
 from stiffness.statics.tool import Tool
 from toolpaths.files import read_toolpath
+from toolpaths.finding import NOTE, Finding, of_kind
 
 Floats = npt.NDArray[np.float64]
 
@@ -64,6 +68,7 @@ def plan_file(
     cell: Path | None = None,
     seed: int = 0,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Planned:
     """A model that is roughly right in, set-ups to measure next out.
@@ -100,6 +105,9 @@ def plan_file(
     say("choosing")
     plan = choose(design=design, postures=postures, loading=loading, count=count, before=before, matters=matters)
     report = plan_report(plan, seed, [*notes, *more])
+    told = [*assumptions(robot, loaded), *(Finding(NOTE, "", text) for text in (*notes, *more))]
+    report["findings"] = findings_report(of_kind("model", told))
+    refuse_warnings(report, strict)
     with Outputs() as outputs:
         outputs.text(output, plan_csv(plan))
         if json:

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from compensator.report.words.findings import finding_sentences
 from compensator.tasks.say import Say
+from toolpaths.finding import NOTE, WARNING
 
 
 @contextmanager
@@ -65,7 +66,8 @@ def table(*heads: str, right: Collection[int] = (), title: str | None = None) ->
     return made
 
 
-def print_warnings(report: Mapping[str, Any], warnings: Iterable[str] = ()) -> None:
-    """Findings about the measurements, and warnings about the files, to standard error, piped or not."""
+def print_findings(report: Mapping[str, Any], warnings: Iterable[str] = ()) -> None:
+    """What every stage of a run found, and warnings about its files, to standard error, piped or not."""
     console = Console(stderr=True, markup=False, soft_wrap=True)
-    print_lines(console, (*finding_sentences(dict(report)), *(f"warning: {w}" for w in warnings)))
+    for line in (*finding_sentences(dict(report)), *(f"{WARNING}: {w}" for w in warnings)):
+        console.print(line, highlight=False, style="dim" if line.startswith(NOTE) else "")
