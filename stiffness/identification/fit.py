@@ -288,11 +288,9 @@ def fitted(
 
     Args:
         states: where the evaluations start. start: (V,) first vector; None: the mean of the prior.
-        once: priors are too loose to be weighed anew.
-        ending: what ends the iteration.
+        once: priors are too loose to be weighed anew. ending: what ends the iteration.
     """
-    # what the model does not explain is noise to its parameters: the prior weighs more against it. How much, a few
-    # steps tell: without that weight the rest of the way leads along valleys that only the noise would resolve
+    # what the model does not explain is noise to its parameters: the prior weighs more against it, how much is seen soon
     first = ROUGH if once else GLANCE
     solution, states = problem.solved(states, start, ending=first)
     if solution.misfit < CLEAR and ending != first:

@@ -42,9 +42,8 @@ class SetupStatistics:
         """From the whitened blocks of every set-up at the fit and its covariance (V, V), for the first ``count``."""
         moved, squares, fourths = np.zeros(count), np.zeros(count), np.zeros(count)
         for blocks in setups:
-            residual = np.concatenate([b.residual for b in blocks])
             spread = np.concatenate([_spread(b, covariance) for b in blocks])
-            moved += _without(blocks, residual, spread, covariance, count) ** 2
+            moved += _without(blocks, spread=spread, covariance=covariance, count=count) ** 2
             own = spread[:, :count] ** 2
             squares += own.sum(axis=0)
             fourths += (own**2).sum(axis=0)
@@ -59,10 +58,9 @@ def _spread(block: Whitened, covariance: Floats) -> Floats:
     return np.asarray(block.jacobian @ (covariance if block.columns is None else covariance[block.columns]))
 
 
-def _without(
-    blocks: Sequence[Whitened], residual: Floats, spread: Floats, covariance: Floats, count: int
-) -> Floats:
-    """(P,) how the numbers move where these residuals are left out."""
+def _without(blocks: Sequence[Whitened], spread: Floats, covariance: Floats, count: int) -> Floats:
+    """(P,) how the numbers move where these blocks are left out."""
+    residual = np.concatenate([b.residual for b in blocks])
     jacobian = np.concatenate([b.wide(len(covariance)) for b in blocks])
     if len(residual) <= len(covariance):
         hat = spread @ jacobian.T

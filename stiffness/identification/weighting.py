@@ -68,7 +68,7 @@ class Weighting:
             r = residual[rows].reshape(-1)
             if reduce is not None:
                 r, jacobian, covariance = reduce @ r, reduce @ jacobian, reduce @ covariance @ reduce.T
-            out.append(whitened(rows, r, jacobian, covariance, columns if compact else None))
+            out.append(whitened(rows, r, jacobian, covariance, columns=columns if compact else None))
         return out
 
     def spent(self, used: Bools) -> int:

@@ -44,7 +44,7 @@ def whitened(
     """Whiten one block; ``covariance`` (k, k) is positive definite."""
     factor = np.linalg.cholesky(covariance)
     both = linalg.solve_triangular(factor, np.column_stack([residual, jacobian]), lower=True, check_finite=False)
-    return Whitened(rows, both[:, 0], both[:, 1:], np.asarray(factor, dtype=float), columns)
+    return Whitened(rows, both[:, 0], both[:, 1:], np.asarray(factor, dtype=float), columns=columns)
 
 
 def gram(parts: Sequence[Whitened], width: int) -> Floats:
