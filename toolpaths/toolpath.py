@@ -15,9 +15,13 @@ from toolpaths.tool_frame import ToolFrame
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 Rows = npt.NDArray[np.intp]
+Senses = npt.NDArray[np.int8]
 
 RAPID = np.uint8(0)
 CUT = np.uint8(1)
+
+#: Senses of the spindle: M3, right-handed about TCP z (clockwise seen from the spindle); M4; not in the file.
+CLOCKWISE, COUNTERCLOCKWISE, SENSE_OPEN = np.int8(1), np.int8(-1), np.int8(0)
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,9 @@ class Toolpath:
         feed: (N,) m/s of the move that ends at the pose; NaN where the file gives none.
         kind: (N,) RAPID or CUT, of the move that ends at the pose.
         tool: (N,) number of the tool in use, 0 where none was called.
+        spindle: (N,) rad/s of the spindle during the move that ends at the pose; 0 where the file has stopped it (M5,
+            a tool change), NaN where it gives no speed. Robot programs give none: they only set outputs.
+        sense: (N,) CLOCKWISE (M3), COUNTERCLOCKWISE (M4) or SENSE_OPEN, of the same move.
         line: (N,) line of the source file, counted from 1.
         row: (N,) index of the pose in the source, plus the fraction towards the next one
             for poses that sampling put in between.
@@ -94,6 +101,8 @@ class Toolpath:
     feed: Floats
     kind: npt.NDArray[np.uint8]
     tool: Ints
+    spindle: Floats
+    sense: Senses
     line: Ints
     row: Floats
     events: tuple[Event, ...] = ()

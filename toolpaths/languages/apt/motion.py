@@ -26,7 +26,7 @@ class AptMotion:
     def __init__(self, source: str) -> None:
         self.source = source
         self.track = Track(source, "apt")
-        self.feeds, self.frames, self.tool = AptFeeds(source), CamFrames(source), AptTool(source)
+        self.feeds, self.frames, self.tool = AptFeeds(source, self.track.spindle), CamFrames(source), AptTool(source)
         self.axis, self.axis_stale = UPRIGHT, False  # in the frame in force
         self.at: Vector | None = None  # in the first frame, as what follows
         self.at_axis = UPRIGHT

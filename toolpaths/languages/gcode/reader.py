@@ -26,7 +26,7 @@ from toolpaths.languages.gcode.retract import Retract, check_retracts
 from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
-from toolpaths.toolpath import Toolpath
+from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, Toolpath
 
 MM, INCH = 1e-3, 25.4e-3
 PLANES = {G.PLANE_XY: 2, G.PLANE_ZX: 1, G.PLANE_YZ: 0}  # index of the axis normal to the plane
@@ -38,6 +38,8 @@ ROTARY = re.compile(r"[ABCabc]\s*[-+.\d]")
 LENGTHS = TIP_CONTROLS | {G.TOOL_LENGTH, G.TOOL_LENGTH_OFF}
 WITH_P = frozenset((G.BLENDING, G.SYSTEM_MORE, G.SMOOTHING_LEVEL, G.LOOK_AHEAD, G.ACCURACY))
 WITH_Q = frozenset((G.BLENDING, G.SMOOTHING))
+SENSES = {3: int(CLOCKWISE), 4: int(COUNTERCLOCKWISE)}
+SPINDLE_STOPS = frozenset((5, 6, 19))  # it stands for a tool change and where it is oriented, too, as LinuxCNC has it
 
 
 def read(path: Path, source: str, chord: float, machine: Machine | None = None) -> Toolpath:
@@ -69,7 +71,7 @@ class BlockReader:
         self.source = source
         self.state = GcodeMotion(source, machine, trace=trace)
         self.track = self.state.track
-        self.percent = self.ended = self.spindle = False
+        self.percent = self.ended = False
         self.selected = 0
         self.changes = False  # does an M6 stand in the file? then T only selects
         self.retracts: list[Retract] = []
@@ -201,14 +203,15 @@ class BlockReader:
                 self.state.choose_tool(self.selected)
         if "S" in values:
             self.state.feed.turn(values["S"])
+            self.track.spindle.say(values["S"], len(self.track))
             words.append(f"S{values['S']:g}")
-        for m in ms:
-            if m == 6:
-                self.state.choose_tool(self.selected)
-            if m in (3, 4, 5):
-                self.spindle = m != 5
-            if m not in M_END:
-                words.append(f"M{m}")
+        if 6 in ms:
+            self.state.choose_tool(self.selected)
+        if not SPINDLE_STOPS.isdisjoint(ms):
+            self.track.spindle.stop(len(self.track))
+        for m in SENSES.keys() & ms:
+            self.track.spindle.turn(SENSES[m], len(self.track))
+        words += [f"M{m}" for m in ms if m not in M_END]
         if words:
             self.track.event(" ".join(words), line)
 
@@ -218,7 +221,7 @@ class BlockReader:
         why = ""
         if self.percent:
             why = "it begins with '%' but does not end with one"
-        elif self.spindle:
+        elif self.track.spindle.turns:
             why = "it ends without M2, M30 or M5 while the spindle turns"
         elif lines[-1].strip():
             why = "it ends without M2 or M30, and without a line end"
