@@ -55,6 +55,7 @@ class Setting:
         external: external axis, as the language calls it -> (rows,) where it stands at the move's end, mm or deg, NaN:
             not given. Axes that stand at 0 all the time are left out.
         arcs: row of an arc that starts from joint angles -> (3,) m of a point that it passes, m its points may be off.
+        straight: (rows,) whether the way to the move's end is a line or an arc: else it is a joint move. None: not known.
     """
 
     tools: Mapping[int, ToolFrame] = field(default_factory=dict)
@@ -64,6 +65,7 @@ class Setting:
     configuration: Ints | None = None
     external: Mapping[str, Floats] = field(default_factory=dict)
     arcs: Mapping[int, tuple[Floats, float]] = field(default_factory=dict)
+    straight: npt.NDArray[np.bool_] | None = None
 
     def __repr__(self) -> str:
         return f"Setting({len(self.tools)} tools, {len(self.joints)} joint moves)"

@@ -151,6 +151,7 @@ class RobotMoves:
             configuration=configuration,
             external=self.external,
             arcs=arcs,
+            straight=np.isin(self.mark["word"], (LINE, ARC)),
         )
 
     def _check_reach(self, position: Floats) -> None:

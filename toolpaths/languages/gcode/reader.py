@@ -22,7 +22,7 @@ from toolpaths.languages.gcode.codes import (
     G,
 )
 from toolpaths.languages.gcode.motion import GcodeMotion
-from toolpaths.languages.gcode.retract import Retract, check_retracts
+from toolpaths.languages.gcode.retract import Retract, check_clearances, check_retracts
 from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
@@ -70,7 +70,7 @@ class BlockReader:
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         self.source = source
         self.state = GcodeMotion(source, machine, trace=trace)
-        self.track = self.state.track
+        self.track, self.start = self.state.track, self.state.at
         self.percent = self.ended = False
         self.selected = 0
         self.changes = False  # does an M6 stand in the file? then T only selects
@@ -90,6 +90,7 @@ class BlockReader:
         """The poses."""
         path = self.state.toolpath(chord)
         check_retracts(path, self.retracts)
+        check_clearances(path, self.state.clearances)
         return path
 
     def _line(self, text: str, line: int) -> None:
