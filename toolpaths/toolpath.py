@@ -25,6 +25,20 @@ CLOCKWISE, COUNTERCLOCKWISE, SENSE_OPEN = np.int8(1), np.int8(-1), np.int8(0)
 
 
 @dataclass(frozen=True)
+class MachineCommand:
+    """What a file asks of the machine besides moving.
+
+    Attributes:
+        word: as G-code has it, whatever the language of the file: M3, M4, M5, M6 (mount a tool), M7 to M9, M0, M1, G4,
+            T (a tool to have ready); else the first word of the statement, in capitals, such as CLAMP or SETDO.
+        values: S, 1/min, of M3 and M4; T of M6 and T; P of G4, as the file has it.
+    """
+
+    word: str
+    values: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Event:
     """Something that stands between two moves of a CAM file (spindle, coolant, tool call, comment).
 
@@ -32,11 +46,13 @@ class Event:
         pose: index of the first pose that comes after it.
         word: short text as a program comment may carry it, such as ``S5000 M3``.
         line: line of the source file, counted from 1.
+        commands: what it asks of the machine, in the order of execution; none for comments.
     """
 
     pose: int
     word: str
     line: int
+    commands: tuple[MachineCommand, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,7 +71,7 @@ class Setting:
         external: external axis, as the language calls it -> (rows,) where it stands at the move's end, mm or deg, NaN:
             not given. Axes that stand at 0 all the time are left out.
         arcs: row of an arc that starts from joint angles -> (3,) m of a point that it passes, m its points may be off.
-        straight: (rows,) whether the way to the move's end is a line or an arc: else it is a joint move. None: not known.
+        straight: (rows,) whether the way to the move's end is a line or an arc, not a joint move. None: not known.
     """
 
     tools: Mapping[int, ToolFrame] = field(default_factory=dict)

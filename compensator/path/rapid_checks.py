@@ -1,8 +1,9 @@
-"""What can be seen of a toolpath's moves in the air without a stock: rapids into what is cut, a file that begins in it."""
+"""What can be seen without a stock: rapids that run into what is cut, a file that begins in it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -30,29 +31,73 @@ def rapid_findings(path: Toolpath) -> Iterator[Finding]:
         yield Finding(WARNING, place(path, k), what, "See that nothing stands there, or retract before it")
 
 
+@dataclass(frozen=True)
+class CutBox:
+    """The box of what is cut.
+
+    Attributes:
+        axes: (3, 3) columns, in the work object: the third is the mean tool axis.
+        low, high: (3,) m, corners along the axes.
+    """
+
+    axes: Floats
+    low: Floats
+    high: Floats
+
+    def depth(self, point: Floats, margin: float) -> float:
+        """How far below its top a point (3,) of the work object lies, m; negative beside it by more than ``margin``."""
+        at = point @ self.axes
+        beside = (at < self.low - margin)[:TOP].any() or (at > self.high + margin)[:TOP].any()
+        return -1.0 if beside else float(self.high[TOP] - at[TOP])
+
+
+def box_of_cuts(path: Toolpath) -> CutBox:
+    """The box that holds the ends of cuts, and the starts of those that go across the tool.
+
+    Retracts along the tool cut nothing. It reaches up to where the lowest plunge begins that a rapid came down to: from
+    there on there may be material.
+    """
+    axes = _tool_axes(path.axis)
+    position, along = path.position @ axes, _along_the_tool(path)
+    cut, down = path.kind == CUT, along <= -AXIAL
+    starts = np.flatnonzero((cut & (np.abs(along) < AXIAL))[1:])
+    plunges = position[np.flatnonzero((cut & down)[1:] & (down & ~cut)[:-1]), TOP]
+    ends = position[cut & ~(along >= AXIAL)]
+    corners = np.concatenate([ends, position[starts]]) if len(ends) + len(starts) else position[cut]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    plunges = plunges[plunges > high[TOP]]
+    if len(plunges):
+        high[TOP] = plunges.min()
+    return CutBox(axes, low, high)
+
+
 def _from_the_side(path: Toolpath) -> Bools:
     """(N,) whether the rapid to the pose enters the box not from the tool's side, nor along the tool."""
-    axes = _tool_axes(path.axis)
-    position, axis = path.position @ axes, path.axis @ axes
+    box = box_of_cuts(path)
+    position = path.position @ box.axes
     step = np.diff(position, axis=0, prepend=position[:1])
-    length = np.linalg.norm(step, axis=1)
-    along = np.sum(step * axis, axis=1) / np.maximum(length, 1e-12)
-    low, high = _box_of_cuts(path, position, along)
-    inner, outer = (low + EDGE, high - EDGE), (low - EDGE, high + EDGE)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        begin = position - step
-        shares = np.stack([(face - begin) / step for face in inner])
+    begin = position - step
+    inner, outer = (box.low + EDGE, box.high - EDGE), (box.low - EDGE, box.high + EDGE)
     still = step == 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.stack([(face - begin) / step for face in inner])
     between = (begin > inner[0]) & (begin < inner[1])
-    outside = ((begin < outer[0]) | (begin > outer[1])).any(axis=1)
     near = np.where(still, np.where(between, -np.inf, np.inf), shares.min(axis=0))
     far = np.where(still, np.inf, shares.max(axis=0))
     entered, left = near.max(axis=1), far.min(axis=1)
-    face = near.argmax(axis=1)
-    from_above = (face == TOP) & (begin[:, TOP] > high[TOP])
-    rapid = (path.kind != CUT) & (length > 0.0) & outside
+    from_above = (near.argmax(axis=1) == TOP) & (begin[:, TOP] > box.high[TOP])
+    outside = ((begin < outer[0]) | (begin > outer[1])).any(axis=1)
+    rapid = (path.kind != CUT) & outside & ~still.all(axis=1)
     rapid[0] = False
-    return np.asarray(rapid & (entered > 0.0) & (entered < np.minimum(left, 1.0)) & ~from_above & (along > -AXIAL))
+    enters = (entered > 0.0) & (entered < np.minimum(left, 1.0)) & ~from_above
+    return np.asarray(rapid & enters & (_along_the_tool(path) > -AXIAL))
+
+
+def _along_the_tool(path: Toolpath) -> Floats:
+    """(N,) cosine between the move to each pose and the tool axis there."""
+    step = np.diff(path.position, axis=0, prepend=path.position[:1])
+    length = np.linalg.norm(step, axis=1)
+    return np.asarray(np.sum(step * path.axis, axis=1) / np.maximum(length, 1e-12))
 
 
 def _tool_axes(axis: Floats) -> Floats:
@@ -63,22 +108,3 @@ def _tool_axes(axis: Floats) -> Floats:
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(z, x), z])
-
-
-def _box_of_cuts(path: Toolpath, position: Floats, along: Floats) -> tuple[Floats, Floats]:
-    """Corners of the box.
-
-    It holds the ends of cuts, and the starts of those that go across the tool; retracts along the tool cut nothing. It
-    reaches up to where the lowest plunge begins that a rapid came down to: from there on there may be material.
-    """
-    cut, down = path.kind == CUT, along <= -AXIAL
-    across = cut & (np.abs(along) < AXIAL)
-    starts = np.flatnonzero(across[1:])
-    plunges = np.flatnonzero((cut & down)[1:] & (down & ~cut)[:-1])
-    ends = position[cut & ~(along >= AXIAL)]
-    corners = np.concatenate([ends, position[starts]]) if len(ends) + len(starts) else position[cut]
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    high[TOP] = np.min(position[plunges, TOP], where=position[plunges, TOP] > high[TOP], initial=np.inf)
-    if not np.isfinite(high[TOP]):
-        high[TOP] = corners[:, TOP].max()
-    return low, high

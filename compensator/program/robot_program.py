@@ -33,9 +33,9 @@ def job_for(cell: Cell, toolpath: Toolpath, *, with_rapids: bool = False) -> tup
     """The job with the program's tool and work object, and its path with the poses that cutting needs.
 
     Args:
-        with_rapids: for a program that is written anew: all moves between the first cut and the last are followed, and
-            the retract behind it. Else, of the rapids, only those that a cut starts from, reached by a joint move: where
-            the others lead (home, often singular) does not matter to the cut.
+        with_rapids: for a program that is written anew: all moves between the first cut and the last are followed,
+            and the retract behind it. Else, of the rapids, only those that a cut starts from, reached by a joint move:
+            where the others lead (home, often singular) does not matter to the cut.
 
     Raises:
         CellError: cell and program contradict each other, or neither has what is needed.
@@ -88,7 +88,7 @@ def _tcp(placement: Placement, robot: Robot, q: Floats, number: int) -> tuple[Fl
 def _needed(path: Toolpath, setting: Setting, *, with_rapids: bool) -> Bools:
     """(N,) the cuts, and the rapids that ``job_for`` follows."""
     cut = path.kind == CUT
-    needed = cut | np.concatenate([cut[1:], [False]])
+    needed: Bools = cut | np.concatenate([cut[1:], [False]])
     if with_rapids and cut.any():
         first, last = int(np.argmax(needed)), int(np.flatnonzero(cut)[-1])
         needed[first:last] = True
@@ -115,8 +115,8 @@ def _under_tools_of_cuts(placement: Placement, path: Toolpath, setting: Setting,
         rows = np.flatnonzero(posed & (path.tool == old) & (tool == new))
         if old not in setting.tools:
             raise CellError(
-                f"{path.source}:{path.line[rows[0]]}: a move under tool {old}, whose frame is not in the program: put it "
-                f"there, or move under that of the cuts (tool {new})"
+                f"{path.source}:{path.line[rows[0]]}: a move under tool {old}, whose frame is not in the program: put "
+                f"it there, or move under that of the cuts (tool {new})"
             )
         mounted = placement.tools.tool(new)
         flange = Frame(matrix_from_unit_quaternion(quaternion[rows]), position[rows])

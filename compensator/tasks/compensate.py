@@ -76,8 +76,10 @@ def compensate_file(
     refuse_own(toolpath)
     given = read_input(toolpath, cell, say, written_in=written_in)
     maker = filter_of(toolpath, given.source, written_in) or Export(given.source, written_in)
+    maker.check(given.job.placement, given.path, program)
     say("solving")
     path = planned(given.job, given.path)
+    maker.check(given.job.placement, path.toolpath, program)
     result = compensate(given.job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")

@@ -27,6 +27,11 @@ class SpindleTrack:
         self._speeds, self._senses = array("d", [math.nan]), array("b", [self.sense])
 
     @property
+    def rpm(self) -> float:
+        """The speed in 1/min, NaN where the file gives none."""
+        return self.speed * 60.0 / math.tau
+
+    @property
     def turns(self) -> bool:
         """Whether the file has it turning."""
         return self.sense != SENSE_OPEN and not self.stands

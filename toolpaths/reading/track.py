@@ -10,7 +10,7 @@ from toolpaths.errors import ReadError
 from toolpaths.frame import Vector
 from toolpaths.reading.arc_points import arc_points, chord_count
 from toolpaths.reading.spindle import SpindleTrack
-from toolpaths.toolpath import CUT, RAPID, Event, Floats, Ints, Toolpath
+from toolpaths.toolpath import CUT, RAPID, Event, Floats, Ints, MachineCommand, Toolpath
 
 LIMIT = 1e3  # m; a coordinate beyond it is a mistake, and arcs of such size would fill the memory
 MOST_POSES = 50_000_000
@@ -45,9 +45,9 @@ class Track:
     def __len__(self) -> int:
         return len(self.marks) // 3
 
-    def event(self, word: str, line: int) -> None:
-        """Keep a remark of the file for its next move."""
-        self.events.append(Event(len(self), word, line))
+    def event(self, word: str, line: int, *commands: MachineCommand) -> None:
+        """Keep a remark of the file for its next move, with what it asks of the machine."""
+        self.events.append(Event(len(self), word, line, commands))
 
     def arc(self, center: Vector, normal: Vector, sweep: float) -> None:
         """Declare that the move appended next is an arc from the last one's end."""

@@ -191,7 +191,7 @@ END
 
 
 def test_another_language_keeps_the_retracts(tmp_path: Path) -> None:
-    """Written anew, the arm goes between two cuts where the source goes, not through the part, and leaves it at the end."""
+    """Written anew, the arm goes between two cuts where the source goes, not through the part, and leaves it."""
     (tmp_path / "links.src").write_text(LINKS)
     cell = files(tmp_path, {"tool": None, "workobject": None}, STIFF).cell
     compensate_file(tmp_path / "links.src", cell, tmp_path / "o.csv")

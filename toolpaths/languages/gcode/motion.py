@@ -13,6 +13,7 @@ from toolpaths.languages.gcode.retract import Clearance
 from toolpaths.languages.gcode.words import Words
 from toolpaths.machine import Machine
 from toolpaths.reading.track import CUT_MARK, RAPID_MARK
+from toolpaths.toolpath import MachineCommand
 
 NORMALS: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 MOST_TURNS = 100  # of one arc: more is a mistake, and would fill the memory
@@ -252,6 +253,8 @@ class GcodeMotion(ModalState):
             if place != self.at:
                 self._append(kind, place, feed if kind == CUT_MARK else math.nan, line)
                 self.at = place
+            if kind == CUT_MARK and (dwell := self.cycle.dwell):
+                self.track.event(f"G4 P{dwell:g}", line, MachineCommand("G4", {"P": dwell}))
 
 
 def _words(values: Words) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from toolpaths.errors import ReadError
@@ -26,7 +27,7 @@ from toolpaths.languages.gcode.retract import Retract, check_clearances, check_r
 from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
-from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, Toolpath
+from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, MachineCommand, Toolpath
 
 MM, INCH = 1e-3, 25.4e-3
 PLANES = {G.PLANE_XY: 2, G.PLANE_ZX: 1, G.PLANE_YZ: 0}  # index of the axis normal to the plane
@@ -181,7 +182,8 @@ class BlockReader:
                 raise ValueError("G4 with P and coordinates; put the dwell into a block of its own")
             if not values.keys().isdisjoint(MOVING - {"X"}):
                 raise ValueError("G4 with coordinates; put the dwell into a block of its own")
-            self.track.event(f"G4 P{values.get('P', values.get('X', 0)):g}", line)
+            dwell = values.get("P", values.get("X", 0.0))
+            self.track.event(f"G4 P{dwell:g}", line, MachineCommand("G4", {"P": dwell}))
         elif single in RETRACTS:
             words = self.state.retract(single, values)
             self.track.event(words, line)
@@ -214,7 +216,20 @@ class BlockReader:
             self.track.spindle.turn(SENSES[m], len(self.track))
         words += [f"M{m}" for m in ms if m not in M_END]
         if words:
-            self.track.event(" ".join(words), line)
+            self.track.event(" ".join(words), line, *self._commands(values, ms))
+
+    def _commands(self, values: Words, ms: list[int]) -> Iterator[MachineCommand]:
+        """What the words of a block ask of the machine, in the order of RS-274: tool, spindle, the rest, halts."""
+        spindle = self.track.spindle
+        if "T" in values or 6 in ms:
+            mounted = 6 in ms or not self.changes
+            yield MachineCommand("M6" if mounted else "T", {"T": float(self.selected)})
+        turning = [m for m in ms if m in SENSES] or [m for m, sense in SENSES.items() if sense == spindle.sense]
+        if turning and (not SENSES.keys().isdisjoint(ms) or ("S" in values and spindle.turns)):
+            speed = self.state.feed.speed
+            yield MachineCommand(f"M{turning[0]}", {} if speed is None else {"S": speed})
+        rest = [m for m in ms if m not in (*M_END, 6, *SENSES)]
+        yield from (MachineCommand(f"M{m}") for m in sorted(rest, key=lambda m: m in (0, 1)))
 
     def _check_end(self, lines: list[str]) -> None:
         if self.ended:

@@ -22,7 +22,7 @@ class Retract(NamedTuple):
 
 
 class Clearance(NamedTuple):
-    """A feed in Z alone before X and Y are known: the height that it leads to, m, its line, and the refusal if it cuts."""
+    """A feed in Z alone before X and Y are known: the height that it leads to, m, its line, the refusal if it cuts."""
 
     height: float
     line: int

@@ -185,7 +185,7 @@ class KrlMover:
         if isinstance(value, Runtime):
             if word == "PTP":  # HOME of the controller, or where the arm stands anyway
                 shown, line = f"PTP {piece.strip()}", self.program.line(s.start)
-                self.track.event(shown, line)
+                self.track.event(shown, line, "" if piece.strip().upper() in WHERE_IT_STANDS else shown)
                 if piece.strip().upper() not in WHERE_IT_STANDS:
                     self._lost = f"{shown} (line {line})"
                 self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""

@@ -14,7 +14,7 @@ from toolpaths.errors import ReadError
 from toolpaths.files import read_toolpath
 from toolpaths.languages.gcode import reader as gcode
 from toolpaths.machine import Machine
-from toolpaths.toolpath import CUT, RAPID
+from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 HEAD = "G21 G90 G17\nG0 X0 Y0 Z0\nF600\n"
 
