@@ -22,7 +22,9 @@ PER_ROW = 1_000
 #: Stage -> the functions that it consists of, by module; what they call of one another counts once, for the outer one.
 STAGES = {
     "reading the program": ("compensator.tasks.compensate:read_toolpath",),
-    "robot, frames, joint moves": ("compensator.tasks.compensate:job_for", "compensator.tasks.compensate:with_joint_poses"),
+    "robot, frames, joint moves": (
+        "compensator.tasks.compensate:job_for", "compensator.tasks.compensate:with_joint_poses",
+    ),
     "turns and configurations": ("compensator.tasks.compensate:planned",),
     "the solve": ("compensator.tasks.compensate:compensate",),
     "writing": ("compensator.program.export:program_of", "compensator.program.export:write_program"),
