@@ -72,7 +72,7 @@ def placement_of(cell: Cell) -> Placement:
         source=cell.source,
         workobject=cell.workobject.frame(),
         tools=ToolSet(by_number) if cell.tool is None else ToolSet.of_one(cell.tool.tool()),
-        process=cell.process.process(ProcessContext(cell.source, cell.folder, cell.solve.free_tool_axis)),
+        process=cell.process.process(ProcessContext(cell.source, cell.folder)),
         conditions=Conditions((x, y, z), cell.gravity, cell.temperature, cell.solve.complementary_stiffness),
         touches=cell.workobject.touches(),
         start=None if cell.start is None else np.radians(cell.start.joints),

@@ -50,10 +50,9 @@ class GivenWrench(Process):
     def _refuse_lateral(self, motion: ToolMotion, given: Floats) -> None:
         """Where the turn about the tool axis is free, the direction of a lateral wrench in tool axes is not known."""
         path = motion.toolpath
-        open_turn = self.context.turn_is_chosen or path.quaternion is None
-        if open_turn and np.any(given[path.kind == CUT][:, [0, 1, 3, 4]]):
+        if path.quaternion is None and np.any(given[path.kind == CUT][:, [0, 1, 3, 4]]):
             raise CellError(
                 f"{self.context.source}: process.frame = 'tool' with a lateral force or moment needs a fixed "
-                "orientation: the turn about the tool axis is open here. Set solve.free_tool_axis = false and give "
-                "orientations (qw, qx, qy, qz) in the toolpath, or use frame = 'path' or 'workobject'"
+                f"orientation: {path.source} leaves the turn about the tool axis open. Give orientations (qw, qx, qy, "
+                "qz) in the toolpath, or use frame = 'path' or 'workobject'"
             )

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from compensator.cell.job import Job
+from compensator.cell.placement import Placement
 from compensator.errors import CellError
 from compensator.solve.compensation import Compensation
 from compensator.solve.verify import Verified
 from stiffness.robot.tips import MAKERS
 from toolpaths.finding import Finding
+from toolpaths.toolpath import Toolpath
 
 
 @dataclass(frozen=True, repr=False)
@@ -56,6 +58,18 @@ class ProgramMaker(ABC):
     """
 
     in_place: bool
+
+    @abstractmethod
+    def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
+        """Refuse what can be known to be wrong before anything is solved: names, lines of [program.events].
+
+        Args:
+            toolpath: with the poses that are known so far.
+            program: where the program goes.
+
+        Raises:
+            WriteError, CellError: names what is wrong and what the language takes.
+        """
 
     @abstractmethod
     def write(self, c: Compensation, staged: Path) -> MadeProgram:

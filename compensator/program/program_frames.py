@@ -47,7 +47,15 @@ def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectT
 
 def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[int, ToolTable]:
     """[tools.N] by the numbers of the toolpath."""
-    numbers = np.unique(toolpath.tool[toolpath.kind == CUT]).tolist()
+    cuts = np.flatnonzero(toolpath.kind == CUT)
+    numbers = np.unique(toolpath.tool[cuts]).tolist()
+    named = [number for number in numbers if number not in setting.tools]
+    if cell.tool is not None and len(numbers) > 1 and named:
+        k = int(cuts[np.argmax(toolpath.tool[cuts] == named[0])])
+        raise CellError(
+            f"{toolpath.source}:{toolpath.line[k]}: a cut with tool {named[0]}, whose frame is not in the program, "
+            f"beside {len(numbers) - 1} others, and [tool] of {cell.source} is one tool: give [tools.{named[0]}]"
+        )
     return {number: _tool(cell, toolpath, number, setting.tools.get(number)) for number in numbers}
 
 

@@ -27,6 +27,7 @@ from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
 from toolpaths.files import language_of, read_toolpath, refuse_own, write_program
 from toolpaths.finding import Finding
+from toolpaths.languages.table import Language
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -85,11 +86,13 @@ def compensate_file(
     written_in = language_of(program, language, like=toolpath)
     refuse_clashes((toolpath, cell), (program, report, json))
     refuse_own(toolpath)
-    given = read_input(toolpath, cell, say)
+    given = read_input(toolpath, cell, say, written_in=written_in)
     refuse_study_frame(given.job)
     maker = filter_of(toolpath, given.source, written_in) or Export(given.source, written_in)
+    maker.check(given.job.placement, given.path, program)
     say("solving")
     path = planned(given.job, given.path)
+    maker.check(given.job.placement, path.toolpath, program)
     result = compensate(given.job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
@@ -148,8 +151,11 @@ def preview_file(
     return Done(judged, numbers, tuple(f for f in (csv, report, json) if f))
 
 
-def read_input(toolpath: Path, cell: Path, say: Say = quiet) -> RunInput:
+def read_input(toolpath: Path, cell: Path, say: Say = quiet, *, written_in: Language | None = None) -> RunInput:
     """Cell and toolpath from their files, and the job that they make.
+
+    Args:
+        written_in: the language of the program that the poses are for; None: for none.
 
     Raises:
         ToolpathError, StiffnessError, CompensatorError: one of them is refused, or they do not fit each other.
@@ -158,7 +164,8 @@ def read_input(toolpath: Path, cell: Path, say: Say = quiet) -> RunInput:
     table = load_cell(cell)
     say(f"reading {toolpath.name}")
     source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
-    job, path = job_for(table, source)
+    in_place = written_in is None or (written_in.filtered and written_in.name == source.language)
+    job, path = job_for(table, source, with_rapids=not in_place)
     return RunInput(job, path, with_joint_poses(job.placement, job.arm.robot, source))
 
 

@@ -290,7 +290,7 @@ def fitted(
         states: where the evaluations start. start: (V,) first vector; None: the mean of the prior.
         once: priors are too loose to be weighed anew. ending: what ends the iteration.
     """
-    # what the model does not explain is noise to its parameters: the prior weighs more against it, how much is seen soon
+    # what the model does not explain is noise to its parameters: the prior weighs more against it, how much shows soon
     first = ROUGH if once else GLANCE
     solution, states = problem.solved(states, start, ending=first)
     if solution.misfit < CLEAR and ending != first:

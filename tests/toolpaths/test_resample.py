@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from toolpaths.errors import ReadError, ToolpathError
 from toolpaths.resample import ANGLE, resample
-from toolpaths.toolpath import CUT, RAPID, Event, Toolpath, tool_axis
+from toolpaths.toolpath import CLOCKWISE, CUT, RAPID, Event, Toolpath, tool_axis
 
 
 def make(position: np.ndarray, axis: np.ndarray | None = None, quaternion: np.ndarray | None = None) -> Toolpath:
@@ -29,6 +29,8 @@ def make(position: np.ndarray, axis: np.ndarray | None = None, quaternion: np.nd
         feed=np.arange(n) * 1e-3,
         kind=(np.arange(n) % 2).astype(np.uint8),
         tool=np.arange(n, dtype=np.int32) // 2,
+        spindle=np.full(n, 100.0),
+        sense=np.full(n, CLOCKWISE),
         line=np.arange(n, dtype=np.int32) + 2,
         row=np.arange(n, dtype=float),
     )

@@ -12,6 +12,9 @@ import pytest
 
 from compensator.errors import CompensatorError, PathError, SolveError
 from compensator.tasks.compensate import compensate_file, preview_file
+from stiffness.kinematics.posture_search import PostureSearch
+from stiffness.kinematics.solver import inverse_kinematics
+from stiffness.robot.load import load_robot
 from tests.compensator.posture_toolpaths import between, job_at
 from tests.compensator.small_job import ABB, ROWS, STIFFNESS, Files, files
 from toolpaths.errors import ToolpathError
@@ -213,3 +216,35 @@ def test_free_turn_and_a_lateral_force_in_the_tool_frame(tmp_path: Path) -> None
     both = files(tmp_path, {**LATERAL, "solve": {"free_tool_axis": False}})
     (both.out / "a.csv").unlink()
     assert "fixed orientation" in refusal(both, CompensatorError)
+
+
+@pytest.mark.parametrize("orientations", [True, False], ids=["fixed", "turn open"])
+def test_the_first_pose_out_of_reach_is_named_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, orientations: bool
+) -> None:
+    """An arm without a closed form: 815 poses, the last quarter beyond it; no search for every posture is begun."""
+    searched: list[int] = []
+    every = PostureSearch._every
+    monkeypatch.setattr(PostureSearch, "_every", lambda self, pose: searched.append(1) or every(self, pose))
+    rows = [[float(k), 0.0, 0.0, *([0.0, 1.0, 0.0, 0.0] if orientations else [0.0, 0.0, 1.0])] for k in range(815)]
+    header = ("x_mm", "y_mm", "z_mm", *(("qw", "qx", "qy", "qz") if orientations else ("i", "j", "k")))
+    model = {"robot": "ur10", "effects": {"joint-stiffness": {"k_nm_per_rad": [3e4] * 6}}}
+    tool = {"xyz": [0.0, 0.0, 150.0], "rpy": [0.0, 0.0, 0.0], "mass": None, "com": None}
+    work = {"xyz": [600.0, 200.0, 100.0], "rpy": [0.0, 0.0, 0.0]}
+    job = files(tmp_path, {"robot": "ur10", "tool": tool, "workobject": work}, model, rows, header)
+    text = refusal(job, PathError)
+    found = re.search(r"path\.csv:(\d+) \(pose \d+\): out of reach of ur10: TCP \(([\d.]+), 0\.00, 0\.00\) mm", text)
+    assert found and searched == []
+    # a UR10 that stretches down to a flange that looks down reaches as far as its wrist may be from axis 1
+    robot = load_robot("ur10")
+    inverse = inverse_kinematics(robot)
+    pose = np.eye(4)
+    pose[:3, :3] = np.diag([1.0, -1.0, -1.0])
+
+    def reached(x: float) -> bool:
+        turned = pose.copy()
+        turned[:3, 3] = [0.6 + x / 1e3, 0.2, 0.25]
+        return len(inverse.all(turned)) > 0
+
+    x = float(found[2])
+    assert 300.0 < x < 800.0 and not reached(x) and reached(x - 1.0) and int(found[1]) == int(x) + 2

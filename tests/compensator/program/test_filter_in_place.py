@@ -173,6 +173,36 @@ def test_tools_by_name_and_another_language(tmp_path: Path) -> None:
     assert preview_file(tmp_path / "part.mod", cell).report["n_cut"] == done.report["n_cut"]
 
 
+LINKS = """DEF PART()
+$TOOL={X 0,Y 0,Z 250,A 0,B 0,C 0}
+$BASE={X 1500,Y 0,Z 800,A 0,B 0,C 0}
+$VEL.CP=0.02
+PTP {X 0,Y 0,Z 50,A 0,B 0,C 180}
+LIN {X 0,Y 0,Z -5,A 0,B 0,C 180}
+LIN {X 100,Y 0,Z -5,A 0,B 0,C 180}
+PTP {X 100,Y 0,Z 100,A 0,B 0,C 180}
+PTP {X 0,Y 100,Z 100,A 0,B 0,C 180}
+PTP {X 0,Y 100,Z 3,A 0,B 0,C 180}
+LIN {X 0,Y 100,Z -5,A 0,B 0,C 180}
+LIN {X 100,Y 100,Z -5,A 0,B 0,C 180}
+PTP {X 100,Y 100,Z 100,A 0,B 0,C 180}
+END
+"""
+
+
+def test_another_language_keeps_the_retracts(tmp_path: Path) -> None:
+    """Written anew, the arm goes between two cuts where the source goes, not through the part, and leaves it."""
+    (tmp_path / "links.src").write_text(LINKS)
+    cell = files(tmp_path, {"tool": None, "workobject": None}, STIFF).cell
+    compensate_file(tmp_path / "links.src", cell, tmp_path / "o.csv")
+    rows = np.genfromtxt(tmp_path / "o.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
+    x, y, z = (rows[f"{c}_mm"] for c in "xyz")
+    between = (y > 1.0) & (y < 99.0)
+    assert between.sum() > 5 and z[between].min() > 99.0 and z[-1] > 99.0
+    high = np.flatnonzero((z > 99.0) & (y < 1.0))
+    assert x[high].min() > 99.0 and rows["kind"][high].tolist() == ["rapid"] * len(high)
+
+
 def test_moves_in_joint_angles_go_through_the_robot(tmp_path: Path) -> None:
     """The first pose in joint angles instead: what cuts is compensated as before."""
     cell = job(tmp_path)

@@ -60,6 +60,7 @@ class BlockRewriter:
         refuse_moved(program, row, self.moves[:, :3], path)
         self.first = np.searchsorted(move, np.arange(len(self.moves) + 1))
         self.place = ToolPlace(self.spelling)  # where the rewritten file is
+        self.place.go(blocks.start)
         self.nominal: Sequence[float] = self.place.at  # where the file is
         self.position: list[list[float]] = program.position.tolist()
         self.cut: list[bool] = (program.kind == CUT).tolist()

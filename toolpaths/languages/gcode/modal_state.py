@@ -23,7 +23,7 @@ class ModalState:
 
     def __init__(self, source: str, machine: Machine | None) -> None:
         self.track = Track(source, "gcode")
-        self.at = LOST
+        self.at = LOST if machine is None or machine.start is None else machine.start
         self.axis = UP
         self.motion: G | None = None
         self.normal = 2

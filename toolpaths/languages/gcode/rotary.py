@@ -54,13 +54,8 @@ def in_work(path: Toolpath, machine: Machine, turns: RotaryTrace, chord: float) 
     position, axis = machine.poses(xyz, share[:, None] * angles[to] + rest * angles[before], tip[to])
     row = share * path.row[to] + (1.0 - share) * path.row[before]
     row[first + count - 1] = path.row
-    return replace(
-        path,
-        position=position, axis=axis, row=row,
-        feed=_feeds(position, to=to, feed=path.feed, time=turns.time[move], kind=path.kind),
-        kind=path.kind[to], tool=path.tool[to], line=path.line[to],
-        events=tuple(replace(e, pose=int(first[e.pose]) if e.pose < len(path) else len(to)) for e in path.events),
-    )  # fmt: skip
+    feed = _feeds(position, to=to, feed=path.feed, time=turns.time[move], kind=path.kind)
+    return replace(path.take(to), position=position, axis=axis, row=row, feed=feed)
 
 
 def _steps(

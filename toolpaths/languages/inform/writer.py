@@ -21,7 +21,7 @@ from toolpaths.frame import Frame
 from toolpaths.languages.inform.moves import InformMoves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
 from toolpaths.writing.checks import six_joints
-from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.lines import Between, interrupted, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import plain
 from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
@@ -48,18 +48,23 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
     if program.joints.shape[1] != 6:
         yield from six_joints(program, "a position of INFORM has")
         return
-    count = len(parts(program, MOVES_PER_JOB))
-    limit = _NAME_LIMIT - (len(f"_{count:03d}") if count > 1 else 0)
-    if not re.fullmatch(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{limit - 1}}}", path.stem):
-        yield Finding(
-            ERROR, path.name, f"{path.stem!r} is no INFORM name: letters, digits, _ and -, at most {limit} characters",
-            "name the file so: a job is called like its file, in capitals",
-        )  # fmt: skip
+    yield from name_findings(program.name, path, len(program))
     yield from _speed_findings(program)
     yield from _tool_findings(program)
     yield from _branch_findings(program)
     yield from _corner_findings(program)
     yield from _size_findings(program, path)
+
+
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """What a controller does not take as the name of a job."""
+    count = -(-2 * moves // MOVES_PER_JOB)  # a part ends behind a rapid in its second half
+    limit = _NAME_LIMIT - (len(f"_{count:03d}") if moves > MOVES_PER_JOB else 0)
+    if not re.fullmatch(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{limit - 1}}}", path.stem):
+        yield Finding(
+            ERROR, path.name, f"{path.stem!r} is no INFORM name: letters, digits, _ and -, at most {limit} characters",
+            "name the file so: a job is called like its file, in capitals",
+        )  # fmt: skip
 
 
 def _speed_findings(program: Program) -> Iterator[Finding]:
@@ -126,6 +131,9 @@ def _corner_findings(program: Program) -> Iterator[Finding]:
     inside = moves(program).stop[1:-1] & cut[1:-1] & cut[2:] & (np.diff(program.tool) == 0)[1:]
     if program.exact is not None:
         inside = inside & ~program.exact[1:-1]
+    asked = np.zeros(len(program) + 1, dtype=bool)
+    asked[interrupted(program)] = True
+    inside = inside & ~asked[2:-1]
     if inside.any():
         yield Finding(
             level=WARNING, place=program.place(int(np.argmax(inside)) + 1),
@@ -137,7 +145,7 @@ def _corner_findings(program: Program) -> Iterator[Finding]:
 def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
     n = len(program)
     for block in parts(program, MOVES_PER_JOB):
-        said = "".join(_before(program, block).values())
+        said = "".join(_before(program, block, 0).values())
         if block.stop - block.start + said.count("\n") + _said(program).count("\n") + 3 > LINES:
             what = f"more than {LINES} lines of moves and comments in a job"
             yield Finding(ERROR, program.place(block.start), what, "take comments out")
@@ -152,7 +160,7 @@ def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     """One job, or a main one that calls numbered ones."""
     stem, words, blocks = path.stem, moves(program), parts(program, MOVES_PER_JOB)
-    head = _said(program) + "MOVJ C00000 VJ=10.00 PL=0\n"
+    head = _said(program) + lines_at_start(program, _between(0, 0)) + "MOVJ C00000 VJ=10.00 PL=0\n"
     if len(blocks) == 1:
         body = chain((head,), _moves(program, words, blocks[0], 1))
         yield (
@@ -212,21 +220,29 @@ def _positions(program: Program, words: InformMoves, block: slice, first: int) -
 
 
 def _moves(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
-    before = _before(program, block)
+    before = _before(program, block, first)
     for b in program.blocks(4096, block.start, block.stop):
         numbers = range(b.start - block.start + first, b.stop - block.start + first)
         said = [before.get(i, "") for i in range(b.start, b.stop)]
         ends = [" PL=0\n" if stop else "\n" for stop in words.stop[b].tolist()]
         rows = zip(said, numbers, words.speed[b].tolist(), ends, strict=True)
         yield "%sMOVL C%05d V=%.1f%s" * len(said) % tuple(chain.from_iterable(rows))
+    yield before.get(len(program), "")
 
 
-def _before(program: Program, block: slice) -> dict[int, str]:
-    return lines_before(program, _comment, lambda tool: _pause(program, tool), block)
+def _before(program: Program, block: slice, first: int) -> dict[int, str]:
+    return lines_before(program, _between(block.start, first), block)
 
 
-def _pause(program: Program, tool: int) -> str:
-    return _comment(f"mount tool {tool} ({program.tools[tool].name}), then go on") + "PAUSE\n"
+def _between(start: int, first: int) -> Between:
+    """Lines between the moves of a job whose position ``first`` is the pose ``start``."""
+    return Between(
+        comment=_comment,
+        line=lambda line: f"{line}\n",
+        halt=lambda text: _comment(text) + "PAUSE\n",
+        mount=lambda tool: "",
+        go=lambda pose: f"MOVJ C{pose - start + first:05d} VJ=10.00 PL=0\n",
+    )
 
 
 def _said(program: Program) -> str:
