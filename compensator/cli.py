@@ -3,72 +3,41 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import click
 
+from compensator.command_line import INPUT, OUTPUT, Verbs
 from toolpaths.languages.table import WRITTEN
 
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-_FILE = click.Path(path_type=Path)
 _LANGUAGES = [language.name for language in WRITTEN]
-
-
-def _refusals(task: Callable[..., None]) -> Callable[..., None]:
-    """A refusal becomes one message on stderr and exit status 1."""
-
-    @wraps(task)
-    def guarded(*args: Any, **options: Any) -> None:
-        verbose = click.get_current_context().find_root().params.get("verbose") or options.get("verbose")
-        try:
-            task(*args, **options)
-        except Exception as error:
-            if not _is_refusal(error):
-                raise
-            if verbose:
-                import traceback
-
-                traceback.print_exc()
-            click.echo(f"compensator: {error}", err=True)
-            sys.exit(1)
-
-    return guarded
 
 
 def _strict_verb(task: Callable[..., None]) -> Callable[..., None]:
     """A verb that makes a result: --verbose, and --strict, which turns the warnings about it into a refusal."""
     strict = click.option("--strict", is_flag=True, help="Warnings refuse: exit status 1, nothing is written.")
     verbose = click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-    return strict(verbose(_refusals(task)))
+    return strict(verbose(task))
 
 
-def _is_refusal(error: Exception) -> bool:
-    from compensator.errors import CompensatorError
-    from stiffness.errors import StiffnessError
-    from toolpaths.errors import ToolpathError
-
-    return isinstance(error, CompensatorError | StiffnessError | ToolpathError)
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(package_name="toolpath-compensator")
 def main() -> None:
     """Compensate CAM toolpaths for the elastic deflection of an industrial robot."""
 
 
 @main.command()
-@click.argument("toolpath", type=_FILE)
-@click.option("--cell", required=True, type=_FILE, help="cell/1 file: robot, tool, work object, process.")
-@click.option("-o", "--output", "program", required=True, type=_FILE, help="Program to write.")
+@click.argument("toolpath", type=INPUT)
+@click.option("--cell", required=True, type=INPUT, help="cell/1 file: robot, tool, work object, process.")
+@click.option("-o", "--output", "program", required=True, type=OUTPUT, help="Program to write.")
 @click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Language, where the suffix does not say it.")
-@click.option("--report", type=_FILE, help="HTML report.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--report", type=OUTPUT, help="HTML report.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **options: Any) -> None:
     """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
@@ -83,11 +52,11 @@ def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **optio
 
 
 @main.command()
-@click.argument("toolpath", type=_FILE)
-@click.option("--cell", required=True, type=_FILE, help="cell/1 file: robot, tool, work object, process.")
-@click.option("--csv", type=_FILE, help="Deflection per pose.")
-@click.option("--report", type=_FILE, help="HTML report.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.argument("toolpath", type=INPUT)
+@click.option("--cell", required=True, type=INPUT, help="cell/1 file: robot, tool, work object, process.")
+@click.option("--csv", type=OUTPUT, help="Deflection per pose.")
+@click.option("--report", type=OUTPUT, help="HTML report.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
@@ -102,13 +71,13 @@ def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
 
 
 @main.command()
-@click.argument("sessions", type=_FILE, nargs=-1, required=True)
-@click.option("-o", "--output", required=True, type=_FILE, help="Model file to write.")
+@click.argument("sessions", type=INPUT, nargs=-1, required=True)
+@click.option("-o", "--output", required=True, type=OUTPUT, help="Model file to write.")
 @click.option("--method", type=click.Choice(("global", "local")), default="global", help="All at once, or by joint.")
 @click.option("--effects", help="Names, separated by commas, that fix the set of effects.")
-@click.option("--prior", type=_FILE, help="Model to start from; its standard deviations are prior knowledge.")
-@click.option("--report", "html", type=_FILE, help="HTML report of the fit.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--prior", type=INPUT, help="Model to start from; its standard deviations are prior knowledge.")
+@click.option("--report", "html", type=OUTPUT, help="HTML report of the fit.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verbose: bool, **options: Any) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
@@ -124,11 +93,11 @@ def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verb
 
 
 @main.command()
-@click.argument("sessions", type=_FILE, nargs=-1, required=True)
-@click.option("--model", required=True, type=_FILE, help="Model to judge.")
-@click.option("-o", "--output", type=_FILE, help="Refined model to write; the model itself where nothing was found.")
-@click.option("--report", "html", type=_FILE, help="HTML report.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.argument("sessions", type=INPUT, nargs=-1, required=True)
+@click.option("--model", required=True, type=INPUT, help="Model to judge.")
+@click.option("-o", "--output", type=OUTPUT, help="Refined model to write; the model itself where nothing was found.")
+@click.option("--report", "html", type=OUTPUT, help="HTML report.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def diagnose(
     sessions: tuple[Path, ...], model: Path, output: Path | None, verbose: bool, **options: Any
@@ -145,10 +114,10 @@ def diagnose(
 
 
 @main.command()
-@click.argument("session", type=_FILE)
-@click.option("--model", required=True, type=_FILE, help="Model to judge.")
+@click.argument("session", type=INPUT)
+@click.option("--model", required=True, type=INPUT, help="Model to judge.")
 @click.option("--register", type=int, help="States per block that place the tracker; default 25 where not registered.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
     """Say how well a model predicts the readings of SESSION."""
@@ -163,7 +132,7 @@ def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
 
 
 @main.command("stiffness-map")
-@click.argument("model", type=_FILE)
+@click.argument("model", type=INPUT)
 @click.option("--robot-joints", "joints", default="2,3", show_default=True, help="The two joints that vary.")
 @click.option("--grid", "spans", help="LOW:HIGH:STEP,LOW:HIGH:STEP in deg.  [default: the limits, every 5 deg]")
 @click.option("--fixed", help="The other joints, such as 1=0,4=45, deg.  [default: 1 to 3 at 0, 4 to 6 at 45]")
@@ -182,9 +151,9 @@ def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
 @click.option("--tool-mass", type=float, help="kg, with --tool-com.")
 @click.option("--tool-com", nargs=3, type=float, help="Centre of mass in the flange frame, mm.")
 @click.option("--weight/--no-weight", default=True, help="Whether arm and tool weigh something.")
-@click.option("--png", type=_FILE, help="Contour maps.")
-@click.option("--csv", type=_FILE, help="A row per posture.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--png", type=OUTPUT, help="Contour maps.")
+@click.option("--csv", type=OUTPUT, help="A row per posture.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
@@ -200,9 +169,9 @@ def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
 
 
 @main.command()
-@click.argument("readings", type=_FILE)
+@click.argument("readings", type=INPUT)
 @click.option("--robot", required=True, help="Built-in name, or path to a robot .toml or .urdf.")
-@click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
+@click.option("-o", "--output", "model", required=True, type=OUTPUT, help="Model file to write.")
 @click.option(
     "--above", type=float, default=0.25, show_default=True, help="Share of the largest torque that readings count from."
 )
@@ -210,7 +179,7 @@ def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     "--torque-scale-sd", "scale_sd", type=float, default=0.05, show_default=True,
     help="Standard deviation of the scale of the torque, as a share.",
 )
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
@@ -226,8 +195,8 @@ def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: A
 
 @main.command()
 @click.argument("robot")
-@click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("-o", "--output", "model", required=True, type=OUTPUT, help="Model file to write.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
@@ -242,15 +211,15 @@ def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
 
 
 @main.command()
-@click.argument("model", type=_FILE)
-@click.option("-o", "--output", required=True, type=_FILE, help="CSV of the set-ups to measure, a row per reading.")
-@click.option("--session", "sessions", type=_FILE, multiple=True, help="Already measured; may be given several times.")
+@click.argument("model", type=INPUT)
+@click.option("-o", "--output", required=True, type=OUTPUT, help="CSV of the set-ups to measure, a row per reading.")
+@click.option("--session", "sessions", type=INPUT, multiple=True, help="Already measured; may be given several times.")
 @click.option("--count", type=int, default=12, show_default=True, help="How many set-ups.")
 @click.option("--force", type=float, help="Largest force, N; default that of the sessions, else 100.")
-@click.option("--toolpath", type=_FILE, help="Plan for the deflection at its poses; needs --cell.")
-@click.option("--cell", type=_FILE, help="cell/1 file of the toolpath, or of the tool to measure with.")
+@click.option("--toolpath", type=INPUT, help="Plan for the deflection at its poses; needs --cell.")
+@click.option("--cell", type=INPUT, help="cell/1 file of the toolpath, or of the tool to measure with.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the postures to choose from.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
 def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
     """Say which set-ups to measure next, so that MODEL is known best."""
@@ -266,7 +235,6 @@ def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
 @main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
-@_refusals
 def effects(name: str | None, verbose: bool) -> None:
     """List the effects of the catalogue, with those of installed packages; with NAME show one."""
     from compensator.tasks.effects import effect_lines, effects_lines
@@ -277,7 +245,6 @@ def effects(name: str | None, verbose: bool) -> None:
 @main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
-@_refusals
 def robots(name: str | None, verbose: bool) -> None:
     """List the built-in robots; with NAME (built-in, .toml or .urdf) show one."""
     from compensator.terminal.robots import show_robot, show_robots

@@ -11,6 +11,7 @@ from toolpaths.errors import ReadError, WriteError
 from toolpaths.finding import ERROR, Finding, refuse_errors
 from toolpaths.languages.table import LANGUAGES, READ, WRITTEN, Language, reading, writing
 from toolpaths.machine import Machine
+from toolpaths.reading.source_text import refuse_absent
 from toolpaths.toolpath import Toolpath
 from toolpaths.writing.checks import common_findings, unsaid
 from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
@@ -36,6 +37,7 @@ def read_toolpath(
     if not 0.0 < chord < 1.0:
         raise ValueError(f"chord = {chord} m: a length above 0 and below 1 m is needed")
     source = os.fspath(path)
+    refuse_absent(Path(path), source if shown is None else shown)
     language = reading(Path(path))
     if language is None:
         known = "; ".join(f"{known.name}: {' '.join(known.reads)}" for known in READ)

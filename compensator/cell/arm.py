@@ -12,7 +12,7 @@ from compensator.cell.cell_file import Cell
 from compensator.cell.flange import former_flange_findings, with_new_numbers
 from compensator.errors import CellError
 from stiffness.effects.effect import Effect
-from stiffness.errors import RobotError
+from stiffness.errors import ModelError, RobotError
 from stiffness.kinematics.inverse import Inverse
 from stiffness.kinematics.solver import inverse_kinematics
 from stiffness.model.model import ComplianceModel, load_model, robot_of
@@ -101,7 +101,12 @@ def load_arm(cell: Cell) -> Arm:
         raise CellError(f"{cell.source}: robot = {cell.robot!r}: {e}. {with_new_numbers(cell, e.former)}") from e
     except RobotError as e:
         raise CellError(f"{cell.source}: robot = {cell.robot!r}: {e}") from e
-    model = load_model(cell.folder / cell.model, robot.n)
+    try:
+        model = load_model(cell.folder / cell.model, robot.n)
+    except ModelError as e:
+        if (cell.folder / cell.model).exists():
+            raise
+        raise CellError(f"{cell.source}: model = {cell.model!r}: {e}") from e
     _refuse_other_robot(cell, robot, model)
     return Arm(robot, inverse_kinematics(robot), model, former_flange_findings(cell, robot))
 

@@ -12,6 +12,8 @@ from toolpaths.finding import NOTE, WARNING, Finding
 _KINDS = {"assumption": "an assumption", "modal": "from modal tests", "static": "from static tests"}
 _TOLD = ("load_range", "preload_side", "temperature")  # of the provenance, with a note on what the values hold for
 
+SPINDLE = "100 to 600"  # mm, of what is mounted on robots that machine
+
 
 def assumptions(robot: Robot, model: ComplianceModel) -> list[Finding]:
     """Figures of the robot that no source gives, and where the stiffness values come from."""
@@ -41,6 +43,10 @@ def job_findings(arm: EquippedArm, placement: Placement, sag: str) -> list[Findi
     if weightless:
         what = "no mass given, its weight is not modelled"
         found.append(Finding(NOTE, f"tool {', '.join(weightless)}", what))
+    bare = [t.name for t in placement.tools.by_number.values() if not t.position.any()]
+    if bare:
+        what = f"xyz is 0 0 0, the TCP is the flange (a spindle with its cutter is usually {SPINDLE} mm long)"
+        found.append(Finding(WARNING, f"tool {', '.join(bare)}", what, "Is the length of the tool missing?"))
     temperature = placement.conditions.temperature
     warm = temperature is not None and temperature != model.reference_temperature
     if warm and not any(e.thermal for e in arm.effects):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.arm import Conditions
-from compensator.cell.cell_file import Cell
+from compensator.cell.cell_file import Cell, to_copy
 from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
 from compensator.errors import CellError
@@ -63,9 +63,10 @@ def placement_of(cell: Cell) -> Placement:
         CellError: work object or tool are missing: a robot program might have brought its own.
     """
     if cell.workobject.xyz is None:
-        raise CellError(f"{cell.source}: workobject is missing")
+        raise CellError(f"{cell.source}: workobject is missing{to_copy('workobject')}")
     if cell.tool is None and not cell.tools:
-        raise CellError(f"{cell.source}: give either [tool] or [tools.1], [tools.2], ... by the number in the file")
+        either = "give either [tool] or [tools.1], [tools.2], ... by the number in the file"
+        raise CellError(f"{cell.source}: {either}{to_copy('tool')}")
     by_number = {number: table.tool() for number, table in cell.tools.items()}
     x, y, z = (float(v) for v in cell.mount.gravity_in_base())
     return Placement(

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from compensator.errors import CellError
 from compensator.process.path_axes import path_axes
+from compensator.process.plausible_wrench import wrench_doubts
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion
 from toolpaths.toolpath import CUT
 
@@ -36,7 +37,7 @@ class GivenWrench(Process):
         force, moment = (np.einsum("...ij,...j->...i", rotation, part) for part in (given[:, :3], given[:, 3:]))
         wrench = np.concatenate([force, moment], axis=1)
         wrench[motion.toolpath.kind != CUT] = 0.0
-        return ProcessLoad(wrench)
+        return ProcessLoad(wrench, tuple(wrench_doubts(motion, wrench, f"{self.context.source}: process")))
 
     def _rotation(self, motion: ToolMotion) -> Floats:
         """(3, 3) or (N, 3, 3): the axes in the base."""

@@ -13,6 +13,7 @@ from compensator.cell.external_axes import as_programmed, external_notes, seen_f
 from compensator.cell.job import Job, job_of
 from compensator.cell.placement import Placement, placement_of
 from compensator.errors import CellError
+from compensator.path.plausible_path import path_doubts
 from compensator.path.rapid_checks import rapid_findings
 from compensator.path.tcp_inverse import TcpInverse
 from compensator.program.program_frames import with_program_frames
@@ -43,7 +44,8 @@ def job_for(cell: Cell, toolpath: Toolpath, *, with_rapids: bool = False) -> tup
     setting = toolpath.setting
     if setting is None:
         placement = placement_of(cell)
-        return job_of(load_arm(cell), placement, tuple(rapid_findings(toolpath))), toolpath
+        found = (*rapid_findings(toolpath), *path_doubts(toolpath))
+        return job_of(load_arm(cell), placement, found), toolpath
     placement = placement_of(with_program_frames(cell, toolpath, setting))
     arm = load_arm(cell)
     toolpath = _under_tools_of_cuts(placement, toolpath, setting, with_rapids=with_rapids)
@@ -52,7 +54,7 @@ def job_for(cell: Cell, toolpath: Toolpath, *, with_rapids: bool = False) -> tup
     if placement.start is None and len(path):
         placement = replace(placement, start=_start(arm, placement, path, setting))
     path = _with_joint_moves(arm, placement, path, setting)
-    found = rapid_findings(path) if with_rapids else ()
+    found = (*(rapid_findings(path) if with_rapids else ()), *path_doubts(path))
     return job_of(arm, placement, (*external_notes(placement.external, toolpath), *found)), path
 
 

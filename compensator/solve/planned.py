@@ -8,8 +8,9 @@ import numpy as np
 
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
-from compensator.errors import CellError
+from compensator.errors import CellError, PathError
 from compensator.path.added_poses import with_poses_before_corners
+from compensator.path.failure_hints import failure_hints
 from compensator.path.planned_path import PlannedPath
 from toolpaths.resample import resample
 from toolpaths.toolpath import CUT, Toolpath
@@ -21,7 +22,11 @@ def planned(job: Job, toolpath: Toolpath) -> PlannedPath:
     Raises:
         CellError, PathError, ToolpathError: a tool is missing, nothing cuts, or the arm cannot follow; names the pose.
     """
-    return job.planner.plan(sampled(job.placement, toolpath))
+    path = sampled(job.placement, toolpath)
+    try:
+        return job.planner.plan(path)
+    except PathError as e:
+        raise PathError(f"{e}{failure_hints(job.planner, path, job.placement.conditions.gravity)}") from e
 
 
 def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:

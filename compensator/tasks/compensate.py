@@ -22,7 +22,8 @@ from compensator.solve.assessment import Assessment, assessed
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import Outputs
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
 from toolpaths.files import language_of, read_toolpath, refuse_own, write_program
@@ -66,6 +67,7 @@ class RunInput:
     source: Toolpath
 
 
+@writes("program", "report", "json")
 def compensate_file(
     toolpath: Path,
     cell: Path,
@@ -84,7 +86,6 @@ def compensate_file(
     """
     began = time.monotonic()
     written_in = language_of(program, language, like=toolpath)
-    refuse_clashes((toolpath, cell), (program, report, json))
     refuse_own(toolpath)
     given = read_input(toolpath, cell, say, written_in=written_in)
     refuse_study_frame(given.job)
@@ -96,12 +97,11 @@ def compensate_file(
     result = compensate(given.job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
-        with outputs.writing(program) as staged:
+        with outputs.writing(program, written_in.writes) as staged:
             made = maker.write(result, staged)
             say("verifying the written program")
             checked = maker.verify(made, program)
-        for file in made.files:
-            outputs.add(file, program.parent / file.name)
+        programs = outputs.add(made.files[0], program, made.files[1:])
         judged = assessed(made.result, made.findings)
         numbers = path_report(judged, checked.error, seconds=time.monotonic() - began)
         if maker.in_place:
@@ -109,10 +109,11 @@ def compensate_file(
         refuse_warnings(numbers, strict)
         _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
         outputs.commit()
-    files = (*(program.parent / f.name for f in made.files), *(f for f in (report, json) if f))
+    files = (*programs, *(f for f in (report, json) if f))
     return Done(judged, numbers, files)
 
 
+@writes("csv", "report", "json")
 def preview_file(
     toolpath: Path,
     cell: Path,
@@ -129,7 +130,6 @@ def preview_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    refuse_clashes((toolpath, cell), (csv, report, json))
     given = read_input(toolpath, cell, say)
     say("predicting")
     path = planned(given.job, given.path)
@@ -138,10 +138,9 @@ def preview_file(
     with Outputs() as outputs:
         written: tuple[Finding, ...] = ()
         if csv:
-            with outputs.writing(csv) as staged:
+            with outputs.writing(csv, ".csv") as staged:
                 made = write_program(program_of(result, corrected=False), staged, "csv")
-            for file in made.files:
-                outputs.add(file, csv.parent / file.name)
+            outputs.add(made.files[0], csv)
             written = made.findings
         judged = assessed(result, written, corrected=False)
         numbers = path_report(judged, error, seconds=time.monotonic() - began, corrected=False)

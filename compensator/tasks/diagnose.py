@@ -10,9 +10,9 @@ from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.text import as_json
-from compensator.tasks.outputs import refuse_clashes
 from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
@@ -32,6 +32,7 @@ class Diagnosed:
     warnings: tuple[str, ...] = ()
 
 
+@writes("output", "json", "html")
 def diagnose_files(
     sessions: Sequence[Path],
     model: Path,
@@ -54,7 +55,6 @@ def diagnose_files(
     say("reading the sessions")
     loaded = [load_session(path) for path in sessions]
     known = load_model(model, loaded[0].robot.n)
-    refuse_clashes([model, *sessions, *(Path(s.samples_file) for s in loaded)], [output, json, html])
     for session in loaded:
         refuse_other_robot(session, known)
     found = diagnose(loaded, known, say)

@@ -15,7 +15,8 @@ from compensator.report.json.text import as_json
 from compensator.solve.unlearned_angles import AngleUncertainty, NotLearned
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.page_last import write_with_page
-from compensator.tasks.robot_reference import robot_beside
+from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
@@ -39,6 +40,7 @@ class Identified:
     warnings: tuple[str, ...] = ()
 
 
+@writes("output", "json", "html")
 def identify_files(
     sessions: Sequence[Path],
     output: Path,
@@ -65,6 +67,8 @@ def identify_files(
     if method == "local":
         return _identify_local(loaded, output, json)  # it finds nothing that could refuse
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
+    if known is not None:
+        refuse_other_robot(loaded[0], known)
     say("fitting")
     fit = identify(loaded, effects, known)
     report = fit_report(fit)
@@ -92,6 +96,7 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
     return Identified(fit, report, tuple(path for path, _ in texts))
 
 
+@writes("json")
 def evaluate_file(
     session: Path,
     model: Path,
@@ -109,6 +114,7 @@ def evaluate_file(
     say("reading the session")
     loaded = load_session(session)
     values = load_model(model, loaded.robot.n)
+    refuse_other_robot(loaded, values)
     _same_kind(loaded, values.gravity, values.source)
     say("predicting")
     result = evaluate(loaded, values, register)

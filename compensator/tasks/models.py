@@ -11,8 +11,9 @@ from compensator.errors import CompensatorError
 from compensator.report.json.findings import findings_report, notes
 from compensator.report.json.made_model import clamped_report, datasheet_report
 from compensator.report.json.text import as_json
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import Outputs
 from compensator.tasks.robot_reference import robot_beside
+from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
@@ -20,8 +21,7 @@ from stiffness.model.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fi
 from stiffness.model.clamped_readings import read_clamped
 from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
-from stiffness.robot.load import builtin_robots, load_robot
-from stiffness.robot.robot import Robot
+from stiffness.robot.load import load_robot
 from toolpaths.finding import WARNING, Finding
 
 
@@ -34,6 +34,7 @@ class Made:
     files: tuple[Path, ...]
 
 
+@writes("model", "json")
 def clamped_file(
     readings: Path,
     robot: str,
@@ -50,9 +51,10 @@ def clamped_file(
     Raises:
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
-    arm = _robot(robot, (readings,), (model, json))
+    arm = load_robot(robot)
     say(f"reading {readings.name}")
     read = read_clamped(readings, arm)
+    _refuse_other_suffix(model)
     fits = fit_clamped(read, above=above, scale_sd=scale_sd)
     provenance: dict[str, object] = {
         "source": readings.name,
@@ -71,6 +73,7 @@ def clamped_file(
     return _write(made, model, report, json)
 
 
+@writes("model", "json")
 def datasheet_file(
     robot: str, model: Path, *, json: Path | None = None, strict: bool = False, say: Say = quiet
 ) -> Made:
@@ -79,7 +82,8 @@ def datasheet_file(
     Raises:
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
-    arm = _robot(robot, (), (model, json))
+    arm = load_robot(robot)
+    _refuse_other_suffix(model)
     say(f"reducers of {arm.name}")
     made = datasheet_model(arm, robot_beside(Path(), robot, model))
     report = datasheet_report(made)
@@ -99,13 +103,9 @@ def _friction_findings(fits: tuple[JointFit, ...], readings: Path) -> list[Findi
     ]
 
 
-def _robot(robot: str, inputs: tuple[Path, ...], outputs: tuple[Path | None, ...]) -> Robot:
-    files = inputs if robot in builtin_robots() else (*inputs, Path(robot))
-    refuse_clashes(files, outputs)
-    target = outputs[0]
-    if target is not None and target.suffix != ".toml":
-        raise CompensatorError(f"{target}: a model file ends in .toml")
-    return load_robot(robot)
+def _refuse_other_suffix(model: Path) -> None:
+    if model != STDOUT and model.suffix != ".toml":
+        raise CompensatorError(f"{model}: a model file ends in .toml")
 
 
 def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Path | None) -> Made:

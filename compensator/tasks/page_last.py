@@ -36,8 +36,6 @@ def write_with_page(
             raise CompensatorError("\n  ".join([f"--strict: {html} is incomplete. Nothing was written", *warnings]))
         texts, html = [*texts, (html, made)], None
     with Outputs() as outputs:
-        if html is not None:
-            outputs.folder(html)  # refused before anything is written
         for target, text in texts:
             outputs.text(target, text)
         outputs.commit()

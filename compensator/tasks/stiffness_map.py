@@ -18,7 +18,8 @@ from compensator.report.json.findings import findings_report
 from compensator.report.json.stiffness_map import map_report
 from compensator.report.json.text import as_json
 from compensator.tasks.joint_grid import grid_of
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import Outputs
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
 from stiffness.effects.effect import Effect
@@ -59,6 +60,7 @@ def tool_of(
         raise CompensatorError(f"--tool{place}: {found['msg'].removeprefix('Value error, ')}") from e
 
 
+@writes("png", "csv", "json")
 def map_file(
     model: Path,
     *,
@@ -87,7 +89,6 @@ def map_file(
     Raises:
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
-    refuse_clashes((model,), (png, csv, json))
     if not (np.isfinite(wrench).all() and np.any(wrench)):
         raise CompensatorError(f"--wrench {wrench}: expected six finite numbers, not all zero")
     say("reading the model")
@@ -132,8 +133,8 @@ def map_file(
 def _draw(outputs: Outputs, png: Path, grid: JointGrid, result: StiffnessMap, *, title: str) -> None:
     from compensator.report.figures.stiffness_map import draw
 
-    staged = outputs.folder(png) / png.name
-    draw(grid, result, title, staged)
+    with outputs.writing(png) as staged:
+        draw(grid, result, title, staged)
     outputs.add(staged, png)
 
 

@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from compensator.report.words.findings import finding_sentences
+from compensator.tasks.run_files import STDOUT
 from compensator.tasks.say import Say
 from toolpaths.finding import NOTE, WARNING
 
@@ -30,8 +32,9 @@ def progress(verbose: bool) -> Iterator[Say]:
 
 
 def screen() -> Console | None:
-    """Standard output where it is a terminal."""
-    console = Console(markup=False)
+    """Standard output where it is a terminal; standard error, where an output of the run goes to standard output."""
+    ctx = click.get_current_context(silent=True)
+    console = Console(markup=False, stderr=ctx is not None and STDOUT in ctx.params.values())
     return console if console.is_terminal else None
 
 
@@ -55,7 +58,7 @@ def print_notes(console: Console, notes: Iterable[str]) -> None:
 
 def print_written(console: Console, files: Iterable[Path]) -> None:
     """The files that were written."""
-    print_lines(console, (f"wrote {file}" for file in files))
+    print_lines(console, (f"wrote {file}" for file in files if file != STDOUT))
 
 
 def table(*heads: str, right: Collection[int] = (), title: str | None = None) -> Table:

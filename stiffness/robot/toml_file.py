@@ -7,7 +7,6 @@ modified (Craig):                    link = Rx(alpha) Tx(a) Rz(offset + sign q) 
 from __future__ import annotations
 
 import math
-import tomllib
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Literal
@@ -22,6 +21,7 @@ from stiffness.robot.robot import Robot, placement
 from stiffness.robot.tips import FLANGE, FormerFlange, Tip, chosen_tip
 from stiffness.rotation import rpy_rotation
 from stiffness.schema import StrictTable, findings
+from stiffness.text_file import toml_table
 
 Floats = npt.NDArray[np.float64]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -108,13 +108,7 @@ def read(source: Path | Traversable, *, label: str, tip: str | None = None) -> R
         RobotError: the file cannot be read, a key or value in it is wrong, or it has no such tip.
     """
     try:
-        raw = tomllib.loads(source.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RobotError(f"{label}: cannot be read: {error.strerror or error}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise RobotError(f"{label}: is not TOML: {error}") from error
-    try:
-        file = _File.model_validate(raw)
+        file = _File.model_validate(toml_table(label, source, RobotError, "robot/1"))
     except ValidationError as error:
         raise RobotError(f"{label}: " + "; ".join(map(str, findings(error)))) from error
     stem = source.name.removesuffix(".toml")

@@ -24,7 +24,7 @@ from toolpaths.languages.gcode.codes import (
 )
 from toolpaths.languages.gcode.motion import GcodeMotion
 from toolpaths.languages.gcode.retract import Retract, check_clearances, check_retracts
-from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
+from toolpaths.languages.gcode.words import M_END, Words, refuse_print, split_block, strip_comments
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, MachineCommand, Toolpath
@@ -82,10 +82,15 @@ class BlockReader:
         self.changes = _stands_in(TOOL_CHANGE, lines)
         if self.state.rotary.letters and _stands_in(ROTARY, lines):
             self.state.rotary.use()
-        for line, text in enumerate(lines, 1):
-            if text and not text.isspace():
-                self._line(text, line)
-        self._check_end(lines)
+        try:
+            for line, text in enumerate(lines, 1):
+                if text and not text.isspace():
+                    self._line(text, line)
+            self._check_end(lines)
+        except ReadError as problem:
+            if "3D printer" not in str(problem):
+                refuse_print(lines, self.source)
+            raise
 
     def toolpath(self, chord: float) -> Toolpath:
         """The poses."""
