@@ -9,19 +9,20 @@ Reasons: docs/inform.md.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 from textwrap import wrap
 
 import numpy as np
+import numpy.typing as npt
 
 from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.inform.moves import InformMoves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
 from toolpaths.writing.checks import six_joints
-from toolpaths.writing.lines import Between, interrupted, lines_at_start, lines_before, with_crlf
+from toolpaths.writing.lines import Between, interrupted, joint_moves, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import plain
 from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
@@ -160,16 +161,16 @@ def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     """One job, or a main one that calls numbered ones."""
     stem, words, blocks = path.stem, moves(program), parts(program, MOVES_PER_JOB)
-    head = _said(program) + lines_at_start(program, _between(0, 0)) + "MOVJ C00000 VJ=10.00 PL=0\n"
+    head = _said(program) + lines_at_start(program, _between(lambda pose: pose)) + "MOVJ C00000 VJ=10.00 PL=0\n"
     if len(blocks) == 1:
-        body = chain((head,), _moves(program, words, blocks[0], 1))
+        body, poses = chain((head,), _moves(program, words, blocks[0], 1)), _poses(program, blocks[0], 1)
         yield (
             path.name,
             _job(
                 stem,
                 comment=program.name,
-                count=len(program) + 1,
-                positions=_positions(program, words, blocks[0], 1),
+                count=len(poses),
+                positions=_positions(program, words, poses),
                 body=body,
             ),
         )
@@ -182,15 +183,17 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
             stem,
             comment=program.name,
             count=1,
-            positions=_positions(program, words, slice(0, 0), 1),
+            positions=_positions(program, words, _poses(program, slice(0, 0), 1)),
             body=iter((head + calls,)),
         ),
     )
     for name, block in zip(names, blocks, strict=True):
-        positions, text = _positions(program, words, block, 0), _moves(program, words, block, 0)
+        poses, text = _poses(program, block, 0), _moves(program, words, block, 0)
         yield (
             name + path.suffix,
-            _job(name, comment=program.name, count=block.stop - block.start, positions=positions, body=text),
+            _job(
+                name, comment=program.name, count=len(poses), positions=_positions(program, words, poses), body=text
+            ),
         )
 
 
@@ -202,12 +205,21 @@ def _job(name: str, comment: str, count: int, positions: Iterator[str], body: It
     return with_crlf(chain((head,), positions, (middle,), body, ("END\n",)))
 
 
-def _positions(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
-    """Positions of a block, numbered from ``first``; in front of number 1 the first pose stands for the MOVJ."""
+def _poses(program: Program, block: slice, first: int) -> npt.NDArray[np.intp]:
+    """The poses of a job's positions: ``first`` times that of the MOVJ to the start, then those of the block.
+
+    Every move has a position of its own: poses that a MOVJ and a MOVL go to stand twice.
+    """
+    twice = [pose for pose in joint_moves(program) if block.start <= pose < block.stop]
+    rows = np.insert(np.arange(block.start, block.stop), np.array(twice, dtype=np.intp) - block.start, twice)
+    return np.concatenate([np.zeros(first, dtype=np.intp), rows])
+
+
+def _positions(program: Program, words: InformMoves, poses: npt.NDArray[np.intp]) -> Iterator[str]:
+    """Positions of these poses, numbered from 0."""
     tool, conf = -1, ""
-    poses = [] if first == 0 else [slice(0, 1)]
     number = 0
-    for b in chain(poses, program.blocks(4096, block.start, block.stop)):
+    for b in (poses[at : at + 4096] for at in range(0, len(poses), 4096)):
         heads: list[str] = []
         for t, c in zip(program.tool[b].tolist(), rconf(program, b), strict=True):
             kind = "" if tool >= 0 else "///POSTYPE ROBOT\n///RECTAN\n"
@@ -220,9 +232,9 @@ def _positions(program: Program, words: InformMoves, block: slice, first: int) -
 
 
 def _moves(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
-    before = _before(program, block, first)
+    before, own = _before(program, block, first), _own(program, block, first)
     for b in program.blocks(4096, block.start, block.stop):
-        numbers = range(b.start - block.start + first, b.stop - block.start + first)
+        numbers = own[b.start - block.start : b.stop - block.start].tolist()
         said = [before.get(i, "") for i in range(b.start, b.stop)]
         ends = [" PL=0\n" if stop else "\n" for stop in words.stop[b].tolist()]
         rows = zip(said, numbers, words.speed[b].tolist(), ends, strict=True)
@@ -230,18 +242,25 @@ def _moves(program: Program, words: InformMoves, block: slice, first: int) -> It
     yield before.get(len(program), "")
 
 
+def _own(program: Program, block: slice, first: int) -> npt.NDArray[np.intp]:
+    """The number of the position that the MOVL of each pose of a block goes to; a MOVJ goes to the one before."""
+    rows = _poses(program, block, first)[first:]
+    return np.asarray(np.searchsorted(rows, np.arange(block.start, block.stop), side="right") - 1 + first)
+
+
 def _before(program: Program, block: slice, first: int) -> dict[int, str]:
-    return lines_before(program, _between(block.start, first), block)
+    own = _own(program, block, first)
+    return lines_before(program, _between(lambda pose: int(own[pose - block.start]) - 1), block)
 
 
-def _between(start: int, first: int) -> Between:
-    """Lines between the moves of a job whose position ``first`` is the pose ``start``."""
+def _between(position: Callable[[int], int]) -> Between:
+    """Lines between the moves of a job; ``position``: the number of that which the joint move to a pose has."""
     return Between(
         comment=_comment,
         line=lambda line: f"{line}\n",
         halt=lambda text: _comment(text) + "PAUSE\n",
         mount=lambda tool: "",
-        go=lambda pose: f"MOVJ C{pose - start + first:05d} VJ=10.00 PL=0\n",
+        go=lambda pose: f"MOVJ C{position(pose):05d} VJ=10.00 PL=0\n",
     )
 
 

@@ -88,7 +88,7 @@ def test_where_the_tool_starts(tmp_path: Path) -> None:
     for text, end, poses in [
         ("G90 G1 X5 F100", [5, 2, 3], 2),
         ("G91 G1 X5 Z-1 F100", [6, 2, 2], 2),
-        ("G90 G2 X5 Y6 I4 F100", [5, 6, 3], 14),
+        ("G90 G2 X5 Y6 I4 F100", [5, 6, 3], 13),
         ("G90 G81 X5 Z-5 R3 F100", [5, 2, 3], 4),
         ("G90 G1 Y2 F100", [1, 2, 3], 2),
     ]:

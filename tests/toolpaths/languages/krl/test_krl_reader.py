@@ -121,9 +121,9 @@ def test_calls_and_labels(tmp_path: Path) -> None:
 
 def test_a_cut_that_starts_where_nobody_knows(tmp_path: Path) -> None:
     """HOME is the controller's: a LIN from there is no line from the pose before; where the arm stands anyway it is."""
-    with pytest.raises(ReadError, match=r"starts where PTP HOME \(line 5\) leads") as caught:
+    with pytest.raises(ReadError, match=r"starts where PTP HOME \(line 3\) leads") as caught:
         read(tmp_path, source(f"LIN {POSE}\nPTP HOME\nLIN {POSE}"))
-    assert caught.value.line == 6
+    assert caught.value.line == 4
     assert len(read(tmp_path, source(f"PTP HOME\nLIN {POSE}\nPTP HOME\nPTP {POSE}\nLIN {POSE}\nPTP HOME"))) == 3
     assert len(read(tmp_path, source(f"LIN {POSE}\nPTP $POS_ACT\nLIN {POSE}"))) == 2
 
