@@ -1,4 +1,4 @@
-"""Table of a cell file about the machine that a G-code file was posted for."""
+"""Table of a cell file about the machine that a CNC program was posted for."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres
 from toolpaths.machine import Machine, RotaryAxis
 
-SystemName = Annotated[str, Field(pattern=r"^G5[4-9]$|^G59\.[1-3]$")]
+#: G54 to G59.3 of G-code, G54 to G599 of SINUMERIK, numbers of presets of Klartext.
+SystemName = Annotated[str, Field(pattern=r"^G5(?:[4-9]|\d\d)$|^G59\.[1-3]$|^\d{1,4}$")]
 
 
 class MachineAxisTable(TomlTable):
@@ -30,7 +31,7 @@ class MachineAxisTable(TomlTable):
 
 
 class MachineTable(TomlTable):
-    """The machine that a G-code file with rotary words, or with several of G54 ... G59.3, was posted for; mm.
+    """The machine that a CNC program with rotary words, or with several coordinate systems, was posted for; mm.
 
     ``start``: where the tool stands in the work object when the file begins, for files that do not name every axis
     before they cut.

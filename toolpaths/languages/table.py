@@ -103,6 +103,8 @@ _CAM = (
     Language(
         name="gcode", reads=_GCODE, writes=".nc", filtered=True, on_a_machine=True, machine_words=r"M\d+|G4"
     ),
+    Language(name="siemens", reads=(".mpf", ".spf", ".arc"), on_a_machine=True),
+    Language(name="heidenhain", reads=(".h",), on_a_machine=True),
     Language(name="apt", reads=(".apt", ".cl", ".cls", ".clsf", ".cldata")),
     Language(name="csv", reads=(".csv",), writes=".csv", table=True, machine_words=".*"),
 )

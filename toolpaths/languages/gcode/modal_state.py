@@ -9,8 +9,8 @@ from toolpaths.languages.gcode.canned_cycle import CannedCycle
 from toolpaths.languages.gcode.codes import CYCLES, TIP_CONTROLS, G
 from toolpaths.languages.gcode.feed import GcodeFeed
 from toolpaths.languages.gcode.origin import Origin
-from toolpaths.languages.gcode.rotary_words import RotaryState
 from toolpaths.machine import Machine
+from toolpaths.reading.rotary_state import RotaryState
 from toolpaths.reading.track import Track
 from toolpaths.toolpath import Toolpath
 
