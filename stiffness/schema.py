@@ -55,9 +55,9 @@ def findings(error: ValidationError) -> list[SchemaFinding]:
                 continue
             short.add(_key(loc))
             most = max(f["loc"][-1] for f in error.errors() if f["loc"][:-1] == loc and isinstance(f["loc"][-1], int))
-            found.append(SchemaFinding("wrong", _key(loc), given, _count(given, most + 1), "too_short"))
+            found.append(SchemaFinding("wrong", _key(loc), given, _count(given, most + 1), code="too_short"))
             continue
-        found.append(SchemaFinding(_KINDS.get(e["type"], "wrong"), _key(loc), given, _why(e), e["type"]))
+        found.append(SchemaFinding(_KINDS.get(e["type"], "wrong"), _key(loc), given, _why(e), code=e["type"]))
     return found
 
 

@@ -63,7 +63,7 @@ class MachineTable(TomlTable):
         systems = {name: _metres(origin) for name, origin in self.systems.items()}
         pivot = None if self.pivot is None else self.pivot / 1e3
         start = None if self.start is None else _metres(self.start)
-        return Machine(self.kinematics, tuple(a.axis() for a in self.axis), pivot, systems, start)
+        return Machine(self.kinematics, tuple(a.axis() for a in self.axis), pivot, systems, start=start)
 
 
 def _metres(xyz: tuple[float, float, float]) -> tuple[float, float, float]:

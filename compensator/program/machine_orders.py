@@ -27,7 +27,7 @@ def orders(toolpath: Toolpath, given: Mapping[str, tuple[str, ...]], cell: str) 
             lines = given.get(command.word)
             if lines is not None:
                 lines = tuple(_filled(text, command, event, source=toolpath.source, cell=cell) for text in lines)
-            out.append(Order(event.pose, command, event.line, event.word, lines))
+            out.append(Order(event.pose, command, event.line, event.word, lines=lines))
     return tuple(out)
 
 

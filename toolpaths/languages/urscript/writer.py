@@ -107,7 +107,7 @@ def _words(program: Program) -> _Words:
     )
     name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
     blend = steps_within(_SHARE * bound, _RADII)
-    return _Words(name, speed, blend, lines_before(program, between), lines_at_start(program, between))
+    return _Words(name, speed, blend, lines_before(program, between), at_start=lines_at_start(program, between))
 
 
 def _popup(text: str) -> str:
