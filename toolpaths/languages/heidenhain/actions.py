@@ -160,7 +160,7 @@ class KlartextActions(KlartextCycles):
             self._drill(line)
             self.modal = self.modal and 99 not in block.ms
         if ENDS & block.ms.keys():
-            self.end(line, f"M{next(iter(ENDS & block.ms.keys()))}")
+            self.end(line, f"M{min(ENDS & block.ms.keys())}")
 
     def end(self, line: int, word: str) -> None:
         """The program ends."""

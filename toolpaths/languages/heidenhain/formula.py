@@ -69,7 +69,10 @@ class QParameters:
         Raises:
             ExpressionError: only the control knows it.
         """
-        return as_number(self.operand(text))
+        try:
+            return float(text)
+        except ValueError:
+            return as_number(self.operand(text))
 
     def operand(self, text: str) -> Value:
         """A number or a parameter with its sign."""

@@ -255,7 +255,7 @@ class KlartextMotion(CncMotion):
     def _turn(self, block: KlartextBlock, *, alone: bool) -> None:
         """A, B, C."""
         angles = dict.fromkeys((name[-1] for name in block.unknown), math.nan)
-        for name in ROTARY & block.values.keys():
+        for name in [name for name in block.values if name in ROTARY]:
             at = self._spatial[name[-1]] if self.spatial_angles else self._turned.get(name[-1], math.nan)
             value = block.values[name] + (at if len(name) > 1 else 0.0)
             if value != value:

@@ -68,6 +68,11 @@ class SiemensExpression(Tokens):
         super().__init__(text, TOKEN)
         self._look_up = look_up
 
+    def peek(self, further: int = 0) -> str:
+        """A token, as it stands; empty at the end."""
+        at = self.at + further
+        return self.tokens[at][1] if at < len(self.tokens) else ""
+
     def kind(self, further: int = 0) -> str:
         """What a token is: string, address, number, name, sign; empty at the end."""
         at = self.at + further
@@ -75,6 +80,8 @@ class SiemensExpression(Tokens):
 
     def value(self) -> Value:
         """The value of what comes next."""
+        if self.kind() == "number" and (self.kind(1) in ("", "address") or self.peek(1) in (",", ")")):
+            return _literal(self.take())  # most values are plain numbers
         return self._comparison()
 
     def number(self) -> float:
