@@ -98,12 +98,20 @@ class SiemensExpression(Tokens):
         if self.peek() != "[":
             return name
         self.take("[")
-        indices = [_index(self.value())]
+        indices = [self._index()]
         while self.peek() == ",":
             self.take(",")
-            indices.append(_index(self.value()))
+            indices.append(self._index())
         self.take("]")
         return f"{name}[{','.join(indices)}]"
+
+    def _index(self) -> str:
+        """One index: a number, or the name of an axis."""
+        word, lone = self.peek(), self.kind() == "name" and self.peek(1) in ("]", ",")
+        value = self.value()
+        if isinstance(value, Runtime) and lone:
+            return word
+        return value if isinstance(value, str) else f"{as_number(value):g}"
 
     def skip_brackets(self) -> None:
         """The brackets of a length, as of STRING[32]: they do not matter."""
@@ -210,10 +218,6 @@ def as_number(value: Value) -> float:
     if isinstance(value, str):
         raise ExpressionError("a text where a number is expected")
     return float(value)
-
-
-def _index(value: Value) -> str:
-    return value if isinstance(value, str) else f"{as_number(value):g}"
 
 
 def _literal(text: str) -> float:
