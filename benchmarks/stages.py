@@ -30,7 +30,7 @@ STAGES = {
     "writing": ("compensator.program.export:program_of", "compensator.program.export:write_program"),
     "reading back, model once more": ("compensator.program.export:verify",),
     "numbers of the summary": (
-        "compensator.tasks.compensate:open_angles", "compensator.tasks.compensate:path_report",
+        "compensator.tasks.compensate:assessed", "compensator.tasks.compensate:path_report",
     ),
 }  # fmt: skip
 
