@@ -185,7 +185,7 @@ def test_tool_call_without_an_entry(tmp_path: Path) -> None:
     nc = tmp_path / "path.nc"
     nc.write_text("G21 G90\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nT2 M6\nG1 X50\n")
     text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
-    assert re.search(r"path\.nc:6: tool 2 is called, but .*cell\.toml has \[tools\.N\] for 1 only", text)
+    assert re.search(r"path\.nc:6: tool 2 cuts, but .*cell\.toml has \[tools\.N\] for 1 only", text)
     nc.write_text("G21 G90\nG0 X0 Y0 Z50\nT1 M6\nG1 Z0 F500\n")
     text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
     assert re.search(r"path\.nc:2: moves before any tool call", text), text
