@@ -111,9 +111,10 @@ def commands(folder: Path) -> Iterator[str]:
 
 def _told(summary: Mapping[str, Any]) -> Iterator[str]:
     """The lines of a summary that the page shows."""
-    for key in ("verdict", "misfit"):
-        if key in summary:
-            yield f"{key}: {summary[key]}"
+    if "verdict" in summary:
+        yield f"verdict: {summary['verdict']}"
+    if "misfit" in summary:
+        yield f"misfit: {summary['misfit']:.2f}"
     for a in summary.get("added", ()):
         yield f"added: {a['effect']} in {' '.join(a['where'])}"
     for name, rms in dict(summary.get("rms_mm") or {}).items():
