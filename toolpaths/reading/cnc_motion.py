@@ -14,7 +14,7 @@ from toolpaths.reading.plain_frame import PlainFrame
 from toolpaths.reading.plane_arc import PLANES, in_plane
 from toolpaths.reading.source_text import comment_word
 from toolpaths.reading.tool_posture import ToolPosture
-from toolpaths.reading.track import CUT_MARK, Track
+from toolpaths.reading.track import CUT_MARK, RAPID_MARK, Track
 from toolpaths.toolpath import Toolpath
 
 LOST: Vector = (math.nan, math.nan, math.nan)
@@ -67,7 +67,7 @@ class CncMotion(ToolPosture):
     def __init__(self, source: str, language: str, machine: Machine | None, tip_word: tuple[str, str]) -> None:
         super().__init__(machine, tip_word)
         self.source, self.track = source, Track(source, language)
-        self.at, self.frame, self.text = LOST, PlainFrame(), ""
+        self.at, self.frame, self.text = (machine.start if machine and machine.start else LOST), PlainFrame(), ""
         self.tool, self.normal = 0, 2
         self.retracts: list[MachineRetract] = []
         self.corner: Corner | None = None
@@ -98,6 +98,8 @@ class CncMotion(ToolPosture):
         if x != x or y != y or z != z or (self.rotary.used and not self.given and self.rotary.lost()):
             self._unknown(mark, end, line)
             return
+        if mark == CUT_MARK and not self._placed:
+            self._begin(line)
         if self.corner is not None:
             self._cut_corner(end, None, feed)
         self._append(mark, end=end, feed=feed, line=line, time=time)
@@ -110,6 +112,7 @@ class CncMotion(ToolPosture):
         """
         if self.standing or self._unchecked:
             self.check()
+        self._begin(line)
         if not self._placed or any(v != v for v in (*self.at, *end)):
             raise ValueError("an arc, but where it starts is not known", "Name X, Y and Z in a line first.")
         if self.corner is not None:
@@ -117,6 +120,11 @@ class CncMotion(ToolPosture):
         about = NORMALS[arc.normal] if arc.axis is None else arc.axis
         self.track.arc(self.frame.out(arc.center), self.frame.along(about), arc.sweep)
         self._append(CUT_MARK, end=end, feed=feed, line=line, arc=arc)
+
+    def _begin(self, line: int) -> None:
+        """The file begins with a cut: where [machine] start has the tool before it is a pose."""
+        if not len(self.track) and all(v == v for v in self.at) and not (self.rotary.used and self.rotary.lost()):
+            self._append(RAPID_MARK, end=self.at, feed=math.nan, line=line)
 
     def heading(self, normal: int) -> tuple[float, float] | None:
         """Unit vector in a plane in which the last move arrived; None where it did not in that plane."""
@@ -157,7 +165,8 @@ class CncMotion(ToolPosture):
         if mark == CUT_MARK:
             names = [a for a, v in zip("XYZ", end, strict=True) if v != v] or ["a rotary axis"]
             problem = f"a cutting move, but where {', '.join(names)} is, is not known"
-            raise ValueError(problem, "Approach with a rapid that names all axes.")
+            start = "" if len(self.track) else ", or give [machine] start = [x, y, z] in the cell"
+            raise ValueError(problem, f"Approach with a rapid that names all axes{start}.")
         self.no_corner()
         self.at, self._placed, self._last = end, False, None
         self.track.event(f"{comment_word(self.text)}, before the position is known", line)

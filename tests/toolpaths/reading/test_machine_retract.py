@@ -7,7 +7,7 @@ import pytest
 
 from toolpaths.errors import ReadError
 from toolpaths.reading.machine_retract import MachineRetract, around_the_cuts
-from toolpaths.toolpath import CUT, RAPID, SENSE_OPEN, Toolpath
+from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 UP, SIDE = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 #: A slot cut from x 0 to 100 mm at z -20 mm, with its approach from z 5 mm.
@@ -19,8 +19,7 @@ def path_of(moves: list[tuple[float, float, float, int]], axes: list[tuple[float
     return Toolpath(
         source="part", language="siemens", position=np.array([m[:3] for m in moves]) * 1e-3, axis=np.array(axes),
         quaternion=None, feed=np.full(n, 0.01), kind=np.array([m[3] for m in moves], dtype=np.uint8),
-        tool=np.zeros(n, dtype=np.int32), spindle=np.full(n, np.nan), sense=np.full(n, SENSE_OPEN, dtype=np.uint8),
-        line=np.arange(1, n + 1, dtype=np.int32), row=np.arange(n, dtype=np.float64),
+        tool=np.zeros(n, dtype=np.int32), spindle=np.full(n, np.nan), sense=np.zeros(n, dtype=np.int8), line=np.arange(1, n + 1, dtype=np.int32), row=np.arange(n, dtype=np.float64),
     )  # fmt: skip
 
 

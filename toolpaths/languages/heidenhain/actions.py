@@ -14,6 +14,7 @@ from toolpaths.languages.heidenhain.motion import MM, PLACES, POLAR, ROTARY
 from toolpaths.languages.heidenhain.words import M_REFUSED, M_SETTINGS
 from toolpaths.machine import Machine
 from toolpaths.reading.cnc_feed import PER_MINUTE, PER_TURN
+from toolpaths.reading.machine_words import machine_commands
 from toolpaths.reading.source_text import comment_word
 from toolpaths.reading.tool_numbers import ToolNumbers
 from toolpaths.reading.track import CUT_MARK, RAPID_MARK
@@ -150,9 +151,10 @@ class KlartextActions(KlartextCycles):
             elif m == 140:
                 self._draw_back(given, block, line)
             elif m not in M_SETTINGS and m not in (91, 92, 99):
-                said.append(f"M{m}")
-        if said := [word for word in said if word not in ("M2", "M30")]:
-            self.track.event(" ".join(said), line)
+                said.append(m)
+        said = [m for m in said if m not in ENDS]
+        if said:
+            self.track.event(" ".join(f"M{m}" for m in said), line, *machine_commands(self.track, said))
 
     def _after(self, block: KlartextBlock, line: int, *, placed: bool) -> None:
         """M functions that act at the end of a block: M99, M89, the end of the program."""
@@ -212,8 +214,11 @@ class KlartextActions(KlartextCycles):
                 raise ValueError(f"{other!r} in TOOL CALL: no word that is read")
             if said_word := self._tool_word(word, self.q.number(value)):
                 said.append(said_word)
+        called = self.tool if name or number else None
+        ms = () if called is None else (6,)  # the spindle stands
+        speed = self.feed.speed if any(word.startswith("S") for word in said) else None
         if said:
-            self.track.event(" ".join(said), line)
+            self.track.event(" ".join(said), line, *machine_commands(self.track, ms, speed=speed, tool=called))
 
     def _tool_word(self, word: str, value: float) -> str:
         if word == "S":

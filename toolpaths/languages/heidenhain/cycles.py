@@ -12,6 +12,7 @@ from toolpaths.languages.heidenhain.motion import KlartextMotion
 from toolpaths.languages.heidenhain.planes import Plane, plane, spatial
 from toolpaths.languages.heidenhain.words import CYCLES_OFF, CYCLES_PASSED, CYCLES_REFUSED
 from toolpaths.machine import Machine
+from toolpaths.reading.machine_words import stay
 from toolpaths.reading.source_text import comment_word
 
 _VALUE = rf"[-+]?\s*(?:{NUMBER}|{PARAMETER})"
@@ -197,6 +198,6 @@ class KlartextCycles(KlartextMotion):
             raise ValueError("a drilling cycle under M128 or FUNCTION TCPM", "Write M129 before it.")
         for step in self.cycle.steps():
             if step.dwell:
-                self.track.event(f"dwell {step.dwell:g} s", line)
+                self.track.event(f"dwell {step.dwell:g} s", line, stay(step.dwell))
             elif step.height != self.at[2]:
                 self.go(step.mark, (self.at[0], self.at[1], step.height), step.feed, line)

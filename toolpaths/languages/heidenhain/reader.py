@@ -12,7 +12,7 @@ from toolpaths.languages.heidenhain.program import KlartextUnit, program_beside,
 from toolpaths.languages.heidenhain.words import FUNCTIONS_REFUSED, FUNCTIONS_SET, REFUSED, REMARKS
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
-from toolpaths.toolpath import Toolpath
+from toolpaths.toolpath import MachineCommand, Toolpath
 
 _WORD = re.compile(r"([A-Z]+)(?![A-Z])\s*(.*)", re.S)
 _CALL = re.compile(r'(LBL|PGM)\s*("[^"]*"|[^\s"]+)\s*(?:REP\s*([^\s/]+)(?:\s*/\s*\d+)?)?\s*$')
@@ -125,6 +125,8 @@ class KlartextReader(KlartextActions):
             raise ValueError("a second BEGIN PGM", "Two programs in one file? Give one file each.")
         elif word in REFUSED:
             raise ValueError(f"{word}: {REFUSED[word]}")
+        elif word == "STOP":
+            self.track.event(comment_word(text), line, MachineCommand("M0"))
         elif word in REMARKS:
             self.track.event(comment_word(text), line)
         elif not self.q.assign(text):

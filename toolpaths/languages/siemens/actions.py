@@ -20,6 +20,7 @@ from toolpaths.languages.siemens.words import (
 )
 from toolpaths.machine import Machine
 from toolpaths.reading.cnc_feed import INVERSE_TIME, PER_MINUTE, PER_TURN
+from toolpaths.reading.machine_words import machine_commands, stay
 from toolpaths.reading.source_text import comment_word
 from toolpaths.reading.tool_numbers import ToolNumbers
 
@@ -176,6 +177,7 @@ class SiemensActions(SiemensCycles):
                     words.append(self._speed(name, plain(values, name)))
             elif len(name) == 1 or name[0] not in "DH":
                 raise ValueError(f"{shown(name, values[name])}: this reader does not know the address")
+        own = [m for extension, m in block.ms if extension in (0, self._master) and m not in ENDS]
         for extension, m in block.ms:
             if m == 6:
                 self.tool = self._selected
@@ -184,8 +186,21 @@ class SiemensActions(SiemensCycles):
         if "D" in values:
             self._edge(plain(values, "D"))
         words += [f"{name}{plain(values, name):g}" for name in ("D", "H") if name in values]
+        changed = "T" in values or 6 in own
+        commands = machine_commands(
+            self.track,
+            own,
+            speed=self._said_speed(values, stays=stays),
+            tool=self._selected if changed else None,
+            mounted=6 in own or not self.changes,
+        )
         if words:
-            self.track.event(" ".join(words), line)
+            self.track.event(" ".join(words), line, *commands)
+
+    def _said_speed(self, values: Mapping[str, Given], *, stays: bool) -> float | None:
+        """S of the master spindle in a block that does not stay."""
+        names = [name for name in ("S", f"S{self._master}") if name in values]
+        return plain(values, names[0]) if names and not stays else None
 
     def _tool(self, given: Given) -> str:
         if isinstance(given, tuple):
@@ -236,7 +251,8 @@ class SiemensActions(SiemensCycles):
         if not MOVING.isdisjoint(values):
             raise ValueError("G4 with coordinates; it stands in a block of its own")
         stays = [f"{name}{plain(values, name):g}" for name in values if name[0] in "FS"]
-        self.track.event(" ".join(["G4", *stays]), line)
+        seconds = plain(values, "F") if "F" in values else self._seconds(-plain(values, "S"))
+        self.track.event(" ".join(["G4", *stays]), line, stay(seconds))
 
     def _retract(self, block: SiemensBlock, line: int) -> None:
         """SUPA, G53, G153, G74, G75: a place of the machine."""

@@ -10,6 +10,7 @@ from toolpaths.languages.siemens.frames import swivel
 from toolpaths.languages.siemens.motion import AXES, SiemensMotion, plain
 from toolpaths.machine import Machine
 from toolpaths.reading.cnc_feed import INVERSE_TIME
+from toolpaths.reading.machine_words import stay
 from toolpaths.reading.source_text import comment_word
 from toolpaths.reading.track import RAPID_MARK
 
@@ -68,13 +69,19 @@ class SiemensCycles(SiemensMotion):
         feed = self.feed.rate(self.feed_unit)
         for step in cycle.steps(feed):
             if step.dwell:
-                self.track.event(step.dwell, line)
+                unit = "s" if step.dwell > 0 else "turns"
+                self.track.event(f"dwell {abs(step.dwell):g} {unit}", line, stay(self._seconds(step.dwell)))
                 continue
             place = [*self.at]
             place[self.normal] = step.height
             if place[self.normal] != self.at[self.normal]:
                 rate = math.nan if step.mark == RAPID_MARK else feed if step.feed != step.feed else step.feed
                 self.go(step.mark, (place[0], place[1], place[2]), rate, line)
+
+    def _seconds(self, dwell: float) -> float:
+        """s of a stay; below 0 it counts turns of the spindle."""
+        turn = 60.0 / self.feed.speed if self.feed.speed > 0 else 0.0
+        return dwell if dwell > 0 else -dwell * turn
 
     def _pattern(self, name: str, given: Arguments, line: int) -> None:
         if self.modal is None:

@@ -30,12 +30,12 @@ MOST_HOLES = 1000
 
 
 class DrillStep(NamedTuple):
-    """A move along the tool, or with ``dwell`` a stay: kind, height m, feed m/s (NaN: of the block), its text."""
+    """A move along the tool, or with ``dwell`` a stay: kind, height m, feed m/s (NaN: of the block), s (or -turns)."""
 
     mark: int
     height: float
     feed: float = math.nan
-    dwell: str = ""
+    dwell: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,7 @@ class SiemensDrilling:
     @staticmethod
     def _stay(dwell: float, height: float) -> Iterator[DrillStep]:
         if dwell:
-            unit = "s" if dwell > 0 else "turns"
-            yield DrillStep(CUT_MARK, height, dwell=f"dwell {abs(dwell):g} {unit}")
+            yield DrillStep(CUT_MARK, height, dwell=dwell)
 
 
 def strokes(depth: float, first: float, degression: float, least: float) -> list[float]:
