@@ -106,7 +106,10 @@ class Outputs:
             names = ", ".join(file.name for file in (staged, *beside))
             raise CompensatorError(f"-: the program is {1 + len(beside)} files ({names}); standard output takes one")
         targets = (target, *(target.parent / file.name for file in beside))
+        run = current_run()
         for place in targets[1:]:
+            if run is not None:
+                run.refuse_input(place)
             if place.exists() and not target.exists():
                 why = f"stands there and belongs to {target}, which does not: it would be overwritten"
                 raise CompensatorError(f"{place}: {why}; take it away, or give the output another name or folder")
@@ -119,9 +122,6 @@ class Outputs:
         if place in self._taken:
             raise CompensatorError(f"{target}: is asked for twice; give each output a name of its own")
         self._taken.add(place)
-        run = current_run()
-        if run is not None:
-            run.refuse_input(target)
         if target != STDOUT:
             self._staging.add(staged, place)
 

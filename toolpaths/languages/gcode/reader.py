@@ -24,7 +24,7 @@ from toolpaths.languages.gcode.codes import (
 )
 from toolpaths.languages.gcode.motion import GcodeMotion
 from toolpaths.languages.gcode.retract import Retract, check_clearances, check_retracts
-from toolpaths.languages.gcode.words import M_END, Words, refuse_print, split_block, strip_comments
+from toolpaths.languages.gcode.words import M_END, Words, prints_refused, split_block, strip_comments
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, MachineCommand, Toolpath
@@ -61,7 +61,8 @@ def read(path: Path, source: str, chord: float, machine: Machine | None = None) 
 def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> BlockReader:
     """The blocks of a file, read."""
     blocks = BlockReader(source, machine, trace=trace)
-    blocks.read(lines)
+    with prints_refused(lines, source):
+        blocks.read(lines)
     return blocks
 
 
@@ -82,15 +83,10 @@ class BlockReader:
         self.changes = _stands_in(TOOL_CHANGE, lines)
         if self.state.rotary.letters and _stands_in(ROTARY, lines):
             self.state.rotary.use()
-        try:
-            for line, text in enumerate(lines, 1):
-                if text and not text.isspace():
-                    self._line(text, line)
-            self._check_end(lines)
-        except ReadError as problem:
-            if "3D printer" not in str(problem):
-                refuse_print(lines, self.source)
-            raise
+        for line, text in enumerate(lines, 1):
+            if text and not text.isspace():
+                self._line(text, line)
+        self._check_end(lines)
 
     def toolpath(self, chord: float) -> Toolpath:
         """The poses."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from toolpaths.errors import ReadError
 from toolpaths.languages.gcode.codes import REFUSED, G
@@ -99,16 +101,21 @@ def _what(other: str, text: str) -> str:
     return f"{told!r}: {SYMBOLS.get(told, 'not a G-code word')}"
 
 
-def refuse_print(lines: list[str], source: str) -> None:
-    """Refuse a file for a 3D printer, whatever else is wrong with it.
+@contextmanager
+def prints_refused(lines: list[str], source: str) -> Iterator[None]:
+    """A file that is refused, and is for a 3D printer, is refused for that: by the first line that only a printer has.
 
     Raises:
-        ReadError: names the first line that only a printer has.
+        ReadError: the one from inside, or that.
     """
-    for line, text in enumerate(lines, 1):
-        if PRINT.match(text) and not EXPONENT.search(text.upper()):
-            what = f"{text.strip()[:40]!r}: this is a file for a 3D printer, which only 3D printers run"
-            raise ReadError(source, line, what, "Post a milling program.")
+    try:
+        yield
+    except ReadError as problem:
+        for line, text in enumerate(lines, 1):
+            if "3D printer" not in str(problem) and PRINT.match(text) and not EXPONENT.search(text.upper()):
+                what = f"{text.strip()[:40]!r}: this is a file for a 3D printer, which only 3D printers run"
+                raise ReadError(source, line, what, "Post a milling program.") from problem
+        raise
 
 
 def strip_comments(text: str) -> tuple[str, list[str]]:
