@@ -19,7 +19,8 @@ def path_of(moves: list[tuple[float, float, float, int]], axes: list[tuple[float
     return Toolpath(
         source="part", language="siemens", position=np.array([m[:3] for m in moves]) * 1e-3, axis=np.array(axes),
         quaternion=None, feed=np.full(n, 0.01), kind=np.array([m[3] for m in moves], dtype=np.uint8),
-        tool=np.zeros(n, dtype=np.int32), spindle=np.full(n, np.nan), sense=np.zeros(n, dtype=np.int8), line=np.arange(1, n + 1, dtype=np.int32), row=np.arange(n, dtype=np.float64),
+        tool=np.zeros(n, dtype=np.int32), spindle=np.full(n, np.nan), sense=np.zeros(n, dtype=np.int8),
+        line=np.arange(1, n + 1, dtype=np.int32), row=np.arange(n, dtype=np.float64),
     )  # fmt: skip
 
 
