@@ -44,7 +44,7 @@ def resample(path: Toolpath, *, spacing: float, angle: float = ANGLE) -> Toolpat
     if parts.sum() > MOST_POSES:
         raise ToolpathError(f"{path.source}: a spacing of {spacing * 1e3:g} mm makes {parts.sum():.3g} poses")
     count = np.maximum(np.ceil(parts - _ROUNDING), 1.0).astype(np.intp)
-    return path if count.max() == 1 else _inserted(path, count)
+    return path if count.max() == 1 else in_parts(path, count)
 
 
 def _turns(path: Toolpath) -> Floats:
@@ -63,7 +63,7 @@ def _turns(path: Toolpath) -> Floats:
     return turn
 
 
-def _inserted(path: Toolpath, count: Rows) -> Toolpath:
+def in_parts(path: Toolpath, count: Rows) -> Toolpath:
     """The path with move m (from pose m to m + 1) in ``count[m]`` parts."""
     move = np.repeat(np.arange(len(count)), count - 1)
     first = np.concatenate([[0], np.cumsum(count - 1)])[:-1]  # of the poses of each move

@@ -56,6 +56,9 @@ def wrenches_along(source: Path, path: Toolpath) -> Floats:
     cutting = path.kind == CUT
     if LANGUAGES[path.language].table:
         return _interpolated(source, path, index, wrench)
+    if path.file is not None and path.file.any():
+        problem = f"its index counts lines, and {path.source} is a program of {len(path.sources)} files"
+        raise CellError(f"{source}: {problem}. Write the poses as csv, and a row of the table for each")
     at = np.searchsorted(index, path.line)
     at = np.minimum(at, len(index) - 1)
     missing = cutting & (index[at] != path.line)
