@@ -88,17 +88,18 @@ class CutterCompensation:
             meet = self._at[0] - back * u[0], self._at[1] - back * u[1]
         else:
             meet = _nearest(_meetings(self._curve(before), self._curve(s)), (p[0], p[1]))
-        self._check_meeting(before, before.way(before.end), meet, self._from, -1.0)
-        self._check_meeting(s, s.way(s.start), meet, self._beside(s.end, s.way(s.end)), 1.0)
+        self._check_meeting(before, meet, self._from, -1.0)
+        self._check_meeting(s, meet, self._beside(s.end, s.way(s.end)), 1.0)
         if before.center is not None:
             self._turn_last_arc(before, meet)
         for row in self._moves:
             self._track.moves[7 * row], self._track.moves[7 * row + 1] = meet
         self._at = meet
 
-    def _check_meeting(self, s: ProgrammedMove, way: Point, meet: Point, far: Point, sign: float) -> None:
-        """The meeting point lies on the offset move, before its other end."""
+    def _check_meeting(self, s: ProgrammedMove, meet: Point, far: Point, sign: float) -> None:
+        """The meeting point lies on the offset move, before its other end; ``sign``: +1 where that is its end."""
         if s.center is None:
+            way = s.way(s.end)
             room = sign * ((far[0] - meet[0]) * way[0] + (far[1] - meet[1]) * way[1])
         else:
             a = math.atan2(meet[1] - s.center[1], meet[0] - s.center[0])
