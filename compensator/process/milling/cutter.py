@@ -129,4 +129,5 @@ class Cutter:
         Args:
             rho: (N,) m from the axis; s: (N,) m up the tool from the tip.
         """
-        return np.array([profile_distance(self.profile[None], 0, r, h, longer=0.0).d for r, h in zip(rho, s, strict=True)])
+        row, places = self.profile[None], zip(rho, s, strict=True)
+        return np.array([profile_distance(row, 0, r, h, longer=0.0).d for r, h in places])

@@ -45,7 +45,8 @@ class CutterTable(TomlTable):
         allowed = KEYS_OF.get(self.shape, ())
         for key in SHAPED:
             if getattr(self, key) is not None and key not in allowed:
-                raise ValueError(f"{key} = {getattr(self, key):g} with shape = {self.shape!r}: it belongs to {_owners(key)}")
+                value = f"{key} = {getattr(self, key):g}"
+                raise ValueError(f"{value} with shape = {self.shape!r}: it belongs to {_owners(key)}")
         for key in NEEDED.get(self.shape, ()):
             if getattr(self, key) is None:
                 raise ValueError(f"{key} is missing: a cutter of shape {self.shape!r} needs it")

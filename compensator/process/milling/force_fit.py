@@ -64,7 +64,8 @@ def fit_forces(tests: Sequence[ForceTest], source: str) -> ForceFit:
     if "ktc" in undetermined:
         raise CompensatorError(f"{source}: ktc is not determined: {undetermined['ktc']}")
     if len(y) <= len(used):
-        raise CompensatorError(f"{source}: {len(y)} readings for {len(used)} numbers; more are needed to tell how sure they are")
+        what = f"{len(y)} readings for {len(used)} numbers"
+        raise CompensatorError(f"{source}: {what}; more are needed to tell how sure they are")
     weight = np.ones(len(y))
     for _ in range(WEIGHING):
         k, covariance, rms = _solved(a[:, used], y, kinds, weight)

@@ -83,7 +83,8 @@ def _check_header(path: Path, header: list[str]) -> None:
     known = {*NEEDED, *FORCES, *POWER, *OPTIONAL}
     unknown = [c for c in header if c not in known]
     if unknown:
-        raise CompensatorError(f"{path}:1: unknown column {', '.join(map(repr, unknown))}; known: {', '.join(sorted(known))}")
+        listed = ", ".join(map(repr, unknown))
+        raise CompensatorError(f"{path}:1: unknown column {listed}; known: {', '.join(sorted(known))}")
     twice = sorted({c for c in header if header.count(c) > 1})
     if twice:
         raise CompensatorError(f"{path}:1: column {', '.join(twice)} stands there twice")
@@ -111,7 +112,8 @@ def _test(path: Path, line: int, header: list[str], row: list[str]) -> ForceTest
             raise CompensatorError(f"{path}:{line}: {name} = {values[name]:g}; above 0 is expected")
     entry, exit = values["entry_deg"], values["exit_deg"]
     if not -180 <= entry < exit <= 180:
-        raise CompensatorError(f"{path}:{line}: entry_deg = {entry:g}, exit_deg = {exit:g}; -180 <= entry < exit <= 180")
+        given = f"entry_deg = {entry:g}, exit_deg = {exit:g}"
+        raise CompensatorError(f"{path}:{line}: {given}; -180 <= entry < exit <= 180 is expected")
     force = [values[f] for f in FORCES if f in values]
     if len(force) not in (0, 3):
         raise CompensatorError(f"{path}:{line}: {', '.join(FORCES)}: give all three or none of them")

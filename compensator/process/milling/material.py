@@ -1,4 +1,4 @@
-"""Material: the coefficients of the cutting force and how sure they are. Reads material/1 files and the built-in sets."""
+"""Material: the coefficients of the cutting force and how sure they are. Reads material/1 files and built-in sets."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class CoefficientsTable(TomlTable):
 
 
 class KienzleTable(TomlTable):
-    """Specific force N/mm2 at a chip of 1 mm and its exponent: F = kc11 b h^(1 - mc); of the normal force where known."""
+    """Specific force N/mm2 at a chip of 1 mm, and its exponent: F = kc11 b h^(1 - mc); of the normal force if known."""
 
     kc11: Number = Field(gt=0)
     mc: Number = Field(ge=0, lt=1)
@@ -91,7 +91,7 @@ class MaterialFile(TomlTable):
         if self.covariance is not None:
             matrix = np.array(self.covariance)
             if not np.allclose(matrix, matrix.T, rtol=1e-6) or np.linalg.eigvalsh(matrix).min() < -1e-6 * matrix.max():
-                raise ValueError("covariance is not that of six numbers: it has to be symmetric, without negative variances")
+                raise ValueError("covariance: expected a symmetric matrix without negative variances")
         return self
 
 
@@ -150,7 +150,8 @@ def load_material(name_or_path: str, folder: Path, feed_per_tooth: float | None 
     path = folder / name_or_path
     if path.suffix != ".toml":
         known = ", ".join(builtin_materials())
-        raise CellError(f"{name_or_path!r} is no material: expected a path to a material/1 file (.toml), or one of {known}")
+        what = f"{name_or_path!r} is no material"
+        raise CellError(f"{what}: expected a path to a material/1 file (.toml), or one of {known}")
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as e:
@@ -180,7 +181,8 @@ def material_of(text: str, source: str, feed_per_tooth: float | None = None) -> 
         if feed_per_tooth is None or not feed_per_tooth > 0:
             raise CellError(f"{source}: [kienzle] needs the feed per tooth of the job, which is not known")
         given = _linear(file.kienzle, 2.0 / pi * feed_per_tooth * 1e3)
-        label = f"six numbers from kc1.1 = {file.kienzle.kc11:g}, mc = {file.kienzle.mc:g} at {feed_per_tooth * 1e3:.3g} mm"
+        law = f"kc1.1 = {file.kienzle.kc11:g} N/mm2, mc = {file.kienzle.mc:g}"
+        label = f"numbers from {law}, at {feed_per_tooth * 1e3:.3g} mm per tooth"
     elif file.coefficients is not None:
         given = file.coefficients.given()
     low_high = file.range

@@ -43,7 +43,8 @@ def read_mesh(path: Path, units: str) -> Stock:
 def _loaded(path: Path) -> tuple[Floats, Faces]:
     """Vertices (V, 3), each place once, and faces (F, 3)."""
     if path.suffix.lower() not in FORMATS:
-        raise CellError(f"{path}: {path.suffix or 'a file without suffix'} is no mesh that is read: {' '.join(FORMATS)}")
+        what = path.suffix or "a file without suffix"
+        raise CellError(f"{path}: {what} is no mesh that is read: {' '.join(FORMATS)}")
     try:
         size = path.stat().st_size
     except OSError as e:
@@ -64,7 +65,8 @@ def _loaded(path: Path) -> tuple[Floats, Faces]:
         raise CellError(f"{path}: {len(faces):,} facets; at most {MOST_FACES:,} are read: write a coarser mesh")
     bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1)[faces].all(axis=1))
     if len(bad):
-        raise CellError(f"{path}: facet {bad[0] + 1} has a corner that is no number ({len(bad)} such facets): repair it")
+        what = f"facet {bad[0] + 1} has a corner that is no number ({len(bad)} such facets)"
+        raise CellError(f"{path}: {what}: repair the mesh where it was made")
     return _joined(vertices, faces)
 
 

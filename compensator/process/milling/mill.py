@@ -12,16 +12,19 @@ import numpy.typing as npt
 from compensator.process.milling.grid import empty_field, grown
 from compensator.process.milling.kernels.chip import AP, AREA, ENTRY, EXIT, OUT_COLUMNS, PEAK, SUMS, VOLUME
 from compensator.process.milling.kernels.field import DONE, Field
+from compensator.process.milling.kernels.hits import SIDEWAYS
 from compensator.process.milling.kernels.walk import Tools, walk
 from compensator.process.milling.kernels.writing import room_for, write_move
 from compensator.process.milling.outline import envelope_of, lattice_for
 from compensator.process.milling.path import MillingPath, prepared
+from compensator.process.milling.remains import Remains
 from compensator.process.milling.stock import Stock
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 BLOCK = 2000  # poses between two reports of progress
+ACROSS = 1e-3  # share of the feed: less is the rounding of a file
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,7 +43,7 @@ class Cut:
             m3), kte, kre, kae (m, m2).
         coefficients: (6,) N/m2, N/m. peak: (N,) N with these.
         hits: (N,) bits of kernels/hits.py.
-        field: the stock that remains.
+        remains: of the stock; None where no move cuts.
     """
 
     path: MillingPath
@@ -55,7 +58,7 @@ class Cut:
     coefficients: Floats
     peak: Floats
     hits: npt.NDArray[np.int32]
-    field: Field | None
+    remains: Remains | None
 
     def __len__(self) -> int:
         return len(self.path)
@@ -93,7 +96,7 @@ def mill(
     """
     ready = prepared(path, cell)
     out, hits = np.zeros((len(path), OUT_COLUMNS)), np.zeros(len(path), dtype=np.int32)
-    field = None
+    remains = None
     if len(ready.moves):
         field = empty_field(stock.solid, ready.moves, cell)
         envelope = envelope_of(path.cutters, cell)
@@ -109,8 +112,8 @@ def mill(
             elif progress is not None:
                 progress(reached, len(path))
             done = reached
-        field = _finished(field)
-    return _cut(path, ready.axes, out, hits, coefficients=coefficients, field=field)
+        remains = Remains(_finished(field), stock, ready.poses.last)
+    return _cut(path, ready.axes, out, hits, coefficients=coefficients, remains=remains)
 
 
 def _finished(field: Field) -> Field:
@@ -121,6 +124,13 @@ def _finished(field: Field) -> Field:
         else:
             field = grown(field)
     return field
+
+
+def _sideways(path: MillingPath, axes: Floats) -> npt.NDArray[np.bool_]:
+    """(N,) where a drill goes across its axis."""
+    drill = np.array([c.shape == "drill" for c in path.cutters])[path.cutter]
+    across = np.abs(np.sum(path.way * axes[:, :, 0], axis=1))
+    return np.asarray(drill & (across > ACROSS * np.linalg.norm(path.way, axis=1)))
 
 
 def _tools(path: MillingPath, coefficients: Floats) -> Tools:
@@ -137,7 +147,7 @@ def _tools(path: MillingPath, coefficients: Floats) -> Tools:
 
 def _cut(
     path: MillingPath, axes: Floats, out: Floats, hits: npt.NDArray[np.int32], *, coefficients: Floats,
-    field: Field | None,
+    remains: Remains | None,
 ) -> Cut:  # fmt: skip
     engaged = out[:, AREA] > 0.0
     shares = out[:, SUMS:].reshape(-1, 6, 6)
@@ -146,11 +156,12 @@ def _cut(
     s = path.sense[:, None]
     shares[:, [1]] *= s[:, :, None]
     shares[:, [3, 5]] *= s[:, :, None]
+    hits = hits | np.where(engaged & _sideways(path, axes), SIDEWAYS, 0).astype(np.int32)
     entry = np.where(engaged, np.maximum(out[:, ENTRY], -np.pi * (1 - 1e-6)), np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
         per_tooth = np.where(~path.rapid, path.feed / path.teeth_per_second, 0.0)
     return Cut(
         path, axes, ap=out[:, AP], entry=entry, exit=np.where(engaged, out[:, EXIT], np.nan), area=out[:, AREA],
         removed=out[:, VOLUME], feed_per_tooth=per_tooth, shares=shares, coefficients=coefficients,
-        peak=out[:, PEAK], hits=hits, field=field,
+        peak=out[:, PEAK], hits=hits, remains=remains,
     )  # fmt: skip

@@ -87,7 +87,7 @@ def _some_normal(z: Floats) -> Floats:
 
 @dataclass(frozen=True, repr=False)
 class Prepared:
-    """A path as the kernels take it: ``moves`` (M, 29) that cut, ``poses``, path ``axes`` (N, 3, 3), columns x, y, z."""
+    """A path as kernels take it: ``moves`` (M, 29) that cut, ``poses``, path ``axes`` (N, 3, 3) in columns x, y, z."""
 
     moves: Floats
     poses: Poses
