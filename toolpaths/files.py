@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +11,9 @@ from toolpaths.errors import ReadError, WriteError
 from toolpaths.finding import ERROR, Finding, refuse_errors
 from toolpaths.languages.table import LANGUAGES, READ, WRITTEN, Language, reading, writing
 from toolpaths.machine import Machine
+from toolpaths.reading.source_text import refuse_absent
 from toolpaths.toolpath import Toolpath
-from toolpaths.writing.checks import common_findings
+from toolpaths.writing.checks import common_findings, unsaid
 from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
 from toolpaths.writing.program import Program, ReadBack
 from toolpaths.writing.staging import Staging, StagingError
@@ -35,6 +37,7 @@ def read_toolpath(
     if not 0.0 < chord < 1.0:
         raise ValueError(f"chord = {chord} m: a length above 0 and below 1 m is needed")
     source = os.fspath(path)
+    refuse_absent(Path(path), source if shown is None else shown)
     language = reading(Path(path))
     if language is None:
         known = "; ".join(f"{known.name}: {' '.join(known.reads)}" for known in READ)
@@ -110,10 +113,12 @@ def write_program(program: Program, path: str | os.PathLike[str], language: str 
             written. Nothing is left behind or changed then.
     """
     target = Path(path)
-    writer = language_of(path, language).writer
+    spoken = language_of(path, language)
+    writer = spoken.writer
     found = list(program.findings) + list(common_findings(program))
     if not any(f.level == ERROR for f in found):
         found += writer.findings(program, target)
+        found += unsaid(program, spoken.name, lambda word: re.fullmatch(spoken.machine_words, word) is not None)
     findings = refuse_errors(str(path), found)
     written: list[Path] = []
     try:

@@ -124,12 +124,10 @@ class ProcessContext:
     Attributes:
         source: the cell file, for messages.
         folder: what paths in the cell are relative to.
-        turn_is_chosen: the turn about the tool axis is free where the toolpath leaves it open.
     """
 
     source: str
     folder: Path
-    turn_is_chosen: bool
 
 
 class ProcessTable(TomlTable):

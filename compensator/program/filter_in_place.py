@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.placement import Placement
 from compensator.program.export import program_of
 from compensator.program.filtered_program import TURNED, FilteredProgram, verify_filtered
 from compensator.program.maker import MadeProgram, ProgramMaker
@@ -41,6 +42,9 @@ class FilterInPlace(ProgramMaker):
     language: Language
     in_place = True
 
+    def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
+        """Names and words of the source stay."""
+
     def write(self, c: Compensation, staged: Path) -> FilteredProgram:
         source = self.file.read_bytes()
         left: tuple[Finding, ...] = ()
@@ -54,7 +58,8 @@ class FilterInPlace(ProgramMaker):
         for suffix, data in rewritten.beside:
             files.append(staged.with_suffix(suffix))
             files[-1].write_bytes(data)
-        return FilteredProgram(tuple(files), (*rewritten.changes, *left), result=c, program=program, row=row)
+        found = (*rewritten.changes, *left, *_unused_events(c.job.placement, self.file))
+        return FilteredProgram(tuple(files), found, result=c, program=program, row=row)
 
     def verify(self, made: MadeProgram, shown: Path) -> Verified:
         if not isinstance(made, FilteredProgram):
@@ -72,6 +77,14 @@ def filter_of(file: Path, source: Toolpath, language: Language) -> FilterInPlace
         return None
     language.filter.check(file.read_bytes(), file)
     return FilterInPlace(file, source.row, language)
+
+
+def _unused_events(placement: Placement, toolpath: Path) -> tuple[Finding, ...]:
+    """[program.events] is for programs that are written anew."""
+    if not placement.program.events:
+        return ()
+    what = "the file keeps its own words for the machine: [program.events] of the cell is not used"
+    return (Finding(WARNING, str(toolpath), what),)
 
 
 def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:

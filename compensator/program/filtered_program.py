@@ -60,7 +60,7 @@ def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
         printed = on_axes.then(printed)
     rows = np.flatnonzero(cut)
     tcp, some = c.job.placement.workobject.then(printed).take(rows), toolpath.take(rows)
-    batch = c.job.planner.inverse.along(some, tcp, c.path.branch, c.command.q[rows])
+    batch = c.job.planner.inverse.along(some, tcp, c.path.branch[rows], c.command.q[rows])
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(some, k)}: the written pose has no joint angles: {batch.why(k)}")

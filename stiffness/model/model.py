@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -20,6 +19,7 @@ from stiffness.model.file import SCHEMA, read_tables, sd_key
 from stiffness.model.toml_text import toml_text
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
+from stiffness.text_file import toml_table
 
 Floats = npt.NDArray[np.float64]
 
@@ -76,15 +76,7 @@ def load_model(path: str | Path, joints: int = 6) -> ComplianceModel:
         ModelError: names the file, the key, the value and what was expected.
     """
     name = str(path)
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as e:
-        raise ModelError(f"{name}: cannot read the model: {e}") from e
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as e:
-        raise ModelError(f"{name}: not a TOML file: {e}") from e
-    return _model(name, table, joints)
+    return _model(name, toml_table(name, Path(path), ModelError, SCHEMA), joints)
 
 
 def robot_of(model: ComplianceModel) -> Robot:

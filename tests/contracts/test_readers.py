@@ -47,6 +47,8 @@ def test_same_poses_from_every_language(tmp_path: Path, name: str, suffix: str, 
         "feed": "f8",
         "kind": "u1",
         "tool": "i4",
+        "spindle": "f8",
+        "sense": "i1",
         "line": "i4",
         "row": "f8",
     }

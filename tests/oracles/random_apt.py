@@ -16,6 +16,7 @@ class RandomApt:
         self.lines: list[str] = []
         self.at: np.ndarray | None = None  # in the frame in force
         self.axis = np.array([0.0, 0.0, 1.0])
+        self.stopped = False
 
     def put(self, head: str, *values: object) -> None:
         """A statement with random dress: spaces, lower case, exponents, a continued line."""
@@ -115,7 +116,14 @@ class RandomApt:
         if self.rng.integers(3) == 0:
             self.put(*(("LOAD", "TOOL") if self.nx else ("LOADTL",)), int(self.rng.integers(1, 90)))
         if self.rng.integers(3) == 0:
-            self.put("SPINDL", "RPM", float(self.rng.integers(100, 9000)), "CLW")
+            self.put("SPINDL", "RPM", float(self.rng.integers(100, 9000)), "CLW" if self.rng.integers(2) else "CCLW")
+        elif self.stopped:
+            self.put("SPINDL", "ON")
+        elif self.rng.integers(4) == 0 and feed[1].endswith("M"):
+            self.put("SPINDL", "OFF")
+            self.stopped = True
+            return
+        self.stopped = False
         self.put("PAINT", "COLOR", 31)
 
     def text(self) -> str:

@@ -87,9 +87,9 @@ class Interpreter:
             elif s.kind == CHOICE:
                 self._choice(s)
 
-    def remark(self, s: Statement, text: str) -> None:
-        """Keep a remark of the program for its next move."""
-        self.track.event(comment_word(plain_text(text)), self.program.line(s.start))
+    def remark(self, s: Statement, text: str, instruction: str = "") -> None:
+        """Keep a remark of the program for its next move; ``instruction``: what it is, if it acts on the machine."""
+        self.track.event(comment_word(plain_text(text)), self.program.line(s.start), instruction)
 
     def loop(self, s: Statement) -> None:
         """FOR."""

@@ -14,7 +14,7 @@ from toolpaths.interpreting.arcs import with_arc_points
 from toolpaths.reading.track import LIMIT
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
 from toolpaths.tool_frame import ToolFrame
-from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
+from toolpaths.toolpath import CUT, SENSE_OPEN, Event, Floats, Ints, Setting, Toolpath, tool_axis
 
 LINE, PTP, JOINTS, ARC = 0, 1, 2, 3  # straight line; joint move to a pose; joint move to angles; arc
 MARKS = (
@@ -131,6 +131,8 @@ class RobotMoves:
             feed=self.feed,
             kind=mark["kind"].astype(np.uint8),
             tool=mark["tool"].astype(np.int32),
+            spindle=np.full(len(self), np.nan),
+            sense=np.full(len(self), SENSE_OPEN),
             line=mark["line"].astype(np.int32),
             row=np.arange(len(self), dtype=np.float64),
             events=self.events,
@@ -149,6 +151,7 @@ class RobotMoves:
             configuration=configuration,
             external=self.external,
             arcs=arcs,
+            straight=np.isin(self.mark["word"], (LINE, ARC)),
         )
 
     def _check_reach(self, position: Floats) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Callable, Sequence
 
@@ -11,8 +12,9 @@ from toolpaths.errors import ReadError
 from toolpaths.frame import Frame
 from toolpaths.interpreting.robot_moves import MARKS, RobotMoves
 from toolpaths.tool_frame import ToolFrame
-from toolpaths.toolpath import Event, Floats
+from toolpaths.toolpath import Event, Floats, MachineCommand
 
+_FIRST_WORD = re.compile(r"\$?\w+")
 NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
 
 
@@ -38,9 +40,11 @@ class RobotTrack:
         self.stands: list[tuple[int, tuple[float, ...]]] = []
         self.count = 0
 
-    def event(self, word: str, line: int) -> None:
-        """Keep a remark of the file for its next move."""
-        self.events.append(Event(self.count, word, line))
+    def event(self, word: str, line: int, instruction: str = "") -> None:
+        """Keep a remark of the file for its next move; ``instruction``: what it is, if it acts on the machine."""
+        named = _FIRST_WORD.match(instruction)
+        commands = (MachineCommand(named[0].upper()),) if named else ()
+        self.events.append(Event(self.count, word, line, commands))
 
     def stand(self, values: tuple[float, ...]) -> None:
         """Where the external axes stand from the end of the next move on, NaN where it is not given."""

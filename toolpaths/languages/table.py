@@ -26,6 +26,9 @@ class Writer(Protocol):
     def findings(self, program: Program, path: Path) -> Iterable[Finding]:
         """What stands against writing this program to this name, or should be known about it."""
 
+    def name_findings(self, name: str, path: Path, moves: int) -> Iterable[Finding]:
+        """Those of it that name, file and number of moves of a program give: they are known before it is made."""
+
     def files(self, program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
         """The files beside each other that make up the program: name, text in pieces."""
 
@@ -42,6 +45,7 @@ class Language:
         on_a_machine: whether reader and filter take the machine that a file was posted for.
         short_remarks: a remark is too short for the marker of what this project wrote: it takes two of them.
         table: rows of numbers: a pose is a row, and no robot runs them.
+        machine_words: what a command of G-code matches that its programs have a word for.
     """
 
     name: str
@@ -51,6 +55,7 @@ class Language:
     on_a_machine: bool = False
     short_remarks: bool = False
     table: bool = False
+    machine_words: str = "M0|M6"  # robots: a halt, and the data of a tool
 
     def read(self, path: Path, source: str, chord: float, machine: Machine | None) -> Toolpath:
         """The poses of a file; ``source`` is its name in messages, arcs become chords within ``chord`` (m).
@@ -95,9 +100,13 @@ _ROBOTS = (
 )
 _GCODE = (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g")
 _CAM = (
-    Language(name="gcode", reads=_GCODE, writes=".nc", filtered=True, on_a_machine=True),
+    Language(
+        name="gcode", reads=_GCODE, writes=".nc", filtered=True, on_a_machine=True, machine_words=r"M\d+|G4"
+    ),
+    Language(name="siemens", reads=(".mpf", ".spf", ".arc"), on_a_machine=True),
+    Language(name="heidenhain", reads=(".h",), on_a_machine=True),
     Language(name="apt", reads=(".apt", ".cl", ".cls", ".clsf", ".cldata")),
-    Language(name="csv", reads=(".csv",), writes=".csv", table=True),
+    Language(name="csv", reads=(".csv",), writes=".csv", table=True, machine_words=".*"),
 )
 
 #: By name.

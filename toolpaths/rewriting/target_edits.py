@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import WriteError
-from toolpaths.finding import WARNING, Finding
+from toolpaths.finding import NOTE, Finding
 from toolpaths.interpreting.program_text import Declaration
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import ProgramArcs
@@ -155,7 +155,7 @@ class TargetEdits:
 
     def _note(self, r: int, what: str, count: int = 1) -> None:
         line = f"line {int(self.moves.mark['line'][r])}"
-        self.changes.append(Finding(WARNING, line, what, "", count=count))
+        self.changes.append(Finding(NOTE, line, what, "", count=count))
 
     def _spelled(self, literal: re.Match[str], k: int) -> str:
         out = self.spelling.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)

@@ -116,19 +116,21 @@ def test_other_languages_do_not_need_it(tmp_path: Path) -> None:
 A, C = TABLES["axis"]
 WRONG: list[tuple[str, dict[str, Any], str]] = [
     ("unknown key", {"tilt": 3}, r"unknown key machine\.tilt = 3"),
-    ("unknown key of an axis", {"axis": [{**A, "centre_mm": 1.0}, C]}, r"unknown key machine\.axis\.0\.centre_mm"),
+    ("unknown key of an axis", {"axis": [{**A, "centre_mm": 1.0}, C]}, r"unknown key machine\.axis\.1\.centre_mm"),
     ("nothing", {"kinematics": None, "axis": None}, r"machine: nothing is declared"),
     ("kinematics", {"kinematics": "table-head"}, r"machine\.kinematics = 'table-head'.*head-table"),
     ("one axis", {"axis": [A]}, r"machine: kinematics 'table-table' needs 2 axes, 1 are given"),
     ("twice", {"axis": [A, A]}, r"machine: axes A, A: different ones"),
-    ("letter", {"axis": [A, {**C, "letter": "U"}]}, r"machine\.axis\.1\.letter = 'U'"),
-    ("no direction", {"axis": [A, {"letter": "C"}]}, r"machine\.axis\.1\.direction is missing"),
+    ("letter", {"axis": [A, {**C, "letter": "U"}]}, r"machine\.axis\.2\.letter = 'U'"),
+    ("no direction", {"axis": [A, {"letter": "C"}]}, r"machine\.axis\.2\.direction is missing"),
     ("direction 0", {"axis": [A, {**C, "direction": [0.0, 0.0, 0.0]}]}, r"direction of machine\.axis C is 0 0 0"),
-    ("text", {"axis": [A, {**C, "centre": ["25 mm", 0.0, 0.0]}]}, r"machine\.axis\.1\.centre\.0 = '25 mm'"),
+    ("text", {"axis": [A, {**C, "centre": ["25 mm", 0.0, 0.0]}]},
+     r"machine\.axis\.2\.centre = .*item 1 is '25 mm': text; write the number alone"),
     ("pivot of a table", {"pivot": 200.0}, r"machine: pivot = 200: .* has no head"),
     ("pivot in metres", {"kinematics": "head-table", "pivot": 0.2}, r"machine\.pivot is 0\.2 mm long"),
     ("system", {"systems": {"G53": [0.0, 0.0, 0.0]}}, r"machine\.systems\.G53"),
-    ("system of two", {"systems": {"G55": [0.0, 0.0]}}, r"machine\.systems\.G55\.2 is missing"),
+    ("system of two", {"systems": {"G55": [0.0, 0.0]}},
+     r"machine\.systems\.G55 = \[0\.0, 0\.0\]: there are 2, expected 3"),
 ]  # fmt: skip
 
 

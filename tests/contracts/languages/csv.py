@@ -33,6 +33,8 @@ REFUSED: dict[str, tuple[int | None, str]] = {
     HEADER + GOOD + "1,2,3,0,0,1,60,cutting_with_long_word\n": (3, "'cutting_with_long_word'"),
     HEADER + GOOD + "1,2,3,0,0,1,0,cut\n": (3, "column feed_mm_min: 0, above 0"),
     HEADER + GOOD + "1,2,3,0,0,1,-5,rapid\n": (3, "column feed_mm_min: -5"),
+    "x_mm,y_mm,z_mm,i,j,k,spindle\n1,2,3,0,0,1,cw\n": (2, "column spindle: 'cw'"),
+    "x_mm,y_mm,z_mm,i,j,k,spindle_rpm\n1,2,3,0,0,1,-900\n": (2, "column spindle_rpm: -900"),
     HEADER + GOOD + "<<<<<<< HEAD\n" + GOOD: (3, "merge-conflict"),
     ";TYPE:Skirt\nG1 X1\n": (1, "unknown column ';TYPE:Skirt'"),
     "x_mm;y_mm;z_mm;i;j;k\n0;0;5;0;0;1\n": (1, "not separated by commas"),

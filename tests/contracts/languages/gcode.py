@@ -95,10 +95,16 @@ REFUSED: dict[str, tuple[int, str]] = {
     "T9999999999999999999999": (4, "beyond 1e"),
     "G1 X1 V2": (4, "V2"),
     "G1 X1 $": (4, "not a G-code word"),
+    "G1 X1.2E-05 Y3": (4, "'X1.2E-05': an exponent"),
+    "G1 X3 Y1E-5": (4, "'Y1E-5': an exponent"),
+    "G1 X10,5": (4, "'X10,5': a decimal comma"),
 }
 #: Whole programs.
 HEAD_AND_END = (
     ("G0 X1 Y1 Z1\n", 1, "no units"),
+    ("G90\nG1 Z15 F6000\nG1 X1 Y1 E.5\n", 3, "a file for a 3D printer"),
+    (";FLAVOR:Marlin\nG28\nG1 Z15 F6000\n", 1, "a file for a 3D printer"),
+    ("\n<!DOCTYPE html>\n<html><body>G21</body></html>\n", 2, "a web page"),
     ("G21\nX1 Y1 Z1\n", 2, "no G0"),
     ("G21\nG91 G0 X1 Y1 Z1\n", 2, "where X starts is not known"),
     ("G21\nG0 X1 Y1\nG2 X3 I1\n", 3, "needs a feed"),

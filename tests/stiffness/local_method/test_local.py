@@ -113,6 +113,7 @@ def write_by_hand(folder: Path, spoil: Callable[[dict[str, Any], list[dict[str, 
     table: dict[str, Any] = {
         "schema": "measurement-session/1",
         "robot": "light.toml",
+        "tip": paper.TIP,
         "samples": "samples.csv",
         "gravity": "calibrated-out",
         "units": {"length": "m", "angle": "deg"},

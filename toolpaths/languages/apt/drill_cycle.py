@@ -37,7 +37,7 @@ class DrillCycle(NamedTuple):
         clear: height where feeding begins.
         retract: height left at; None: ``clear``; infinite: as high as the tool was before the cycle.
         pecks: first peck and the others, both counted from ``clear``; None: in one go.
-        dwell: of DWELL, as the event shows it; empty for none.
+        dwell: of DWELL, as DELAY has it; empty for none.
         rate: feed, None: the one in force.
     """
 
@@ -90,7 +90,7 @@ def cycle(s: AptStatement, feeds: AptFeeds, *, nx: bool) -> DrillCycle:
     if stay < 0.0:
         raise refusal(feeds.source, s, "a dwell of 0 or more is expected")
     unit = "REV," if "REV" in rest else ""
-    found = found._replace(rate=rate, dwell=f"DELAY/{unit}{stay:g}" if stay > 0.0 else "")
+    found = found._replace(rate=rate, dwell=f"{unit}{stay:g}" if stay > 0.0 else "")
     if len(_depths(found)) > MOST_PECKS:
         raise refusal(feeds.source, s, f"more than {MOST_PECKS} pecks a hole", "Check the step.")
     return found

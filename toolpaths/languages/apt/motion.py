@@ -9,6 +9,7 @@ from toolpaths.languages.apt.circle import AptCircle, circle, sweep
 from toolpaths.languages.apt.drill_cycle import SAME, DrillCycle, cycle, hole
 from toolpaths.languages.apt.feed import AptFeeds
 from toolpaths.languages.apt.frames import CamFrames, point, vector
+from toolpaths.languages.apt.machine_commands import commands_of
 from toolpaths.languages.apt.tangent_arc import direction, tlon
 from toolpaths.languages.apt.tool import AptTool
 from toolpaths.languages.apt.words import UNIT_TOLERANCE, AptStatement, numbers, refusal
@@ -26,7 +27,7 @@ class AptMotion:
     def __init__(self, source: str) -> None:
         self.source = source
         self.track = Track(source, "apt")
-        self.feeds, self.frames, self.tool = AptFeeds(source), CamFrames(source), AptTool(source)
+        self.feeds, self.frames, self.tool = AptFeeds(source, self.track.spindle), CamFrames(source), AptTool(source)
         self.axis, self.axis_stale = UPRIGHT, False  # in the frame in force
         self.at: Vector | None = None  # in the first frame, as what follows
         self.at_axis = UPRIGHT
@@ -173,7 +174,7 @@ class AptMotion:
                 self._move(s, step.end, axis, rapid=step.rapid)
                 known = True
             if step.bottom and found.dwell:
-                self.track.event(found.dwell, s.line)
+                self._event(AptStatement("DELAY", found.dwell, s.line))
         self.drilled += len(self.track) - begun
         if self.drilled > MOST_DRILLED:
             raise refusal(self.source, s, f"the cycles make more than {MOST_DRILLED} poses", "Check the step.")
@@ -185,4 +186,5 @@ class AptMotion:
             raise refusal(self.source, s, problem, "CYCLE/OFF is missing before this line?")
 
     def _event(self, s: AptStatement) -> None:
-        self.track.event(comment_word(str(s)), s.line)
+        commands = commands_of(s, self.track.spindle, self.tool.number)
+        self.track.event(comment_word(str(s)), s.line, *commands)

@@ -94,7 +94,7 @@ class AptReader(AptMotion):
         self.feeds.feedrate(s)
 
     def _spindle(self, s: AptStatement) -> None:
-        self.feeds.spindle(s)
+        self.feeds.spindle(s, len(self.track))
         self._event(s)
 
     def _units(self, s: AptStatement) -> None:

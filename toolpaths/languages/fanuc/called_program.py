@@ -14,6 +14,8 @@ HARMLESS = re.compile(
     r"COL (?:DETECT|GUARD)|(?:JOINT|LINEAR)_MAX_SPEED|(?:OFFSET|TOOL_OFFSET|SKIP) CONDITION|(?:Arc|Weld) (?:Start|End)|"
     r"(?:UN)?LOCK PREG"
 )
+#: Of these the ones that act on more than the program itself.
+ACTS = re.compile(r"(?:DO|RO|AO|GO|SO|UO)\[|WAIT\b|PAUSE$|(?:Arc|Weld) (?:Start|End)")
 _REGISTER = re.compile(r"P?R\[")
 _CHOICE = re.compile(r"U(?:FRAME|TOOL)_NUM")
 _FRAME = re.compile(r"U(?:FRAME|TOOL)\[")

@@ -25,6 +25,11 @@ class CannedCycle:
         self._level = 0.0
         self._normal = 2
 
+    @property
+    def dwell(self) -> float | None:
+        """P of a cycle that waits at the bottom of each hole, as the file has it."""
+        return self._words.get("P") if self.key is G.DRILLING_WITH_DWELL else None
+
     def end(self) -> None:
         """Another motion word ends the series."""
         self.key = None

@@ -9,8 +9,8 @@ from toolpaths.languages.gcode.canned_cycle import CannedCycle
 from toolpaths.languages.gcode.codes import CYCLES, TIP_CONTROLS, G
 from toolpaths.languages.gcode.feed import GcodeFeed
 from toolpaths.languages.gcode.origin import Origin
-from toolpaths.languages.gcode.rotary_words import RotaryState
 from toolpaths.machine import Machine
+from toolpaths.reading.rotary_state import RotaryState
 from toolpaths.reading.track import Track
 from toolpaths.toolpath import Toolpath
 
@@ -23,7 +23,7 @@ class ModalState:
 
     def __init__(self, source: str, machine: Machine | None) -> None:
         self.track = Track(source, "gcode")
-        self.at = LOST
+        self.at = LOST if machine is None or machine.start is None else machine.start
         self.axis = UP
         self.motion: G | None = None
         self.normal = 2

@@ -9,9 +9,11 @@ from toolpaths.frame import Vector
 from toolpaths.languages.gcode.arc import arc_geometry
 from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
 from toolpaths.languages.gcode.modal_state import UP, ModalState
+from toolpaths.languages.gcode.retract import Clearance
 from toolpaths.languages.gcode.words import Words
 from toolpaths.machine import Machine
 from toolpaths.reading.track import CUT_MARK, RAPID_MARK
+from toolpaths.toolpath import MachineCommand
 
 NORMALS: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 MOST_TURNS = 100  # of one arc: more is a mistake, and would fill the memory
@@ -37,11 +39,13 @@ class GcodeMotion(ModalState):
 
     Attributes:
         trace: the blocks that moved, for whoever writes them again; None where nobody does.
+        clearances: feeds to a height before the position is known.
     """
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         super().__init__(source, machine)
         self.trace: list[MovedBlock] | None = [] if trace else None
+        self.clearances: list[Clearance] = []
 
     def shift(self, g: G, values: Words) -> None:
         """G52, G92, G92.1, G92.2, G92.3."""
@@ -85,6 +89,8 @@ class GcodeMotion(ModalState):
         motion = self.motion
         if motion is None:
             raise ValueError("coordinates, but no G0, G1, G2 or G3 is in force", "Is the head of the file missing?")
+        if motion is not G.RAPID and not len(self.track):
+            self._begin(line)
         first = len(self.track)
         if motion in CYCLES:
             self._drill(motion, values, line)
@@ -96,6 +102,11 @@ class GcodeMotion(ModalState):
                 relative=self.relative, shift=self.origin.shift,
                 inverse=self.feed.mode is G.INVERSE_TIME, vectors=self.tip and not self.rotary.used, end=self.at,
             ))  # fmt: skip
+
+    def _begin(self, line: int) -> None:
+        """The file begins with a cut: where the tool stands before it is a pose, if that is known."""
+        if all(v == v for v in self.at) and not self.rotary.lost():
+            self._append(RAPID_MARK, end=self.at, feed=math.nan, line=line)
 
     def _go(self, motion: G, values: Words, line: int) -> None:
         start, end = self.at, self._target(values)
@@ -118,7 +129,9 @@ class GcodeMotion(ModalState):
         if end[0] == end[0] and end[1] == end[1] and end[2] == end[2] and not self.rotary.lost():
             self._append(RAPID_MARK if motion is G.RAPID else CUT_MARK, end=end, feed=feed, line=line, time=time)
         else:
-            self._unknown(motion, values, line)
+            if motion is not G.RAPID:
+                self._feed_from_nowhere(values, line)
+            self.track.event(f"{_words(values)}, before the position is known", line)
 
     def _append(self, mark: int, end: Vector, feed: float, line: int, time: float = math.nan) -> None:
         track = self.track
@@ -127,13 +140,18 @@ class GcodeMotion(ModalState):
         if self.rotary.used:
             self.rotary.note(self.tip, time)
 
-    def _unknown(self, motion: G, values: Words, line: int) -> None:
-        words = " ".join(f"{a}{values[a]:g}" for a in "XYZABC" if a in values)
-        if motion is not G.RAPID and len(self.track):
-            names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v] or ["a rotary axis"]
-            problem = f"{words}: a cutting move, but where {', '.join(names)} is, is not known after the retract"
-            raise ValueError(problem, "Approach with a rapid that names all axes.")
-        self.track.event(f"{words}, before the position is known", line)
+    def _feed_from_nowhere(self, values: Words, line: int) -> None:
+        """A cut is never left out: where it runs has to be known; a feed to a clearance height is no cut."""
+        names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v]
+        known = "after the retract" if len(self.track) else "from the lines before it"
+        problem = f"a cutting move, but where {', '.join(names) or 'a rotary axis'} is, is not known {known}"
+        remedy = "Approach with a rapid that names all axes."
+        if names and not len(self.track):
+            remedy = f"{remedy[:-1]}, or say where the tool starts: [machine] start = [x, y, z] in the cell."
+        found = Clearance(self.at[2], line, f"{_words(values)}: {problem}", remedy)
+        if len(self.track) or _words(values)[:1] != "Z":
+            raise ValueError(found.problem, remedy)
+        self.clearances.append(found)
 
     def _target(self, values: Words) -> Vector:
         unit = self.unit or self.scale()
@@ -235,6 +253,13 @@ class GcodeMotion(ModalState):
             if place != self.at:
                 self._append(kind, place, feed if kind == CUT_MARK else math.nan, line)
                 self.at = place
+            if kind == CUT_MARK and (dwell := self.cycle.dwell):
+                self.track.event(f"G4 P{dwell:g}", line, MachineCommand("G4", {"P": dwell}))
+
+
+def _words(values: Words) -> str:
+    """The coordinates of a block."""
+    return " ".join(f"{a}{values[a]:g}" for a in "XYZABC" if a in values)
 
 
 def _turns(values: Words) -> int:

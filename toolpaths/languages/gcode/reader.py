@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from toolpaths.errors import ReadError
@@ -22,11 +23,11 @@ from toolpaths.languages.gcode.codes import (
     G,
 )
 from toolpaths.languages.gcode.motion import GcodeMotion
-from toolpaths.languages.gcode.retract import Retract, check_retracts
-from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
+from toolpaths.languages.gcode.retract import Retract, check_clearances, check_retracts
+from toolpaths.languages.gcode.words import M_END, Words, prints_refused, split_block, strip_comments
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
-from toolpaths.toolpath import Toolpath
+from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, MachineCommand, Toolpath
 
 MM, INCH = 1e-3, 25.4e-3
 PLANES = {G.PLANE_XY: 2, G.PLANE_ZX: 1, G.PLANE_YZ: 0}  # index of the axis normal to the plane
@@ -38,6 +39,8 @@ ROTARY = re.compile(r"[ABCabc]\s*[-+.\d]")
 LENGTHS = TIP_CONTROLS | {G.TOOL_LENGTH, G.TOOL_LENGTH_OFF}
 WITH_P = frozenset((G.BLENDING, G.SYSTEM_MORE, G.SMOOTHING_LEVEL, G.LOOK_AHEAD, G.ACCURACY))
 WITH_Q = frozenset((G.BLENDING, G.SMOOTHING))
+SENSES = {3: int(CLOCKWISE), 4: int(COUNTERCLOCKWISE)}
+SPINDLE_STOPS = frozenset((5, 6, 19))  # it stands for a tool change and where it is oriented, too, as LinuxCNC has it
 
 
 def read(path: Path, source: str, chord: float, machine: Machine | None = None) -> Toolpath:
@@ -58,7 +61,8 @@ def read(path: Path, source: str, chord: float, machine: Machine | None = None) 
 def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> BlockReader:
     """The blocks of a file, read."""
     blocks = BlockReader(source, machine, trace=trace)
-    blocks.read(lines)
+    with prints_refused(lines, source):
+        blocks.read(lines)
     return blocks
 
 
@@ -68,8 +72,8 @@ class BlockReader:
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         self.source = source
         self.state = GcodeMotion(source, machine, trace=trace)
-        self.track = self.state.track
-        self.percent = self.ended = self.spindle = False
+        self.track, self.start = self.state.track, self.state.at
+        self.percent = self.ended = False
         self.selected = 0
         self.changes = False  # does an M6 stand in the file? then T only selects
         self.retracts: list[Retract] = []
@@ -88,6 +92,7 @@ class BlockReader:
         """The poses."""
         path = self.state.toolpath(chord)
         check_retracts(path, self.retracts)
+        check_clearances(path, self.state.clearances)
         return path
 
     def _line(self, text: str, line: int) -> None:
@@ -178,7 +183,8 @@ class BlockReader:
                 raise ValueError("G4 with P and coordinates; put the dwell into a block of its own")
             if not values.keys().isdisjoint(MOVING - {"X"}):
                 raise ValueError("G4 with coordinates; put the dwell into a block of its own")
-            self.track.event(f"G4 P{values.get('P', values.get('X', 0)):g}", line)
+            dwell = values.get("P", values.get("X", 0.0))
+            self.track.event(f"G4 P{dwell:g}", line, MachineCommand("G4", {"P": dwell}))
         elif single in RETRACTS:
             words = self.state.retract(single, values)
             self.track.event(words, line)
@@ -201,16 +207,30 @@ class BlockReader:
                 self.state.choose_tool(self.selected)
         if "S" in values:
             self.state.feed.turn(values["S"])
+            self.track.spindle.say(values["S"], len(self.track))
             words.append(f"S{values['S']:g}")
-        for m in ms:
-            if m == 6:
-                self.state.choose_tool(self.selected)
-            if m in (3, 4, 5):
-                self.spindle = m != 5
-            if m not in M_END:
-                words.append(f"M{m}")
+        if 6 in ms:
+            self.state.choose_tool(self.selected)
+        if not SPINDLE_STOPS.isdisjoint(ms):
+            self.track.spindle.stop(len(self.track))
+        for m in SENSES.keys() & ms:
+            self.track.spindle.turn(SENSES[m], len(self.track))
+        words += [f"M{m}" for m in ms if m not in M_END]
         if words:
-            self.track.event(" ".join(words), line)
+            self.track.event(" ".join(words), line, *self._commands(values, ms))
+
+    def _commands(self, values: Words, ms: list[int]) -> Iterator[MachineCommand]:
+        """What the words of a block ask of the machine, in the order of RS-274: tool, spindle, the rest, halts."""
+        spindle = self.track.spindle
+        if "T" in values or 6 in ms:
+            mounted = 6 in ms or not self.changes
+            yield MachineCommand("M6" if mounted else "T", {"T": float(self.selected)})
+        turning = [m for m in ms if m in SENSES] or [m for m, sense in SENSES.items() if sense == spindle.sense]
+        if turning and (not SENSES.keys().isdisjoint(ms) or ("S" in values and spindle.turns)):
+            speed = self.state.feed.speed
+            yield MachineCommand(f"M{turning[0]}", {} if speed is None else {"S": speed})
+        rest = [m for m in ms if m not in (*M_END, 6, *SENSES)]
+        yield from (MachineCommand(f"M{m}") for m in sorted(rest, key=lambda m: m in (0, 1)))
 
     def _check_end(self, lines: list[str]) -> None:
         if self.ended:
@@ -218,7 +238,7 @@ class BlockReader:
         why = ""
         if self.percent:
             why = "it begins with '%' but does not end with one"
-        elif self.spindle:
+        elif self.track.spindle.turns:
             why = "it ends without M2, M30 or M5 while the spindle turns"
         elif lines[-1].strip():
             why = "it ends without M2 or M30, and without a line end"

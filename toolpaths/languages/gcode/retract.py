@@ -1,4 +1,7 @@
-"""Retracts to places of the machine (G28, G30, G53): no poses, so the way that is left must be free."""
+"""Moves that make no poses: retracts to places of the machine (G28, G30, G53), and feeds to a height at the begin.
+
+The way that is left must be free, and what is left out must not cut.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import numpy as np
 
 from toolpaths.errors import ReadError
 from toolpaths.toolpath import CUT, Toolpath
+from toolpaths.writing.marker import MARKER
 
 
 class Retract(NamedTuple):
@@ -16,6 +20,31 @@ class Retract(NamedTuple):
     moves: int
     line: int
     words: str
+
+
+class Clearance(NamedTuple):
+    """A feed in Z alone before X and Y are known: the height that it leads to, m, its line, the refusal if it cuts."""
+
+    height: float
+    line: int
+    problem: str
+    remedy: str
+
+
+def check_clearances(path: Toolpath, clearances: list[Clearance]) -> None:
+    """Feeds that are left out must end where the file has its clearance: no cut is higher, and some are lower.
+
+    A file that this project wrote has been looked at before: its cuts are a correction away from there.
+
+    Raises:
+        ReadError: one does not: it may cut.
+    """
+    if any(MARKER in event.word for event in path.events):
+        return
+    lowest = float(np.min(path.position[:, 2], where=path.kind == CUT, initial=np.inf))
+    for c in clearances:
+        if not (c.height >= highest_cut(path) and c.height > lowest):
+            raise ReadError(path.source, c.line, c.problem, c.remedy)
 
 
 def check_retracts(path: Toolpath, retracts: list[Retract]) -> None:

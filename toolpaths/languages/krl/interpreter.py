@@ -20,6 +20,12 @@ _HARMLESS = re.compile(
     r"(WAIT|HALT|CONTINUE|(GLOBAL\s+)?INTERRUPT|EXT|EXTFCT|EXTFCTP|SIGNAL|PULSE|TRIGGER|BRAKE?|IMPORT|ANOUT|ANIN|"
     r"CONFIRM|RESUME|CWRITE|CLEAR)(?![\w$])", re.I,
 )  # fmt: skip
+#: Of these, and of BAS.SRC, what is about how the program runs: another language has its own.
+_QUIET = re.compile(
+    r"(CONTINUE|(GLOBAL\s+)?INTERRUPT|EXT|EXTFCT|EXTFCTP|SIGNAL|IMPORT|CONFIRM|RESUME|CWRITE|BAS|IR_STOPM)(?![\w$])",
+    re.I,
+)
+_OUTPUT = re.compile(r"\$(OUT|ANOUT|PULSE|CYCFLAG|FLAG)(?![\w$])", re.I)
 _STEERING = re.compile(r"(\$POS_CORR|\$VEL_EXT|\$TECH|\$ON_PATH)", re.I)
 _BAS = re.compile(r"BAS\s*\(\s*#(\w+)\s*(?:,\s*(.*))?\)\s*$", re.I)
 _NUMBERED = re.compile(r"(TOOL_DATA|BASE_DATA)\s*\[\s*(\d+)\s*\]\s*$", re.I)
@@ -87,7 +93,8 @@ class KrlInterpreter(Interpreter):
             pass
         elif match := _ASSIGN.match(text):
             self._assign(s, match)
-            return
+            if not _OUTPUT.match(text):
+                return
         elif text.upper() == "RETURN":
             raise ReturnedError
         elif match := _CALL.match(text):
@@ -98,7 +105,7 @@ class KrlInterpreter(Interpreter):
             self._refuse_unknown_call(s, match)
         else:
             self.program.refuse(s.start, f"{text[:40]!r} is no line of KRL that is known", self.remedy)
-        self.remark(s, text)
+        self.remark(s, text, "" if _QUIET.match(text) else text)
 
     def _refuse_unknown_call(self, s: Statement, match: re.Match[str]) -> None:
         name = match[1]

@@ -14,7 +14,7 @@ from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import AXES, POSE, Value
 from toolpaths.languages.krl.frames import MountedFrames
-from toolpaths.languages.krl.names import KrlNames
+from toolpaths.languages.krl.names import WHERE_IT_STANDS, KrlNames
 from toolpaths.languages.krl.scan import KrlProgram
 from toolpaths.languages.krl.tails import SYSTEM, KrlTails
 from toolpaths.rotation import matrix_from_kuka, quaternion_from_matrix
@@ -59,6 +59,7 @@ class KrlMover:
         self.mounted = MountedFrames(program, names, self.track)
         self.tails = KrlTails(program, names, self.mounted)
         self.others: dict[int, dict[str, Value]] = {}
+        self._lost = ""  # the move before, where only the controller knows its target
         self._last: tuple[float, ...] | None = None  # X ... C of the pose before, in the same base and tool
         self._frames: tuple[int, int] | None = None
         self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""  # external axes, and how the pose before gives them
@@ -89,6 +90,10 @@ class KrlMover:
         via_span: Span,
     ) -> None:  # fmt: skip
         """``values``: X ... C and S."""
+        if word != "PTP" and self._lost and self.track.count:
+            problem = f"this move starts where {self._lost} leads, which is not in the file"
+            self.program.refuse(s.start, problem, "Put a PTP to a pose in front of it.")
+        self._lost = ""
         feed, zone, tool, base = self.tails.tail(s, self.program.text[at : s.end], word)
         line = self.program.line(s.start)
         kind = RAPID if word == "PTP" else CUT
@@ -179,7 +184,10 @@ class KrlMover:
             self.program.refuse(s.start, f"{piece.strip()[:40]!r}: {e}")
         if isinstance(value, Runtime):
             if word == "PTP":  # HOME of the controller, or where the arm stands anyway
-                self.track.event(f"PTP {piece.strip()}", self.program.line(s.start))
+                shown, line = f"PTP {piece.strip()}", self.program.line(s.start)
+                self.track.event(shown, line, "" if piece.strip().upper() in WHERE_IT_STANDS else shown)
+                if piece.strip().upper() not in WHERE_IT_STANDS:
+                    self._lost = f"{shown} (line {line})"
                 self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""
                 return end, span, None
             there = ", there in place of $POS_ACT" if "$POS_ACT" in value.reason else ""

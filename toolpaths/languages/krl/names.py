@@ -9,7 +9,7 @@ from toolpaths.interpreting.variables import Variable, first_value
 from toolpaths.languages.krl.expressions import NULL, KrlExpression, Value
 from toolpaths.languages.krl.scan import KrlProgram
 
-_WHERE_IT_STANDS = ("$POS_ACT", "$AXIS_ACT", "$POS_FOR", "$AXIS_FOR", "$POS_ACT_MES", "$AXIS_ACT_MES")
+WHERE_IT_STANDS = ("$POS_ACT", "$AXIS_ACT", "$POS_FOR", "$AXIS_FOR", "$POS_ACT_MES", "$AXIS_ACT_MES")
 
 
 class KrlNames:
@@ -36,7 +36,7 @@ class KrlNames:
         """The value of a name; Runtime where the files do not hold it."""
         variable = self.variables.get(name)
         if variable is None:
-            if name in _WHERE_IT_STANDS:
+            if name in WHERE_IT_STANDS:
                 return Runtime(f"{name}, where the arm stands")
             beside = self.program.beside
             return Runtime(f"{name}, which is not in this file" + (f" or {beside}" if beside else ""))

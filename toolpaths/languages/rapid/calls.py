@@ -20,6 +20,12 @@ _WORDS = (
     "PDispOff EOffsOff IDelete"
 )
 HARMLESS = frozenset(_WORDS.lower().split())
+#: Of these the ones that are about how the arm moves, or talk to the operator: another language has its own.
+_QUIET = (
+    "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK GripLoad CirPathMode ClkReset ClkStart ClkStop "
+    "ErrWrite Write Open Close MotionSup PathAccLim WorldAccLim Incr Decr PDispOff EOffsOff IDelete"
+)
+QUIET = frozenset(_QUIET.lower().split())
 #: Of these the ones that set an argument.
 SETTING = frozenset(("incr", "decr", "tpreadfk"))
 STEERING = re.compile(

@@ -14,6 +14,7 @@ from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.interpreting.variables import Variable
 from toolpaths.languages.rapid.calls import (
     HARMLESS,
+    QUIET,
     SETTING,
     STEERING,
     given_names,
@@ -139,7 +140,7 @@ class RapidInterpreter(Interpreter):
             self._may_set(s, rest)
         elif word in SETTING:
             self._may_set(s, rest)
-        self.remark(s, self.program.text[s.start : s.end])
+        self.remark(s, self.program.text[s.start : s.end], "" if word in QUIET else word)
 
     def _may_set(self, s: Statement, rest: str) -> None:
         for name in given_names(rest):

@@ -18,6 +18,11 @@ HARMLESS = re.compile(
     r"modbus_(?!get)\w+|tool_modbus_\w+|rpc_call|socket_(?!read|get)\w+|rtde_\w+|step_count_\w+|"
     r"write_(?:output_\w+_register|port_\w+)|zero_ftsensor|stopl|stopj|request_\w+"
 )
+#: Of these the ones that another language has no need of.
+QUIET = re.compile(
+    r"set_gravity|set_safety_mode_transition_hardness|textmsg|varmsg|sync|assert|enter_critical|exit_critical|"
+    r"reset_world_model|step_count_\w+|zero_ftsensor|stopl|stopj"
+)
 MOTION = re.compile(
     r"\b(?:move[a-z]+|servo[a-z]+|speed[jl]|force_mode|set_tcp|conveyor\w*|track_conveyor\w*|freedrive\w*|teach_mode|"
     r"path_offset\w*|run|position_deviation\w*)\b"

@@ -90,9 +90,7 @@ def test_poses_are_put_in_as_lines() -> None:
     path = read(text.encode())
     rows = np.sort(np.concatenate([path.row, [1.5, 2.25, 2.5]]))
     at = np.array([np.interp(rows, path.row, c) for c in path.position.T]).T
-    grown = replace(path, row=rows, position=at, **{
-        name: getattr(path, name)[np.searchsorted(path.row, rows)] for name in ("axis", "feed", "kind", "tool", "line")
-    })  # fmt: skip
+    grown = replace(path.take(np.searchsorted(path.row, rows)), row=rows, position=at)
     program = program_of(grown, corrected(grown))
     new = rewrite(text.encode(), program, rows, Path("a.nc"))
     np.testing.assert_allclose(cuts(read(new.text)), cuts(program), atol=6e-4)
