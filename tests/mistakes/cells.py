@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.mistakes.inputs import CELL, MODEL
-from tests.mistakes.mistake import Mistake, Spoil, edit, write
+from tests.mistakes.mistake import Mistake, Spoil, both, edit, write
 
 RUN = "compensate part.nc --cell cell.toml -o part.mod"
 PREVIEW = "preview part.nc --cell cell.toml"
@@ -77,6 +77,7 @@ KEYS = (
 NUMBERS = (
     Mistake("the tool in metres", RUN, cell("[0.0, 0.0, 250.0]", "[0.0, 0.0, 0.25]")),
     Mistake("an angle in radians", RUN, cell("250.0]", "250.0]\nrpy = [0.0, 1.5707963, 0.0]")),
+    Mistake("a tool measured from another flange", PREVIEW, both(cell('tip = "tool0"\n', ""), cell("110.0]", "-70.0]"))),
     Mistake("a tool without length", PREVIEW, cell("[0.0, 0.0, 250.0]", "[0.0, 0.0, 0.0]")),
     Mistake("the wrench in kN", PREVIEW, cell(WRENCH, "[-0.12, 0.08, -0.06, 0.0, 0.0, 0.0]")),
     Mistake("a moment in N*mm", PREVIEW, cell(WRENCH, "[-120.0, 80.0, -60.0, 0.0, 0.0, 900.0]")),

@@ -40,7 +40,7 @@ class Outcome:
 
     Attributes:
         status: exit status.
-        said: on standard error, lines joined.
+        said: on standard error, see ``joined``.
         left: files that were not there before, sorted.
     """
 
@@ -67,8 +67,12 @@ def made(mistake: Mistake, folder: Path) -> Outcome:
     assert not any(HIDDEN in name for name in after), after.keys()
     left = tuple(sorted(after.keys() - before.keys()))
     assert done.exit_code == 0 or left == (), f"{mistake.what}: refused, and {left} left behind"
-    said = " ⏎ ".join(line.strip() for line in done.stderr.splitlines() if line.strip())
-    return Outcome(done.exit_code, said.replace(f"{folder}{os.sep}", ""), left)
+    return Outcome(done.exit_code, joined(done.stderr).replace(f"{folder}{os.sep}", ""), left)
+
+
+def joined(stderr: str) -> str:
+    """Lines of standard error as one; notes, which every run of the small job has, are left out."""
+    return " ⏎ ".join(line.strip() for line in stderr.splitlines() if line.strip() and not line.startswith("note: "))
 
 
 def contents(folder: Path) -> dict[str, bytes | str]:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.mistakes.mistake import HIDDEN, Outcome, contents
+from tests.mistakes.mistake import HIDDEN, Outcome, contents, joined
 
 ROOT = Path(__file__).parents[2]
 SMALL = 2000  # bytes that a file may grow to where the disk is taken to be full
@@ -39,10 +39,10 @@ def happened(mishap: Mishap, folder: Path) -> Outcome:
     after = contents(folder)
     assert {name: after.get(name) for name in before} == before
     assert "Traceback" not in said, said
-    folders = {str(p.relative_to(folder)) for p in folder.glob(f"{HIDDEN}*")}
-    new = [name for name in after.keys() - before.keys() if not name.startswith(tuple(folders))]
-    left = (*sorted(new), *("a hidden folder" for _ in folders))
-    return Outcome(status, " ⏎ ".join(line.strip() for line in said.splitlines()), left)
+    hidden = any(folder.glob(f"{HIDDEN}*"))
+    new = [name for name in after.keys() - before.keys() if HIDDEN not in name]
+    left = (*sorted(new), *(["a hidden folder"] if hidden else []))
+    return Outcome(status, joined(said), left)
 
 
 def environment() -> dict[str, str]:
@@ -81,6 +81,11 @@ def on_full_disk(command: list[str], folder: Path) -> tuple[int, str]:
     return run.returncode, run.stderr
 
 
+def hears_ctrl_c() -> None:
+    """As in a terminal: what a shell runs in the background ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def signalled(number: signal.Signals, place: str) -> Callable[[list[str], Path], tuple[int, str]]:
     """A signal at a place: see tests/signal_itself.py."""
 
@@ -88,7 +93,7 @@ def signalled(number: signal.Signals, place: str) -> Callable[[list[str], Path],
         python, arguments = command[0], command[3:]
         done = subprocess.run(
             [python, "-m", "tests.signal_itself", place, str(int(number)), *arguments, "--verbose"],
-            cwd=folder, env=environment(), capture_output=True, text=True, check=False,
+            cwd=folder, env=environment(), preexec_fn=hears_ctrl_c, capture_output=True, text=True, check=False,
         )  # fmt: skip
         status = done.returncode if done.returncode >= 0 else 128 - done.returncode
         return status, "\n".join(line for line in done.stderr.splitlines() if line.startswith("compensator"))

@@ -64,6 +64,9 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
 
 def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
     """What VAL3 does not take as the name of a file, or in the folder of an application."""
+    if path.name == "-":
+        yield Finding(ERROR, "-", "a VAL3 program is several files, standard output takes one", "name a file")
+        return
     parts = -(-moves // MOVES_PER_PROGRAM)
     limit = _NAME_LIMIT - (len(f"_{parts:03d}") if parts > 1 else 0)
     if not is_legal(path.stem, limit, _RESERVED) or _TAKEN.fullmatch(path.stem):
