@@ -15,7 +15,7 @@ UNKNOWN = "[true, true, false, true, true, true]"
 HEAD = "index,fx,fy,fz,mx,my,mz\n"
 
 
-def cell(old: str, new: str) -> Spoil:
+def cell(old: str, new: str = "") -> Spoil:
     return edit("cell.toml", old, new)
 
 
@@ -77,7 +77,7 @@ KEYS = (
 NUMBERS = (
     Mistake("the tool in metres", RUN, cell("[0.0, 0.0, 250.0]", "[0.0, 0.0, 0.25]")),
     Mistake("an angle in radians", RUN, cell("250.0]", "250.0]\nrpy = [0.0, 1.5707963, 0.0]")),
-    Mistake("a tool measured from another flange", PREVIEW, both(cell('tip = "tool0"\n', ""), cell("110.0]", "-70.0]"))),
+    Mistake("a tool measured from another flange", PREVIEW, both(cell('tip = "tool0"\n'), cell("110.0]", "-70.0]"))),
     Mistake("a tool without length", PREVIEW, cell("[0.0, 0.0, 250.0]", "[0.0, 0.0, 0.0]")),
     Mistake("the wrench in kN", PREVIEW, cell(WRENCH, "[-0.12, 0.08, -0.06, 0.0, 0.0, 0.0]")),
     Mistake("a moment in N*mm", PREVIEW, cell(WRENCH, "[-120.0, 80.0, -60.0, 0.0, 0.0, 900.0]")),

@@ -188,7 +188,7 @@ def test_tool_call_without_an_entry(tmp_path: Path) -> None:
     assert re.search(r"path\.nc:6: tool 2 cuts, but .*cell\.toml has \[tools\.N\] for 1 only", text)
     nc.write_text("G21 G90\nG0 X0 Y0 Z50\nG1 Z0 F500\nT1 M6\nG1 Z20\n")
     text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
-    assert re.search(r"path\.nc:3: a cut before any tool call, but .*cell\.toml has \[tools\.N\] for 1 only", text), text
+    assert re.search(r"path\.nc:3: a cut before any tool call, but .*cell\.toml has \[tools\.N\] for 1 only", text)
     nc.write_text("G21 G90\nG0 X0 Y0 Z50\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nG1 X20\n")  # a rapid before a call
     assert compensate_file(nc, job.cell, job.out / "a.csv").report["n_cut"] > 0
 
