@@ -97,7 +97,7 @@ def test_a_model_from_clamped_readings(tmp_path: Path, shown: Shown) -> None:
     done = clamped_file(readings, NAMES[0], tmp_path / "m.toml")
     screen.print_findings(done.report)
     show_made(done)
-    text = shown()
+    text = " ".join(shown().split())  # the path of a folder decides where lines end
     assert "1.5e+06" in text and "not identified" in text and "joint 1: no unloading branch" in text
 
 
