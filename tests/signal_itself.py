@@ -6,6 +6,7 @@ PLACE is what --verbose says there, or the audit event of Python that is raised 
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from typing import TextIO
 
@@ -29,6 +30,7 @@ class Listening:
 
 if __name__ == "__main__":
     place, number, *arguments = sys.argv[1:]
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background of a shell it would be ignored
     if place.startswith("os."):
         sys.addaudithook(lambda event, _: os.kill(os.getpid(), int(number)) if event == place else None)
     else:

@@ -81,11 +81,6 @@ def on_full_disk(command: list[str], folder: Path) -> tuple[int, str]:
     return run.returncode, run.stderr
 
 
-def hears_ctrl_c() -> None:
-    """As in a terminal: what a shell runs in the background ignores it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 def signalled(number: signal.Signals, place: str) -> Callable[[list[str], Path], tuple[int, str]]:
     """A signal at a place: see tests/signal_itself.py."""
 
@@ -93,7 +88,7 @@ def signalled(number: signal.Signals, place: str) -> Callable[[list[str], Path],
         python, arguments = command[0], command[3:]
         done = subprocess.run(
             [python, "-m", "tests.signal_itself", place, str(int(number)), *arguments, "--verbose"],
-            cwd=folder, env=environment(), preexec_fn=hears_ctrl_c, capture_output=True, text=True, check=False,
+            cwd=folder, env=environment(), capture_output=True, text=True, check=False,
         )  # fmt: skip
         status = done.returncode if done.returncode >= 0 else 128 - done.returncode
         return status, "\n".join(line for line in done.stderr.splitlines() if line.startswith("compensator"))
