@@ -128,18 +128,20 @@ _ROBOTS = (
              parts=(".sys", ".sysx")),
     Language(name="krl", reads=(".src",), writes=".src", filtered=True, several=True, parts=(".dat",)),
     Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, short_remarks=True),
-    Language(name="urscript", reads=(".script",), writes=".script", filtered=True),
+    Language(name="urscript", reads=(".script", ".urscript"), writes=".script", filtered=True),
     Language(name="val3", writes=".pgx"),
     Language(name="inform", writes=".jbi"),
 )  # fmt: skip
-_GCODE = (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g")
+_GCODE = (
+    ".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g", ".gc", ".ncc", ".iso", ".eia", ".min", ".ptp"
+)  # fmt: skip
 _CAM = (
     Language(
         name="gcode", reads=_GCODE, writes=".nc", filtered=True, on_a_machine=True, machine_words=r"M\d+|G4"
     ),
     Language(name="siemens", reads=(".mpf", ".spf", ".arc"), on_a_machine=True),
     Language(name="heidenhain", reads=(".h",), on_a_machine=True),
-    Language(name="apt", reads=(".apt", ".cl", ".cls", ".clsf", ".cldata")),
+    Language(name="apt", reads=(".apt", ".aptsource", ".cl", ".cls", ".clsf", ".cldata", ".ncl")),
     Language(name="csv", reads=(".csv",), writes=".csv", table=True, machine_words=".*"),
 )
 

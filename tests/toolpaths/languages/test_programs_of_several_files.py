@@ -184,7 +184,7 @@ def test_a_cut_from_where_only_the_controller_knows_is_refused(tmp_path: Path) -
         read_toolpath(tmp_path / "mAutodesk.mod")
     (tmp_path / "K.src").write_text(POCKET.replace("sPocket", "K").replace("LIN XP1", "LIN XP1\nPTP XH\nLIN XP1"))
     (tmp_path / "K.dat").write_text(dat("K", POINT.format(1, 2)))
-    with pytest.raises(ReadError, match=r"K\.src:6: where this cut begins is not known: the PTP before leads to XH"):
+    with pytest.raises(ReadError, match=r"K\.src:6: this move starts where PTP XH \(line 5\) leads, .*in a file"):
         read_toolpath(tmp_path / "K.src")
 
 
