@@ -41,7 +41,7 @@ def test_by_name_as_by_its_file(tmp_path: Path) -> None:
 
 
 def test_of_another_robot_and_of_none(tmp_path: Path) -> None:
-    with pytest.raises(CellError, match="kuka-kr500.*do not belong together"):
+    with pytest.raises(CellError, match=r"kuka-kr500.*do not belong together"):
         load_arm(load_cell(cell(tmp_path, "kuka-kr500")))
     with pytest.raises(CellError, match=r"model = 'ur10': .*the built-in robots with a stiffness set are abb-irb6600"):
         load_arm(load_cell(cell(tmp_path, "ur10")))

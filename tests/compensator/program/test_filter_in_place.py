@@ -48,7 +48,7 @@ def test_the_written_program_stands_where_it_should(tmp_path: Path, suffix: str)
     before, after = read_toolpath(source), read_toolpath(out)
     ends = [p.position[np.abs(p.row - np.rint(p.row)) < 1e-9] for p in (before, after)]
     assert len(ends[1]) >= len(ends[0])
-    assert np.linalg.norm(ends[1][-1] - ends[0][-1]) * 1e3 == pytest.approx(1.8, abs=0.2)
+    assert np.linalg.norm(ends[1][-1] - ends[0][-1]) * 1e3 == pytest.approx(1.0, abs=0.1)
     assert out.read_bytes().count(MARKER.encode()) == 1
     assert (tmp_path / "part_c.dat").exists() == (suffix == ".src")
 
@@ -156,7 +156,7 @@ def test_a_program_brings_its_tool_and_work_object(tmp_path: Path) -> None:
     done = compensate_file(tmp_path / "part.mod", cell, tmp_path / "b.mod")
     assert done.report["predicted_error_mm"]["before"]["mean"] > 0.9
     assert (tmp_path / "a.mod").read_bytes() == (tmp_path / "b.mod").read_bytes()
-    with pytest.raises(CompensatorError, match=r"cell\.toml: workobject is missing$"):
+    with pytest.raises(CompensatorError, match=r"cell\.toml: workobject is missing; to copy"):
         preview_file(tmp_path / "path.csv", cell)
     cell.write_text(tomli_w.dumps({**bare, "workobject": {"xyz": [1500.0, -150.0, 800.0]}}))
     with pytest.raises(CompensatorError, match=r"give either \[tool\] or \[tools\.1\]"):

@@ -220,7 +220,7 @@ def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
         ({"effects": None}, "no [effects.*] table"),
         ({"effects": {}}, "no [effects.*] table"),
         ({"effects": 5}, "no [effects.*] table"),
-        ({"effects": {"joint-stifness": {"k_nm_per_rad": K}}}, "unknown effect joint-stifness; did you mean joint-stiffness"),
+        ({"effects": {"joint-stifness": {"k_nm_per_rad": K}}}, "unknown effect joint-stifness; did you mean joint-"),
         ({"effects": {"backlash": {"gap_rad": [0.0] * 6}}}, "[effects.joint-stiffness] is missing"),
         ({"effects": {"joint-stiffness": K}}, "effects.joint-stiffness is not a table"),
     ],
