@@ -129,8 +129,8 @@ _ROBOTS = (
     Language(name="krl", reads=(".src",), writes=".src", filtered=True, several=True, parts=(".dat",)),
     Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, short_remarks=True),
     Language(name="urscript", reads=(".script", ".urscript"), writes=".script", filtered=True),
-    Language(name="val3", writes=".pgx"),
-    Language(name="inform", writes=".jbi"),
+    Language(name="val3", reads=(".pgx",), writes=".pgx"),
+    Language(name="inform", reads=(".jbi",), writes=".jbi"),
 )  # fmt: skip
 _GCODE = (
     ".nc", ".ngc", ".gcode", ".tap", ".cnc", ".g", ".gc", ".ncc", ".iso", ".eia", ".min", ".ptp"
