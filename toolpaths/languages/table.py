@@ -1,12 +1,13 @@
 """The table of languages: one entry each. Everything else about a language is in its folder ``languages/NAME/``.
 
-To add a language: its folder, its entry here, its page ``docs/NAME.md``, its sample tests/contracts/languages/NAME.py.
+To add a language: its folder (with ``vocabulary.py``, where it is read), its entry here, its page ``docs/NAME.md``, its
+sample tests/contracts/languages/NAME.py.
 No language imports this module, nor another language.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 if TYPE_CHECKING:  # the command line reads the table to show its help: nothing heavy here
     from toolpaths.finding import Finding
+    from toolpaths.interpreting.vocabulary import Vocabulary
     from toolpaths.machine import Machine
     from toolpaths.rewriting.filter import Filter, Rewritten
     from toolpaths.toolpath import Floats, Toolpath
@@ -96,6 +98,11 @@ class Language:
 
     def _more(self, machine: Machine | None, others: Sequence[Path] | None) -> tuple[Any, ...]:
         return (machine,) * self.on_a_machine + (others,) * self.several
+
+    @property
+    def vocabulary(self) -> Mapping[str, Vocabulary]:
+        """Its words that are read or refused by name, by what they are: for its page."""
+        return cast("Mapping[str, Vocabulary]", self._module("vocabulary").VOCABULARY)
 
     @property
     def writer(self) -> Writer:

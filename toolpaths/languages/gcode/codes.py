@@ -133,8 +133,15 @@ GROUPS: dict[str, frozenset[G]] = {
 }
 GROUP = {g: name for name, words in GROUPS.items() for g in words}
 
-# Let pass on purpose: they choose what this reader does anyway (G13.1, G15, G40, G50, G50.1, G67, G69, G97), what the
-# cell file gives (G43 H: tool length), or how a machine rounds corners (G5 P, G5.1 Q, G8 P, G9, G61, G64, G187).
+#: Let pass on purpose: they choose what this reader does anyway (G10 L2 with zeros, G13.1, G15, G50, G50.1, G67, G97),
+#: what the cell file gives (G43 H: tool length), or how a machine rounds corners (G5 P, G5.1 Q, G8 P, G9, G61, ...).
+SETTINGS = frozenset(
+    (
+        G.OFFSETS_SET, G.POLAR_INTERPOLATION_OFF, G.POLAR_COORDINATES_OFF, G.SCALING_OFF, G.MIRROR_OFF,
+        G.MODAL_MACRO_OFF, G.SPINDLE_IN_TURNS, G.TOOL_LENGTH, G.TOOL_LENGTH_OFF, G.SMOOTHING_LEVEL, G.SMOOTHING,
+        G.LOOK_AHEAD, G.EXACT_STOP_HERE, G.EXACT_PATH, G.EXACT_STOP, G.BLENDING, G.ACCURACY,
+    )
+)  # fmt: skip
 #: Of them those that stand without coordinates.
 LONE = frozenset((G.SMOOTHING_LEVEL, G.LOOK_AHEAD, G.POLAR_INTERPOLATION_OFF, G.MIRROR_OFF, G.ACCURACY))
 

@@ -15,7 +15,7 @@ from toolpaths.interpreting.program_text import LinkedText
 from toolpaths.interpreting.robot_moves import ARC, LINE, NOWHERE, PTP
 from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.vocabulary import HONOURED, REFUSED
-from toolpaths.languages.inform.scan import Job, JobLine, JobPosition
+from toolpaths.languages.inform.scan import InformJob, JobLine, JobPosition
 from toolpaths.languages.inform.words import QUIET, WORDS
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.rotation import matrix_from_motoman, quaternion_from_matrix
@@ -46,7 +46,7 @@ class JobInterpreter:
         path: of its file; others are looked for beside it.
     """
 
-    def __init__(self, job: Job, path: Path) -> None:
+    def __init__(self, job: InformJob, path: Path) -> None:
         self.path, self.text = path, LinkedText(job)
         self.track = RobotTrack(job.source, "inform", _quaternions, text=self.text)
         self.jobs: dict[str, int] = {job.name: 0}
@@ -62,9 +62,9 @@ class JobInterpreter:
         self.left = 10_000 + 20 * len(self._job(0).lines)
         self._run(0, 0)
 
-    def _job(self, number: int) -> Job:
+    def _job(self, number: int) -> InformJob:
         job = self.text.parts[number]
-        if not isinstance(job, Job):
+        if not isinstance(job, InformJob):
             raise TypeError(f"{job!r} is no job")
         return job
 
@@ -101,7 +101,7 @@ class JobInterpreter:
         job = self._job(number)
         self.track.event(comment_word(line.text.lstrip("'")), job.line(line.start), instruction, number)
 
-    def _speed(self, job: Job, line: JobLine) -> None:
+    def _speed(self, job: InformJob, line: JobLine) -> None:
         """SPEED VJ=... V=...: for the moves behind it that give none."""
         for word in line.text.split()[1:]:
             m = _V.fullmatch(word)
@@ -110,7 +110,7 @@ class JobInterpreter:
             if m[1] == "V":
                 self.feed = self._above_zero(job, line, m[2])
 
-    def _above_zero(self, job: Job, line: JobLine, text: str) -> float:
+    def _above_zero(self, job: InformJob, line: JobLine, text: str) -> float:
         value = float(text)
         if not 0.0 < value < 1e6:
             job.refuse(line.start, f"{line.text[:40]!r}: a speed of {text[:20]}", "Give one above 0.")
@@ -141,7 +141,7 @@ class JobInterpreter:
         source = str(file)
         load_lines(file, source)
         self.jobs[name] = len(self.text.parts)
-        self.text.add(Job(file.read_bytes().decode("latin-1"), source))
+        self.text.add(InformJob(file.read_bytes().decode("latin-1"), source))
         self.left += 20 * len(self._job(self.jobs[name]).lines)
         return self.jobs[name]
 
@@ -166,7 +166,7 @@ class JobInterpreter:
             return
         self._append(number, line, word=PTP if word == "MOVJ" else LINE, to=position, feed=feed, zone=zone)
 
-    def _position(self, job: Job, line: JobLine, names: list[str]) -> JobPosition | None:
+    def _position(self, job: InformJob, line: JobLine, names: list[str]) -> JobPosition | None:
         """Where a move leads; None: only the controller knows."""
         for name in names[1:]:
             other = job.positions.get(name)
@@ -178,7 +178,7 @@ class JobInterpreter:
             job.refuse(line.start, f"{names[0]} is not in the job", "The file may be cut off: save the job again.")
         return None if position is None or position.kind == "PULSE" else position
 
-    def _options(self, job: Job, line: JobLine, words: list[str]) -> tuple[float, float]:
+    def _options(self, job: InformJob, line: JobLine, words: list[str]) -> tuple[float, float]:
         """Speed, mm/s, and corner, mm; NaN where they are not given."""
         feed = zone = _NAN
         for word in words:
@@ -212,7 +212,7 @@ class JobInterpreter:
             return
         self.turned = False
 
-    def _close(self, job: Job) -> None:
+    def _close(self, job: InformJob) -> None:
         if self.arc and not (self.turned and len(self.arc) == 1):
             problem = f"{len(self.arc)} MOVC that make no arc of three points"
             job.refuse(self.arc[-1][0].start, problem, "Give three for each arc, with a MOVL or FPT between arcs.")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from toolpaths.interpreting.robot_moves import RobotMoves
 from toolpaths.languages.inform.interpreter import JobInterpreter
-from toolpaths.languages.inform.scan import Job
+from toolpaths.languages.inform.scan import InformJob
 from toolpaths.reading.source_text import load_lines
 from toolpaths.toolpath import Toolpath
 
@@ -27,6 +27,6 @@ def moves_of(data: bytes, source: str, path: Path) -> RobotMoves:
     Args:
         path: where the file lies; jobs that it calls are looked for beside it.
     """
-    run = JobInterpreter(Job(data.decode("latin-1"), source), path)
+    run = JobInterpreter(InformJob(data.decode("latin-1"), source), path)
     run.run()
     return run.track.moves()

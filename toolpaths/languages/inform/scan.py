@@ -1,4 +1,4 @@
-"""Job: the text of an INFORM job, its positions and its instructions, each with its place.
+"""InformJob: the text of an INFORM job, its positions and its instructions, each with its place.
 
 Source: Yaskawa DX100 (HW0482494) Data Transmission, 4.1 job data format, 4.3 position data.
 """
@@ -47,7 +47,7 @@ class JobLine(NamedTuple):
     text: str
 
 
-class Job(ProgramText):
+class InformJob(ProgramText):
     """The text of one job.
 
     Attributes:
@@ -137,7 +137,8 @@ class Job(ProgramText):
             problem = f"{name} has {len(numbers)} numbers" if self._kind else f"{name} before ///POSTYPE"
             self.refuse(line.start, problem, "X, Y, Z, Rx, Ry, Rz of an arm of six axes are read.")
         kind = "PULSE" if pulses else self._kind
-        self.positions[name] = JobPosition(kind, self._user, self._tool, self._bits, numbers)
+        bits, tool = self._bits, self._tool
+        self.positions[name] = JobPosition(kind=kind, user=self._user, tool=tool, bits=bits, numbers=numbers)
 
     def _body(self, lines: list[JobLine]) -> None:
         if not lines:

@@ -15,10 +15,12 @@ from toolpaths.languages.krl.program import KrlProgram
 
 _ASSIGN = re.compile(r"([$A-Za-z_][\w$]*)((?:\s*\[[^\]]*\])?)((?:\s*\.\s*\w+)*)\s*=(?!=)\s*(.*)$", re.S)
 _CALL = re.compile(r"([A-Za-z_][\w$]*)\s*\((.*)\)\s*$", re.S)
-_HARMLESS = re.compile(
-    r"(WAIT|HALT|CONTINUE|(GLOBAL\s+)?INTERRUPT|EXT|EXTFCT|EXTFCTP|SIGNAL|PULSE|TRIGGER|BRAKE?|IMPORT|ANOUT|ANIN|"
-    r"CONFIRM|RESUME|CWRITE|CLEAR)(?![\w$])", re.I,
-)  # fmt: skip
+#: Statements that move nothing and set nothing that moves depend on.
+REMARKS = (
+    "WAIT HALT CONTINUE INTERRUPT EXT EXTFCT EXTFCTP SIGNAL PULSE TRIGGER BRAKE IMPORT ANOUT ANIN CONFIRM RESUME "
+    "CWRITE CLEAR"
+)
+_HARMLESS = re.compile(rf"(GLOBAL\s+INTERRUPT|{'|'.join(REMARKS.split())})(?![\w$])", re.I)
 #: Of these, and of BAS.SRC, what is about how the program runs: another language has its own.
 _QUIET = re.compile(
     r"(CONTINUE|(GLOBAL\s+)?INTERRUPT|EXT|EXTFCT|EXTFCTP|SIGNAL|IMPORT|CONFIRM|RESUME|CWRITE|BAS|IR_STOPM)(?![\w$])",

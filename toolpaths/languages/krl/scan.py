@@ -37,7 +37,7 @@ _IF = re.compile(r"IF\s+(.*\S)\s+THEN\s*$|IF\s*(\(.*\))\s*THEN\s*$", re.I)
 _FOR = re.compile(r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s*$", re.I)
 _WORD = re.compile(r"[A-Za-z_$&#]+\w*")
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:$")
-_REFUSED = {
+REFUSED_BLOCKS = {
     "WHILE": "a loop that ends when a condition says so", "REPEAT": "a loop that ends when a condition says so",
     "LOOP": "a loop without end", "GOTO": "a jump",
     "SPLINE": "a spline block",
@@ -206,8 +206,8 @@ class KrlModule(ProgramText):
     def _statement(self, start: int, end: int, text: str) -> Statement:
         word = _WORD.match(text)
         first = word[0].upper() if word else ""
-        if first in _REFUSED:
-            why = f"{first}: {_REFUSED[first]}: not known before it runs"
+        if first in REFUSED_BLOCKS:
+            why = f"{first}: {REFUSED_BLOCKS[first]}: not known before it runs"
             self.refuse(start, why, "Write the moves one by one.")
         if first == "FOR":
             return self._loop(start, text)

@@ -12,13 +12,14 @@ from toolpaths.interpreting.values import Runtime
 from toolpaths.languages.rapid.expressions import RapidExpression
 from toolpaths.languages.rapid.names import RapidNames
 
-_WORDS = (
+#: Instructions that are remarks.
+WORDS = (
     "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK WaitTime WaitDI WaitDO WaitAI WaitGI WaitUntil "
     "WaitRob SetDO SetAO SetGO Set Reset PulseDO InvertDO Stop Break ActUnit DeactUnit GripLoad CirPathMode ClkReset "
     "ClkStart ClkStop ErrWrite Write Open Close MotionSup SoftDeact PathAccLim WorldAccLim WaitWObj Incr Decr "
     "PDispOff EOffsOff IDelete"
 )
-HARMLESS = frozenset(_WORDS.lower().split())
+HARMLESS = frozenset(WORDS.lower().split())
 #: Of these the ones that are about how the arm moves, or talk to the operator: another language has its own.
 _QUIET = (
     "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK GripLoad CirPathMode ClkReset ClkStart ClkStop "
