@@ -31,6 +31,7 @@ REFUSED = [
     ("MOVL C00077 V=10.0", "C00077 is not in the job"),
     ("MOVL C00002 V=I012", "'V=I012' is not read"),
     ("MOVL C00002 V=0.0", "a speed of 0.0"),
+    ("MOVL C00002 V=4500", "a speed of 4500. V takes 0.1 to 1500 mm/s; where the controller counts cm/min"),
     ("MOVL C00002 V=10.0 UNTIL IN#(1)=ON", "'UNTIL' is not read"),
     ("MOVL C00002 BC00002 V=10.0", "BC00002: an external axis"),
     ("MOVL V=10.0", "is not read"),

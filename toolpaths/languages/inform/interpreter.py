@@ -30,6 +30,7 @@ _IDLE = re.compile(r"(?:ACC|DEC)=\d+|NWAIT|FPT")
 _CALL = re.compile(r"CALL\s+JOB:(\S+?)(\s+(?:IF|ARGF).*)?")
 _NAN = float("nan")
 _BASE: Floats = np.eye(4)
+FASTEST = 1500.0  # mm/s: what V takes
 MOST_DEEP = 10  # calls within each other, as the controller has it
 
 
@@ -107,13 +108,14 @@ class JobInterpreter:
             m = _V.fullmatch(word)
             if m is None:
                 job.refuse(line.start, f"{line.text[:40]!r}: a speed that is no number", "Give it as V=12.5.")
-            if m[1] == "V":
-                self.feed = self._above_zero(job, line, m[2])
+            value = self._speed_of(job, line, m)
+            self.feed = value if m[1] == "V" else self.feed
 
-    def _above_zero(self, job: InformJob, line: JobLine, text: str) -> float:
-        value = float(text)
-        if not 0.0 < value < 1e6:
-            job.refuse(line.start, f"{line.text[:40]!r}: a speed of {text[:20]}", "Give one above 0.")
+    def _speed_of(self, job: InformJob, line: JobLine, given: re.Match[str]) -> float:
+        value = float(given[2])
+        if not 0.0 < value <= (FASTEST if given[1] == "V" else 1e6):
+            remedy = f"V takes 0.1 to {FASTEST:g} mm/s; where the controller counts cm/min, set it to mm/s and save again."
+            job.refuse(line.start, f"{line.text[:40]!r}: a speed of {given[2][:20]}", remedy)
         return value
 
     def _call(self, number: int, line: JobLine, depth: int) -> None:
@@ -183,7 +185,7 @@ class JobInterpreter:
         feed = zone = _NAN
         for word in words:
             if m := _V.fullmatch(word):
-                value = self._above_zero(job, line, m[2])
+                value = self._speed_of(job, line, m)
                 feed = value if m[1] == "V" else feed
             elif m := _LEVEL.fullmatch(word):
                 zone = 0.0 if m[1] == "0" else zone
