@@ -23,8 +23,8 @@ from compensator.solve.assessment import Assessment, assessed
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
-from compensator.tasks.outputs import Outputs
-from compensator.tasks.run_files import writes
+from compensator.tasks.outputs import UNNAMED, Outputs
+from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
 from toolpaths.files import language_of, read_program, refuse_own, write_program
@@ -105,10 +105,11 @@ def compensate_file(
     given = read_input(read_from, cell, say, written_in=written_in)
     refuse_study_frame(given.job)
     maker = filter_of(read_from, given.source, written_in) or Export(given.source, written_in)
-    maker.check(given.job.placement, given.path, program)
+    named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
+    maker.check(given.job.placement, given.path, named)
     say("solving")
     path = planned(given.job, given.path)
-    maker.check(given.job.placement, path.toolpath, program)
+    maker.check(given.job.placement, path.toolpath, named)
     result = compensate(given.job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")

@@ -11,6 +11,7 @@ from tests.stiffness.bench_lab import Lab
 ROOT = Path(__file__).parents[2]
 CELL = """schema = "cell/1"
 robot = "arm.toml"
+tip = "tool0"
 model = "model.toml"
 gravity = "calibrated-out"
 

@@ -114,7 +114,7 @@ class JobInterpreter:
     def _speed_of(self, job: InformJob, line: JobLine, given: re.Match[str]) -> float:
         value = float(given[2])
         if not 0.0 < value <= (FASTEST if given[1] == "V" else 1e6):
-            remedy = f"V takes 0.1 to {FASTEST:g} mm/s; where the controller counts cm/min, set it to mm/s and save again."
+            remedy = f"V takes 0.1 to {FASTEST:g} mm/s; where the controller counts cm/min, set it to mm/s."
             job.refuse(line.start, f"{line.text[:40]!r}: a speed of {given[2][:20]}", remedy)
         return value
 
