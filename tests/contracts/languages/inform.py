@@ -87,6 +87,7 @@ SAMPLE = Sample(
         position=0.88e-6,
         rotation=1.7e-6,
         feed=0.03,
+        in_base=True,
         rapid_speed=True,
         stands_or_passes=True,
         most_lines=16000,

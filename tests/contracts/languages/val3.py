@@ -109,6 +109,7 @@ SAMPLE = Sample(
         ),
     ),
     written=WrittenSample(
+        frame=2e-7,
         rapid_speed=True,
         files=5,
         most_lines=5100,
