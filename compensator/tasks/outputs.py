@@ -16,7 +16,6 @@ from compensator.tasks.run_files import STDOUT, cannot_write, current_run, real
 from toolpaths.errors import ToolpathError
 from toolpaths.writing.staging import Staging, StagingError
 
-
 #: What a program on standard output is called, where its language wants a name.
 UNNAMED = "PART1"
 

@@ -15,6 +15,7 @@ from toolpaths.languages.inform.words import HEAD
 _LINE = re.compile(r"[^\r\n\f\x1a]+")
 _N = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)"
 _POSITION = re.compile(rf"([A-Z]{{1,3}}\d+)\s*=\s*({_N}(?:\s*,\s*{_N})*)")
+_FLAGS = re.compile(r"-?\d(?:\s*,\s*-?\d){5,30}")
 _WHOLE = re.compile(r"\d{1,6}")
 _NAME = re.compile(r"//NAME\s+(\S{1,64})")
 LARGEST = 1e7  # of a number of a position
@@ -120,11 +121,11 @@ class InformJob(ProgramText):
 
     def _configuration(self, line: JobLine, rest: str) -> int:
         """No-flip, lower arm, rear; of 24 numbers: NX100 and older write 8, and mean another flip."""
-        given = [part.strip() for part in rest.split(",")]
-        if len(given) < 6 or not all(re.fullmatch(r"-?\d", part) for part in given):
+        if not _FLAGS.fullmatch(rest):
             self.refuse(line.start, f"{line.text[:40]!r}: RCONF has 8 or 24 numbers")
+        given = rest.replace(" ", "").split(",", 3)
         flags = [part != "0" for part in given[:3]]
-        return flags[0] + 2 * flags[1] + 4 * flags[2] if len(given) >= 20 else -1
+        return flags[0] + 2 * flags[1] + 4 * flags[2] if rest.count(",") >= 19 else -1
 
     def _position(self, line: JobLine, name: str, text: str) -> None:
         numbers = tuple(float(part) for part in text.split(","))

@@ -56,12 +56,14 @@ class ValValues:
         self.values: dict[tuple[str, int], Fields | Runtime] = {
             (name, k): v for name, d in data.items() for k, v in d.values.items()
         }
+        self._fathers: dict[tuple[str, str], Floats | Runtime] = {}  # as long as no frame changes
 
     def declare(self, data: dict[str, ValData]) -> None:
         """The data of one more program; they hide others of the same name."""
         for name, d in data.items():
             self.kinds[name] = d.kind
             self.values.update({(name, k): v for k, v in d.values.items()})
+        self._fathers.clear()
 
     def find(self, text: str) -> tuple[str, int] | None:
         """Name and index of ``name`` or ``name[2]`` that is declared; None: it is not."""
@@ -78,6 +80,8 @@ class ValValues:
     def put(self, key: tuple[str, int], **given: Any) -> None:
         """Set some fields of an element."""
         old = self.values[key]
+        if self.kinds[key[0]] not in POINTS:
+            self._fathers.clear()
         if not isinstance(old, Runtime):
             self.values[key] = {**old, **given}
 
@@ -86,6 +90,7 @@ class ValValues:
         for key in self.values:
             if key[0] == name:
                 self.values[key] = Runtime(reason)
+        self._fathers.clear()
 
     def trsf(self, fields: Fields) -> tuple[float, ...] | Runtime:
         """x, y, z in mm, rx, ry, rz in deg, of a point, frame or tool."""
@@ -100,9 +105,14 @@ class ValValues:
 
         A Runtime has the name of the one that is not known as its reason.
         """
+        key = str(fields.get("fatherId", f"{root}[0]")), root
+        if key not in self._fathers:
+            self._fathers[key] = self._placed(*key)
+        return self._fathers[key]
+
+    def _placed(self, father: str, root: str) -> Floats | Runtime:
         out = np.eye(4)
         for _ in range(MOST_FATHERS):
-            father = str(fields.get("fatherId", f"{root}[0]"))
             if father.split("[")[0].lower() == root:
                 return out
             key = self.find(father)
@@ -112,8 +122,8 @@ class ValValues:
             numbers = self.trsf(found)
             if isinstance(numbers, Runtime):
                 return Runtime(father)
-            out, fields = matrix(numbers) @ out, found
-        return Runtime(f"{fields.get('fatherId')}, whose frames have each other as fathers")
+            out, father = matrix(numbers) @ out, str(found.get("fatherId", f"{root}[0]"))
+        return Runtime(f"{father}, whose frames have each other as fathers")
 
 
 def _numbers(fields: Fields, names: tuple[str, ...]) -> tuple[float, ...] | Runtime:
