@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -154,6 +155,11 @@ class Toolpath:
         """File and line of a pose, as messages have them."""
         source = self.source if self.file is None else self.sources[self.file[pose]]
         return f"{source}:{self.line[pose]}"
+
+    def line_words(self, pose: int) -> str:
+        """``line 7``; of a program of several files with the name of its file."""
+        beside = "" if self.file is None else f" of {Path(self.sources[self.file[pose]]).name}"
+        return f"line {self.line[pose]}{beside}"
 
     def _columns(self) -> dict[str, npt.NDArray[Any]]:
         """What has a row per pose, by name."""

@@ -55,7 +55,7 @@ def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:
         numbers = sorted({int(number) for number in used})
         raise CellError(
             f"{toolpath.where(k)}: a cut with tool {toolpath.tool[k]} after cuts with tool {used[0]} "
-            f"(line {toolpath.line[cuts[0]]}), and [tool] of {placement.source} is one tool: give "
+            f"({toolpath.line_words(int(cuts[0]))}), and [tool] of {placement.source} is one tool: give "
             f"{', '.join(f'[tools.{number}]' for number in numbers)} in its place"
         )
     missing = ~np.isin(used, list(tools.by_number))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,9 @@ def test_rapid_as_one(tmp_path: Path, way: str) -> None:
     before = {f.name: f.read_bytes() for f in source.iterdir()}
     every = [*source.glob("*.mod"), source / "Cell.sys"]
     given = {"main": source / "mAutodesk.mod", "folder": source, "files": every}[way]
-    done = compensate_file(given, cell, tmp_path / "out" / "JOB.mod", json=tmp_path / "s.json")
+    page = tmp_path / "r.html"
+    done = compensate_file(given, cell, tmp_path / "out" / "JOB.mod", json=tmp_path / "s.json", report=page)
+    assert re.search(r"line \d+ of m(Face|Pocket)\.mod, pose", page.read_text())
     assert {f.name: f.read_bytes() for f in source.iterdir()} == before
     assert sorted(f.name for f in (tmp_path / "out").iterdir()) == ["JOB.mod", "mFace.mod", "mPocket.mod"]
     written = [tmp_path / "out" / name for name in ("JOB.mod", "mFace.mod", "mPocket.mod")]
