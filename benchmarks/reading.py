@@ -25,6 +25,7 @@ _MPF = "G710 G90 G17\n{}\nG0 X0 Y0 Z5\nF600\n"
 _H = "BEGIN PGM A MM\n{}\nL X+0 Y+0 Z+5 R0 FMAX\nL F600\n"
 _CLS = "TOOL PATH/A,TOOL,B\nTLDATA/MILL,10,1,75,0,0\nMSYS/0,0,0,1,0,0,0,1,0\nFEDRAT/MMPM,250\nGOTO/0,0,0,0,0,1\n"
 _MOD_POSE = "[[{x},{y},-1.25],[0,0.6,0.8,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+_PGX = '<Programs><Program name="m"><Locals><Local name="p" type="pointRx" /></Locals><Code><![CDATA[\nbegin\n'
 _LS_POSE = (
     "P[{n}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n"
     "\tX = {x}  mm,\tY = {y}  mm,\tZ = -1.250  mm,\n\tW = 180.000 deg,\tP = 0.500 deg,\tR = -10.000 deg\n}};\n"
@@ -86,6 +87,13 @@ KINDS = {
     "Fanuc TP": Kind("ls", "/PROG  M\n/MN\n", "{n}:L P[{n}] 20mm/sec CNT5 ;\n", "/POS\n{more}/END\n", _LS_POSE),
     "URScript": Kind(
         "script", "def m():\n", "  movel(p[{x}e-3, {y}e-3, -0.001, 3.14, 0, 0], a=1.2, v=0.02, r=0.0001)\n", "end\n"
+    ),
+    "INFORM": Kind(
+        "jbi", "/JOB\n//NAME M\n//POS\n///TOOL 1\n///POSTYPE ROBOT\n///RECTAN\n",
+        "C{n:05d}={x},{y},-1.250,180.0000,0.5000,0.0000\n", "//INST\nNOP\n{more}END\n", "MOVL C{n:05d} V=20.0\n",
+    ),
+    "VAL3": Kind(
+        "pgx", _PGX, "  p.trsf={{{x},{y},-1.25,180,0,0}}\n  movel(p,t,m)\n", "end\n]]></Code></Program></Programs>\n"
     ),
 }  # fmt: skip
 

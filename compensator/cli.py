@@ -10,12 +10,14 @@ from typing import Any
 import click
 
 from compensator.command_line import INPUT, OUTPUT, Verbs
-from toolpaths.languages.table import WRITTEN
+from toolpaths.languages.table import READ, WRITTEN
 
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 _LANGUAGES = [language.name for language in WRITTEN]
+_READ = click.Choice([language.name for language in READ])
+_from = click.option("--from", "read_as", type=_READ, help="Language of TOOLPATH, where its suffix does not say it.")
 
 
 def _strict_verb(task: Callable[..., None]) -> Callable[..., None]:
@@ -32,15 +34,16 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("toolpath", type=INPUT)
+@click.argument("toolpath", type=INPUT, nargs=-1, required=True)
 @click.option("--cell", required=True, type=INPUT, help="cell/1 file: robot, tool, work object, process.")
 @click.option("-o", "--output", "program", required=True, type=OUTPUT, help="Program to write.")
 @click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Language, where the suffix does not say it.")
+@_from
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
-def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **options: Any) -> None:
-    """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
+def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: bool, **options: Any) -> None:
+    """Move every pose of TOOLPATH (files of a program, or its folder) so that the predicted deflection cancels."""
     from compensator.tasks.compensate import compensate_file
     from compensator.terminal.path import show_path
     from compensator.terminal.screen import print_findings, progress
@@ -52,13 +55,14 @@ def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **optio
 
 
 @main.command()
-@click.argument("toolpath", type=INPUT)
+@click.argument("toolpath", type=INPUT, nargs=-1, required=True)
 @click.option("--cell", required=True, type=INPUT, help="cell/1 file: robot, tool, work object, process.")
+@_from
 @click.option("--csv", type=OUTPUT, help="Deflection per pose.")
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @_strict_verb
-def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
+def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
     from compensator.tasks.compensate import preview_file
     from compensator.terminal.path import show_path
@@ -249,10 +253,7 @@ def robots(name: str | None, verbose: bool) -> None:
     """List the built-in robots; with NAME (built-in, .toml or .urdf) show one."""
     from compensator.terminal.robots import show_robot, show_robots
 
-    if name is None:
-        show_robots()
-    else:
-        show_robot(name)
+    show_robots() if name is None else show_robot(name)
 
 
 if __name__ == "__main__":

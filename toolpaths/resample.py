@@ -50,7 +50,7 @@ def resample(path: Toolpath, *, spacing: float, angle: float = ANGLE) -> Toolpat
         what = f"{wanted} makes {poses:,.0f} poses; at most {most:,} are computed in one run"
         raise ToolpathError(f"{path.source}: {what}: take more than {enough}, or split the file")
     count = np.maximum(np.ceil(parts - _ROUNDING), 1.0).astype(np.intp)
-    return path if count.max() == 1 else _inserted(path, count)
+    return path if count.max() == 1 else in_parts(path, count)
 
 
 def _deg(angle: float) -> str:
@@ -73,7 +73,7 @@ def _turns(path: Toolpath) -> Floats:
     return turn
 
 
-def _inserted(path: Toolpath, count: Rows) -> Toolpath:
+def in_parts(path: Toolpath, count: Rows) -> Toolpath:
     """The path with move m (from pose m to m + 1) in ``count[m]`` parts."""
     move = np.repeat(np.arange(len(count)), count - 1)
     first = np.concatenate([[0], np.cumsum(count - 1)])[:-1]  # of the poses of each move

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -48,12 +49,14 @@ class Event:
         word: short text as a program comment may carry it, such as ``S5000 M3``.
         line: line of the source file, counted from 1.
         commands: what it asks of the machine, in the order of execution; none for comments.
+        file: which of ``Toolpath.sources`` that is.
     """
 
     pose: int
     word: str
     line: int
     commands: tuple[MachineCommand, ...] = ()
+    file: int = 0
 
 
 @dataclass(frozen=True, repr=False)
@@ -93,7 +96,7 @@ class Toolpath:
     """Poses of the TCP in the work-object frame, in the order of machining.
 
     Attributes:
-        source: the file as the user named it.
+        source: the file as the user named it; of several, the main one.
         language: the reader's name (``gcode``, ``apt``, ``csv``, ...).
         position: (N, 3) m.
         axis: (N, 3) unit tool axis, from the tip to the spindle; TCP z is its negative.
@@ -111,6 +114,8 @@ class Toolpath:
         events: what stands between the moves.
         setting: tools and frames of a robot program; None for CAM files.
         findings: what its reader has to tell about the file.
+        sources: all files of a program of several, ``source`` first; else none.
+        file: (N,) which of ``sources`` the line is in; None: in ``source``.
     """
 
     source: str
@@ -128,6 +133,8 @@ class Toolpath:
     events: tuple[Event, ...] = ()
     setting: Setting | None = None
     findings: tuple[Finding, ...] = ()
+    sources: tuple[str, ...] = ()
+    file: Ints | None = None
 
     def __post_init__(self) -> None:
         n = len(self.position)
@@ -143,6 +150,16 @@ class Toolpath:
 
     def __repr__(self) -> str:
         return f"Toolpath({self.source!r}, {len(self)} poses, {int(np.sum(self.kind))} cutting)"
+
+    def where(self, pose: int) -> str:
+        """File and line of a pose, as messages have them."""
+        source = self.source if self.file is None else self.sources[self.file[pose]]
+        return f"{source}:{self.line[pose]}"
+
+    def line_words(self, pose: int) -> str:
+        """``line 7``; of a program of several files with the name of its file."""
+        beside = "" if self.file is None else f" of {Path(self.sources[self.file[pose]]).name}"
+        return f"line {self.line[pose]}{beside}"
 
     def _columns(self) -> dict[str, npt.NDArray[Any]]:
         """What has a row per pose, by name."""

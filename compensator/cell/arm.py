@@ -102,7 +102,7 @@ def load_arm(cell: Cell) -> Arm:
     except RobotError as e:
         raise CellError(f"{cell.source}: robot = {cell.robot!r}: {e}") from e
     try:
-        model = load_model(cell.folder / cell.model, robot.n)
+        model = load_model(cell.model, robot.n, folder=cell.folder)
     except ModelError as e:
         if (cell.folder / cell.model).exists():
             raise

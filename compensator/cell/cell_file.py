@@ -102,7 +102,7 @@ def to_copy(*missing: str) -> str:
 _EXAMPLES = {
     "schema": 'schema = "cell/1"',
     "robot": 'robot = "abb-irb6600-175-255"  # or a file; `compensator robots` lists the built-in ones',
-    "model": 'model = "stiffness.toml"  # of `compensator identify`, or written by hand',
+    "model": 'model = "stiffness.toml"  # of `compensator identify`, by hand, or a built-in robot\'s name',
     "tool": "[tool]\nxyz = [0.0, 0.0, 250.0]  # flange to TCP, mm",
     "workobject": "[workobject]\nxyz = [1500.0, -200.0, 800.0]  # base to the frame of the CAM file, mm",
     "process": """[process]

@@ -100,7 +100,7 @@ class EquippedArm:
                 done.append((r, self.predictors[number].forward(q[r], wrench[r], state[r])))
             except EquilibriumError as e:
                 k = int(np.arange(len(q))[r][e.row])
-                where = f"{toolpath.source}:{toolpath.line[k]} (pose {toolpath.row[k]:g} of the file)"
+                where = f"{toolpath.where(k)} (pose {toolpath.row[k]:g} of the file)"
                 raise SolveError(f"{where}: {e.problem}") from e
         names = ("rotation", "position", "torque", "residual")
         found = {name: _merged(len(q), [(r, getattr(f, name)) for r, f in done]) for name in names}

@@ -34,7 +34,7 @@ class MachineTable(TomlTable):
     """The machine that a CNC program with rotary words, or with several coordinate systems, was posted for; mm.
 
     ``start``: where the tool stands in the work object when the file begins, for files that do not name every axis
-    before they cut.
+    before they cut. ``radii``: of the registers D of G41 and G42; 0 where CAM gave the path of the cutter's centre.
     """
 
     kinematics: Literal["", "table", "head", "table-table", "head-head", "head-table"] = ""
@@ -42,11 +42,13 @@ class MachineTable(TomlTable):
     axis: list[MachineAxisTable] = Field(default_factory=list)
     systems: dict[SystemName, Three] = Field(default_factory=dict)
     start: Three | None = None
+    radii: dict[int, Annotated[Number, Field(ge=0, le=200)]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _complete(self) -> MachineTable:
-        if not self.kinematics and not self.systems and self.start is None:
-            raise ValueError("nothing is declared; give kinematics with [[machine.axis]], [machine.systems], or start")
+        if not self.kinematics and not self.systems and self.start is None and not self.radii:
+            what = "kinematics with [[machine.axis]], [machine.systems], [machine.radii], or start"
+            raise ValueError(f"nothing is declared; give {what}")
         if self.pivot is not None:
             if "head" not in self.kinematics:
                 raise ValueError(f"pivot = {self.pivot:g}: kinematics {self.kinematics!r} has no head")
@@ -63,7 +65,9 @@ class MachineTable(TomlTable):
         systems = {name: _metres(origin) for name, origin in self.systems.items()}
         pivot = None if self.pivot is None else self.pivot / 1e3
         start = None if self.start is None else _metres(self.start)
-        return Machine(self.kinematics, tuple(a.axis() for a in self.axis), pivot, systems, start=start)
+        radii = {number: radius / 1e3 for number, radius in self.radii.items()}
+        axes = tuple(a.axis() for a in self.axis)
+        return Machine(self.kinematics, axes, pivot=pivot, systems=systems, start=start, radii=radii)
 
 
 def _metres(xyz: tuple[float, float, float]) -> tuple[float, float, float]:

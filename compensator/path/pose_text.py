@@ -12,7 +12,7 @@ Floats = npt.NDArray[np.float64]
 
 def place(toolpath: Toolpath, k: int, first: int = 0) -> str:
     """How messages name a pose; ``first``: where a toolpath that is part of another one begins in it."""
-    return f"{toolpath.source}:{toolpath.line[k]} (pose {first + k})"
+    return f"{toolpath.where(k)} (pose {first + k})"
 
 
 def mm(position: Floats) -> str:

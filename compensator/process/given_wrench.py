@@ -45,8 +45,13 @@ class GivenWrench(Process):
             return np.eye(3)
         if self.axes == "workobject":
             return motion.workobject.rotation
-        tcp = motion.tcp
-        return tcp.rotation if self.axes == "tool" else path_axes(tcp.origin, tcp.rotation, motion.toolpath.kind)
+        tcp, work = motion.tcp, motion.workobject
+        if self.axes == "tool":
+            return tcp.rotation
+        if work.origin.ndim == 1:
+            return path_axes(tcp.origin, tcp.rotation, motion.toolpath.kind)
+        seen = tcp.relative_to(work)  # the feed is that of the tool against the part
+        return work.rotation @ path_axes(seen.origin, seen.rotation, motion.toolpath.kind)
 
     def _refuse_lateral(self, motion: ToolMotion, given: Floats) -> None:
         """Where the turn about the tool axis is free, the direction of a lateral wrench in tool axes is not known."""

@@ -27,7 +27,7 @@ class ToolMotion:
 
     Attributes:
         toolpath: feeds, kinds, tool numbers and source lines.
-        workobject: the work object in the base.
+        workobject: the work object in the base; (N) of it where rail or table move it.
         nominal: (N) TCP in the base, as the toolpath has it.
         deflected: (N) TCP in the base, where it really is; None: at ``nominal``.
     """

@@ -55,6 +55,9 @@ class WrenchRows:
         cutting = path.kind == CUT
         if LANGUAGES[path.language].table:
             return self._interpolated(path)
+        if path.file is not None and path.file.any():
+            problem = f"its index counts lines, and {path.source} is a program of {len(path.sources)} files"
+            raise CellError(f"{self.source}: {problem}. Write the poses as csv, and a row of the table for each")
         at, has = self._find(path.line)
         missing = cutting & ~has
         if missing.any():

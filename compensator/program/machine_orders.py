@@ -23,11 +23,12 @@ def orders(toolpath: Toolpath, given: Mapping[str, tuple[str, ...]], cell: str) 
     """
     out = []
     for event in toolpath.events:
+        source = toolpath.sources[event.file] if toolpath.sources else toolpath.source
         for command in event.commands:
             lines = given.get(command.word)
             if lines is not None:
-                lines = tuple(_filled(text, command, event, source=toolpath.source, cell=cell) for text in lines)
-            out.append(Order(event.pose, command, event.line, event.word, lines=lines))
+                lines = tuple(_filled(text, command, event, source=source, cell=cell) for text in lines)
+            out.append(Order(event.pose, command, line=event.line, text=event.word, lines=lines, source=source))
     return tuple(out)
 
 

@@ -61,7 +61,7 @@ class ProgramMaker(ABC):
 
     @abstractmethod
     def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
-        """Refuse what can be known to be wrong before anything is solved: names, lines of [program.events].
+        """Refuse what can be known to be wrong before anything is solved: names, places, lines of [program.events].
 
         Args:
             toolpath: with the poses that are known so far.

@@ -53,7 +53,7 @@ def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[int, ToolTa
     if cell.tool is not None and len(numbers) > 1 and named:
         k = int(cuts[np.argmax(toolpath.tool[cuts] == named[0])])
         raise CellError(
-            f"{toolpath.source}:{toolpath.line[k]}: a cut with tool {named[0]}, whose frame is not in the program, "
+            f"{toolpath.where(k)}: a cut with tool {named[0]}, whose frame is not in the program, "
             f"beside {len(numbers) - 1} others, and [tool] of {cell.source} is one tool: give [tools.{named[0]}]"
         )
     return {number: _tool(cell, toolpath, number, setting.tools.get(number)) for number in numbers}

@@ -74,7 +74,7 @@ def _with_positions(placement: Placement, robot: Robot, toolpath: Toolpath, sett
     for row, q in setting.joints.items():
         k = index[float(row)]
         if len(q) != robot.n:
-            raise CellError(f"{toolpath.source}:{toolpath.line[k]}: {len(q)} joint angles, {robot.name} has {robot.n}")
+            raise CellError(f"{toolpath.where(k)}: {len(q)} joint angles, {robot.name} has {robot.n}")
         position[k], quaternion[k] = _tcp(placement, robot, q, int(toolpath.tool[k]))
     return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
 
@@ -117,7 +117,7 @@ def _under_tools_of_cuts(placement: Placement, path: Toolpath, setting: Setting,
         rows = np.flatnonzero(posed & (path.tool == old) & (tool == new))
         if old not in setting.tools:
             raise CellError(
-                f"{path.source}:{path.line[rows[0]]}: a move under tool {old}, whose frame is not in the program: put "
+                f"{path.where(rows[0])}: a move under tool {old}, whose frame is not in the program: put "
                 f"it there, or move under that of the cuts (tool {new})"
             )
         mounted = placement.tools.tool(new)
@@ -149,7 +149,7 @@ def _start(arm: Arm, placement: Placement, path: Toolpath, setting: Setting) -> 
         i = int(outside[0])
         low, angle, high = np.degrees([robot.lower[i], joints[i], robot.upper[i]])
         raise CellError(
-            f"{path.source}:{path.line[0]}: joint {i + 1} at {angle:.3f} deg is outside the limits {low:.3f} ... "
+            f"{path.where(0)}: joint {i + 1} at {angle:.3f} deg is outside the limits {low:.3f} ... "
             f"{high:.3f} deg of {robot.name}: is this program for another robot than that of {placement.source}?"
         )
     return joints

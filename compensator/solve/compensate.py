@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.external_axes import workobject_along
 from compensator.cell.job import Job
 from compensator.errors import SolveError
 from compensator.path.planned_path import PlannedPath
@@ -79,7 +80,8 @@ def _load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> Pr
     Raises:
         SolveError: the process found an error; all that it found is listed.
     """
-    process, motion = job.placement.process, ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
+    work = workobject_along(job.placement, path.toolpath)
+    process, motion = job.placement.process, ToolMotion(path.toolpath, work, path.tcp)
     load = process.load(motion) if coarse is None else process.load_between(motion, coarse.path.toolpath, coarse.load)
     found = merged(load.findings)
     if any(f.level == ERROR for f in found):

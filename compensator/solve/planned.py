@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from compensator.cell.external_axes import moved_workobject
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
@@ -39,7 +40,10 @@ def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
     _refuse_missing_tools(placement, toolpath)
     s = placement.sampling
     dense = resample(_under_declared_tools(placement, toolpath), spacing=s.spacing / 1e3, angle=np.radians(s.angle))
-    return with_poses_before_corners(dense) if placement.process.axes == "path" else dense
+    if placement.process.axes != "path":
+        return dense
+    moved = moved_workobject(placement, dense)
+    return with_poses_before_corners(dense, None if moved is None else moved.inward(dense.position))
 
 
 def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:
@@ -50,8 +54,8 @@ def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:
         k = int(cuts[np.argmax(used != used[0])])
         numbers = sorted({int(number) for number in used})
         raise CellError(
-            f"{toolpath.source}:{toolpath.line[k]}: a cut with tool {toolpath.tool[k]} after cuts with tool {used[0]} "
-            f"(line {toolpath.line[cuts[0]]}), and [tool] of {placement.source} is one tool: give "
+            f"{toolpath.where(k)}: a cut with tool {toolpath.tool[k]} after cuts with tool {used[0]} "
+            f"({toolpath.line_words(int(cuts[0]))}), and [tool] of {placement.source} is one tool: give "
             f"{', '.join(f'[tools.{number}]' for number in numbers)} in its place"
         )
     missing = ~np.isin(used, list(tools.by_number))
@@ -60,7 +64,7 @@ def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:
         number = int(toolpath.tool[k])
         what = f"tool {number} cuts" if number else "a cut before any tool call"
         raise CellError(
-            f"{toolpath.source}:{toolpath.line[k]}: {what}, but {placement.source} has [tools.N] for "
+            f"{toolpath.where(k)}: {what}, but {placement.source} has [tools.N] for "
             f"{', '.join(map(str, sorted(tools.by_number)))} only"
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,13 +23,14 @@ from compensator.solve.assessment import Assessment, assessed
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
-from compensator.tasks.outputs import Outputs
-from compensator.tasks.run_files import writes
+from compensator.tasks.outputs import UNNAMED, Outputs
+from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
-from toolpaths.files import language_of, read_toolpath, refuse_own, write_program
+from toolpaths.files import language_of, read_program, refuse_own, write_program
 from toolpaths.finding import Finding
 from toolpaths.languages.table import Language
+from toolpaths.program_files import ProgramFiles, program_files
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -69,11 +71,12 @@ class RunInput:
 
 @writes("program", "report", "json")
 def compensate_file(
-    toolpath: Path,
+    toolpath: Path | Sequence[Path],
     cell: Path,
     program: Path,
     *,
     language: str | None = None,
+    read_as: str | None = None,
     report: Path | None = None,
     json: Path | None = None,
     strict: bool = False,
@@ -81,19 +84,32 @@ def compensate_file(
 ) -> Done:
     """The main job: a CAM file in, a compensated robot program out.
 
+    Args:
+        toolpath: the file; several, or their folder, where a robot program is made of several.
+        cell: cell file.
+        program: to be written.
+        language: of the program, where its suffix does not tell it.
+        read_as: language of the toolpath, where its suffix does not tell it.
+        report: HTML.
+        json: summary.
+        say: what is being done.
+
     Raises:
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    written_in = language_of(program, language, like=toolpath)
-    refuse_own(toolpath)
-    given = read_input(toolpath, cell, say, written_in=written_in)
+    read_from = _files(toolpath, read_as)
+    written_in = language_of(program, language, like=read_from)
+    for file in read_from.paths:
+        refuse_own(file, read_as)
+    given = read_input(read_from, cell, say, written_in=written_in)
     refuse_study_frame(given.job)
-    maker = filter_of(toolpath, given.source, written_in) or Export(given.source, written_in)
-    maker.check(given.job.placement, given.path, program)
+    maker = filter_of(read_from, given.source, written_in) or Export(given.source, written_in)
+    named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
+    maker.check(given.job.placement, given.path, named)
     say("solving")
     path = planned(given.job, given.path)
-    maker.check(given.job.placement, path.toolpath, program)
+    maker.check(given.job.placement, path.toolpath, named)
     result = compensate(given.job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
@@ -115,9 +131,10 @@ def compensate_file(
 
 @writes("csv", "report", "json")
 def preview_file(
-    toolpath: Path,
+    toolpath: Path | Sequence[Path],
     cell: Path,
     *,
+    read_as: str | None = None,
     csv: Path | None = None,
     report: Path | None = None,
     json: Path | None = None,
@@ -130,7 +147,7 @@ def preview_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    given = read_input(toolpath, cell, say)
+    given = read_input(_files(toolpath, read_as), cell, say)
     say("predicting")
     path = planned(given.job, given.path)
     result = uncompensated(given.job, path)
@@ -150,7 +167,11 @@ def preview_file(
     return Done(judged, numbers, tuple(f for f in (csv, report, json) if f))
 
 
-def read_input(toolpath: Path, cell: Path, say: Say = quiet, *, written_in: Language | None = None) -> RunInput:
+def _files(toolpath: Path | Sequence[Path], read_as: str | None) -> ProgramFiles:
+    return program_files([toolpath] if isinstance(toolpath, Path) else toolpath, read_as)
+
+
+def read_input(files: ProgramFiles, cell: Path, say: Say = quiet, *, written_in: Language | None = None) -> RunInput:
     """Cell and toolpath from their files, and the job that they make.
 
     Args:
@@ -161,8 +182,8 @@ def read_input(toolpath: Path, cell: Path, say: Say = quiet, *, written_in: Lang
     """
     say("reading the cell")
     table = load_cell(cell)
-    say(f"reading {toolpath.name}")
-    source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
+    say(f"reading {files.main.name}")
+    source = read_program(files, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     in_place = written_in is None or (written_in.filtered and written_in.name == source.language)
     job, path = job_for(table, source, with_rapids=not in_place)
     return RunInput(job, path, with_joint_poses(job.placement, job.arm.robot, source))

@@ -16,6 +16,9 @@ from compensator.tasks.run_files import STDOUT, cannot_write, current_run, real
 from toolpaths.errors import ToolpathError
 from toolpaths.writing.staging import Staging, StagingError
 
+#: What a program on standard output is called, where its language wants a name.
+UNNAMED = "PART1"
+
 
 class Outputs:
     """The files that a task writes, staged until all of them are there; the refusals name them as the user does.
@@ -47,7 +50,7 @@ class Outputs:
             raise RuntimeError(f"{target} is not among the outputs that the task declares")
         if target == STDOUT:
             if self._to_stdout is None:
-                self._to_stdout = Path(tempfile.mkdtemp(prefix="compensator-")) / f"PART1{suffix}"
+                self._to_stdout = Path(tempfile.mkdtemp(prefix="compensator-")) / f"{UNNAMED}{suffix}"
             return self._to_stdout
         if target not in self._staged:
             folder = self._folder(target) / str(len(self._staged))

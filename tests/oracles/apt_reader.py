@@ -83,7 +83,8 @@ class Second:
         sweep = way * angle % (2 * np.pi)
         sweep = 2 * np.pi if sweep < 1e-6 or sweep > 2 * np.pi - 1e-9 else sweep
         if self.turns:
-            sweep += 2 * np.pi * round(self.turns - sweep / 2 / np.pi)
+            before = self.turns - 1 if self.turns % 1 == 0 else round(self.turns - sweep / 2 / np.pi)
+            sweep += 2 * np.pi * before
         return center, normal, way * sweep
 
     def hole(self, p: np.ndarray) -> None:

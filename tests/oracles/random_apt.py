@@ -80,7 +80,8 @@ class RandomApt:
         end = center + Rotation.from_rotvec(way * angle * normal).apply(start - center) + rise * normal
         turns = int(self.rng.integers(1, 4)) if self.rng.integers(3) == 0 else 0
         more = [radius, 0.06, 0.5, 12.0, 1.0] if self.nx else [radius] * int(self.rng.integers(2))
-        times = ["TIMES", turns - 1 + angle / 2 / np.pi] if turns else []
+        whole = bool(self.rng.integers(2))  # as NX has it: whole turns before the rest, and one
+        times = ["TIMES", float(turns) if whole else turns - 1 + angle / 2 / np.pi] if turns else []
         self.put("CIRCLE", *map(float, center), *map(float, normal), *more, *times)
         self.put("GOTO", *map(float, end))
         self.at = end

@@ -99,7 +99,7 @@ def unsaid(program: Program, language: str, says: Callable[[str], bool]) -> Iter
         words = ", ".join(sorted({o.command.word for o in left}, key=lambda word: (len(word), word)))
         what = f"a program in {language} has no words of its own for {words}: they are comments in it"
         remedy = '[program.events] of the cell says what the controller does, such as M3 = ["..."], or [] for nothing'
-        places = tuple(dict.fromkeys(f"{program.source}:{o.line}" for o in left))
+        places = tuple(dict.fromkeys(f"{o.source or program.source}:{o.line}" for o in left))
         yield Finding(WARNING, places[0], what, remedy, count=len(left), places=places if len(places) > 1 else ())
 
 

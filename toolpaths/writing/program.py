@@ -27,6 +27,7 @@ class Order:
         line: of the source.
         text: what the source says, as in ``Program.comments``.
         lines: what the program does for it, in its language; None: nobody said what.
+        source: file of the line, of a source of several files; empty: the program's one.
     """
 
     pose: int
@@ -34,6 +35,7 @@ class Order:
     line: int
     text: str
     lines: tuple[str, ...] | None = None
+    source: str = ""
 
 
 @dataclass(frozen=True, repr=False)

@@ -91,7 +91,7 @@ def _largest_correction(c: Compensation, report: Report) -> dict[str, str]:
 
 
 def _place(c: Compensation, pose: int) -> str:
-    return f"line {c.path.toolpath.line[pose]}, pose {pose}"
+    return f"{c.path.toolpath.line_words(pose)}, pose {pose}"
 
 
 def _lanes() -> list[dict[str, str]]:

@@ -91,7 +91,7 @@ def _largest(c: Compensation, values: Any, digits: int) -> str:
 
 
 def _at(c: Compensation, pose: int, text: str) -> str:
-    return f"{text} (line {c.path.toolpath.line[pose]})"
+    return f"{text} ({c.path.toolpath.line_words(pose)})"
 
 
 def turnarounds(c: Compensation, report: Report) -> PageTable:

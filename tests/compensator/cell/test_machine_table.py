@@ -79,6 +79,15 @@ def test_systems_and_pivot_in_mm(tmp_path: Path) -> None:
     np.testing.assert_allclose(ends, [[1, 2, 3], [101, -5, 6], [101 - 230, -5, 236]], rtol=0, atol=1e-10)
 
 
+def test_radii_in_mm(tmp_path: Path) -> None:
+    """A side cut by a cutter of 5 mm radius in D1: its centre runs beside the contour."""
+    machine = load_cell(files(tmp_path, {"machine": {"radii": {"1": 5, "2": 0.0}}}).cell).posted_for()
+    text = "G21 G90\nG0 X0 Y-20 Z3\nG41 D1 G1 Y0 F100\nX-40\nG40 G0 Y30\nG41 D2 G1 X0\nM30\n"
+    path = read_toolpath(rotary(tmp_path, text), machine=machine)
+    expected = [[-5, -5], [-40, -5], [-40, 30], [0, 30]]
+    np.testing.assert_allclose(path.position[1:5, :2] * 1e3, expected, atol=1e-10)
+
+
 def test_systems_are_filtered_in_place(tmp_path: Path) -> None:
     """The numbers of the file are those of its own systems; read with the same machine it is what was commanded."""
     systems = {"G54": [0.0, 0.0, 0.0], "G55": [60.0, 10.0, -3.0]}
@@ -129,6 +138,8 @@ WRONG: list[tuple[str, dict[str, Any], str]] = [
     ("pivot of a table", {"pivot": 200.0}, r"machine: pivot = 200: .* has no head"),
     ("pivot in metres", {"kinematics": "head-table", "pivot": 0.2}, r"machine\.pivot is 0\.2 mm long"),
     ("system", {"systems": {"G53": [0.0, 0.0, 0.0]}}, r"machine\.systems\.G53"),
+    ("radius", {"radii": {"1": -2.0}}, r"machine\.radii\.1 = -2"),
+    ("register", {"radii": {"D1": 2.0}}, r"machine\.radii\.D1"),
     ("system of two", {"systems": {"G55": [0.0, 0.0]}},
      r"machine\.systems\.G55 = \[0\.0, 0\.0\]: there are 2, expected 3"),
 ]  # fmt: skip

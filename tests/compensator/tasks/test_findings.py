@@ -19,6 +19,7 @@ from tests.compensator.report.page_reader import Walk
 from tests.compensator.small_job import AXIS, ROWS, STIFFNESS, Files, files
 from tests.stiffness.model.test_clamped import HEADER, cycle, lines, written
 from toolpaths.finding import NOTE, WARNING, Finding
+from toolpaths.program_files import ProgramFiles
 
 # a warning of each stage: no feed (program), no start (solve), another tool's bracket (cell), a part from below (path)
 ODD: dict[str, Any] = {"workobject": {"xyz": [1300.0, -150.0, 1500.0], "rpy": [180.0, 0.0, 20.0]}}
@@ -33,13 +34,13 @@ KINDS = {"toolpath", "cell", "path", "solve", "program"}
 def job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Files:
     """A job with a warning of every stage; that of the reader is about two lines."""
     made = files(tmp_path, ODD, {"effects": WORN}, **NO_FEED)
-    read = task.read_toolpath
+    read = task.read_program
 
-    def warned(path: Path, **how: Any) -> Any:
-        found = [Finding(WARNING, f"{path.name}:{line}", "an odd <word>", "take it out") for line in (3, 5)]
-        return replace(read(path, **how), findings=tuple(found))
+    def warned(given: ProgramFiles, **how: Any) -> Any:
+        found = [Finding(WARNING, f"{given.main.name}:{line}", "an odd <word>", "take it out") for line in (3, 5)]
+        return replace(read(given, **how), findings=tuple(found))
 
-    monkeypatch.setattr(task, "read_toolpath", warned)
+    monkeypatch.setattr(task, "read_program", warned)
     return made
 
 

@@ -190,7 +190,10 @@ def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
         assert model.robot == name and (model.base, model.tip) == (robot.base, robot.tip)
         assert model.provenance["kind"] in ("static", "modal", "assumption") and model.provenance["source"]
         same(load_model(path), replace(model, source="x"))
+        same(load_model(path), replace(load_model(name), source="x"))
     assert builtin_model("no-such-robot") is None
+    with pytest.raises(ModelError, match=r"kuka-kr999: there is no such file, .* kuka-kr210-r2700, "):
+        load_model("kuka-kr999")
 
 
 # ------------------------------------------------------------------------------------ refusals

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
+from toolpaths.languages.csv.header import AXIS, POSITION, QUATERNION, UNIT_TOLERANCE, refuse_headerless
 from toolpaths.reading.source_text import load_lines
 from toolpaths.reading.track import LIMIT
 from toolpaths.toolpath import (
@@ -25,15 +26,11 @@ from toolpaths.toolpath import (
     tool_axis,
 )
 
-POSITION = ("x_mm", "y_mm", "z_mm")
-AXIS = ("i", "j", "k")
-QUATERNION = ("qw", "qx", "qy", "qz")
 OPTIONAL = ("feed_mm_min", "kind", "spindle_rpm", "spindle")
 TEXT = ("kind", "spindle")
 MAY_BE_EMPTY = ("feed_mm_min", "spindle_rpm")  # as at rapids: 0
 KINDS = ("rapid", "cut")
 SENSES = {"m3": CLOCKWISE, "m4": COUNTERCLOCKWISE, "m5": SENSE_OPEN}
-UNIT_TOLERANCE = 1e-3
 
 
 def read(path: Path, source: str, chord: float) -> Toolpath:
@@ -75,6 +72,7 @@ def _columns(header: str, source: str) -> list[str]:
     if len(names) == 1 and any(name.strip(' "') in POSITION for name in re.split(r"[;\t]", header)):
         problem = "the columns are not separated by commas"
         raise ReadError(source, 1, problem, "Export with ',' between columns and '.' in numbers.")
+    refuse_headerless(header, source)
     known = (*POSITION, *AXIS, *QUATERNION, *OPTIONAL)
     for name in names:
         if name not in known:

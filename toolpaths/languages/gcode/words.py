@@ -10,7 +10,7 @@ from toolpaths.errors import ReadError
 from toolpaths.languages.gcode.codes import REFUSED, G
 
 # one word: a letter and its number; the third group is anything else
-WORD = re.compile(r"\s*(?:([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))|(\S))")
+WORD = re.compile(r"\s*(?:(,\s*[CR](?=[\s\d.])|[A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))|(\S))")
 COMMENT = re.compile(r"\(([^()]*)\)|;(.*)")
 FLOW = "SUB|ENDSUB|CALL|IF|ELSE|WHILE|DO|REPEAT|RETURN"
 O_WORD = re.compile(rf"\s*(?:N\d+\s*)?(O\s*[<#\[\d][\w>\].]*\s*(?:{FLOW})|O\s*[<#\[])")
@@ -20,13 +20,13 @@ STRANGER = re.compile(r"\s*([A-Z]{3}[A-Z_]*)")  # a word of another language
 # stops, spindle, coolant, tool; clamps of tables (10, 11), spindle position (19), chips (31, 33), overrides (48, 49),
 # coolant through the spindle (88, 89)
 M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 19, 31, 33, 48, 49, 88, 89)
-M_END = (2, 30, 99)  # 99: the end of a file that another one calls
+M_END = (2, 30, 99)  # 99: the end of a program that another one calls
+M_CALL, M_RETURN = 98, 99
 PRINTER_M = frozenset({82, 83, 84, *range(104, 110), 117, 140, 190, 191, *range(200, 206), 220, 221, 862, 900})
 
 LETTER_REFUSED: dict[str, str] = {
     "E": "an extruder word: this is a file for a 3D printer, not a milling program",
     **dict.fromkeys("UVW", "a second linear axis"),
-    "D": "a tool radius offset; let CAM compensate ('in computer')",
 }
 SYMBOLS: dict[str, str] = {
     "#": "a variable: it is computed while the machine runs",
@@ -70,9 +70,9 @@ def split_block(text: str, source: str, line: int) -> tuple[Words, list[G], list
             gs.append(_g_word(number, source, line))
         elif letter == "M":
             ms.append(_m_number(number, source, line))
-        elif letter in values:
+        elif (letter := letter[:1] + letter[1:].strip()) in values:
             raise ReadError(source, line, f"the letter {letter} stands twice")
-        elif letter in LETTER_REFUSED:
+        elif letter in LETTER_REFUSED and not (letter == "E" and G.ACCURACY in gs):
             found = EXPONENT.search(text) if letter == "E" else None
             what = f"{found[0]!r}: an exponent, which no controller reads; post plain decimals" if found else ""
             raise ReadError(source, line, what or f"{letter}{number[:20]}: {LETTER_REFUSED[letter]}")
@@ -81,6 +81,11 @@ def split_block(text: str, source: str, line: int) -> tuple[Words, list[G], list
             if not -LARGEST < value < LARGEST:
                 raise ReadError(source, line, f"{letter}{number[:20]}: beyond {LARGEST:g}")
     return values, gs, ms
+
+
+def flows(text: str) -> bool:
+    """Whether a block has words that control the flow of the program."""
+    return O_WORD.match(text) is not None or MACRO.search(text) is not None
 
 
 def _what(other: str, text: str) -> str:
@@ -124,6 +129,11 @@ def strip_comments(text: str) -> tuple[str, list[str]]:
     return COMMENT.sub(" ", text), [c for c in found if c]
 
 
+def stands_in(word: re.Pattern[str], lines: list[str]) -> bool:
+    """Whether a word stands in a line outside comments."""
+    return any(word.search(strip_comments(s)[0]) for s in lines if word.search(s))
+
+
 _KNOWN = {int(g): g for g in G}
 _G_WORDS: dict[str, G] = {}  # number as written -> word; a file repeats a few
 
@@ -143,11 +153,11 @@ def _g_word(number: str, source: str, line: int) -> G:
 
 def _m_number(number: str, source: str, line: int) -> int:
     value = float(number)
-    if value not in M_EVENTS and value not in M_END:
+    if value not in M_EVENTS and value not in M_END and value != M_CALL:
         why = "this reader does not know it; take it out or post without it"
         if value in PRINTER_M:
             why = "a word of 3D printers; this is no milling program"
-        elif value in (96, 97, 98, 198):
-            why = "a subprogram; post in one piece"
+        elif value in (96, 97, 198):
+            why = "a subprogram in another file, or from a line number on; post in one piece, or with M98 in one file"
         raise ReadError(source, line, f"M{number[:20]}: {why}")
     return int(value)

@@ -32,6 +32,9 @@ _POLES = frozenset((110, 111, 112))
 #: G words whose block has coordinates of their own.
 _TAKING = dict.fromkeys((53, 153, *_FIXED_POINTS), "machine") | dict.fromkeys(_POLES, "pole") | {4: "stay"}
 _PASSED = frozenset((4, 53, 153, *_FIXED_POINTS))
+#: G words that this reader acts on, and those that name no place in the work object: remarks, as the dwell is.
+G_ACTED = frozenset((0, 1, 2, 3, *_PLANES, 90, 91, *_UNITS, *_FEEDS, *G_SYSTEMS, *_POLES))
+G_RETRACTS = _PASSED
 _SAID = frozenset("FSTDH")
 _KNOWN = frozenset((*LETTERS, *ADDRESSES))
 _PLACES = frozenset((*"XYZ", "AP", "RP"))

@@ -142,8 +142,10 @@ def test_parts_and_two_programs_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ReadError, match="two programs in one file"):
         read(tmp_path, KRL + KRL.replace("PART", "OTHER"), KRL_DAT)
     (tmp_path / "SUB.src").write_text(source(f"LIN {POSE}").replace("PART", "SUB"))
-    with pytest.raises(ReadError, match=r"SUB\.src"):
-        read(tmp_path, source(f"LIN {POSE}\nSUB()"))
+    assert len(read(tmp_path, source(f"LIN {POSE}\nSUB()"))) == 2
+    (tmp_path / "SUB.src").write_text(source(f"LIN {POSE}").replace("PART()", "SUB(N:IN)"))
+    with pytest.raises(ReadError, match=r"SUB\(\.\.\.\) is a subprogram with arguments"):
+        read(tmp_path, source(f"LIN {POSE}\nSUB(1)"))
     with pytest.raises(ReadError, match=r"PART\.dat:2"):
         read(tmp_path, source("LIN XP1"), "DEFDAT PART\nDECL E6POS XP1={X 1,,Y 2}\nENDDAT\n")
 
