@@ -13,9 +13,9 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, diagnose, identify, paths, poses, reading, start, table
+from benchmarks import commands, diagnose, identify, paths, poses, reading, stages, start, table
 
-PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading")
+PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages")
 
 
 def main() -> None:
@@ -30,6 +30,7 @@ def main() -> None:
         "identify": identify.run,
         "diagnose": diagnose.run,
         "reading": reading.run,
+        "stages": stages.run,
     }
     rows: list[table.Row] = []
     print(_machine())

@@ -18,6 +18,7 @@ import numpy as np
 
 CELL = """schema = "cell/1"
 robot = "abb-irb6600-175-255"
+tip = "tool0"
 model = "model.toml"
 gravity = "uncompensated"
 [tool]

@@ -21,8 +21,11 @@ _MACHINE = Machine(
     "head-table", (RotaryAxis("B", (0.0, 1.0, 0.0)), RotaryAxis("C", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))), 0.2
 )
 _NC = "G21 G90 G17\nG0 X0 Y0 Z5 {}\nF600\n"
+_MPF = "G710 G90 G17\n{}\nG0 X0 Y0 Z5\nF600\n"
+_H = "BEGIN PGM A MM\n{}\nL X+0 Y+0 Z+5 R0 FMAX\nL F600\n"
 _CLS = "TOOL PATH/A,TOOL,B\nTLDATA/MILL,10,1,75,0,0\nMSYS/0,0,0,1,0,0,0,1,0\nFEDRAT/MMPM,250\nGOTO/0,0,0,0,0,1\n"
 _MOD_POSE = "[[{x},{y},-1.25],[0,0.6,0.8,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+_PGX = '<Programs><Program name="m"><Locals><Local name="p" type="pointRx" /></Locals><Code><![CDATA[\nbegin\n'
 _LS_POSE = (
     "P[{n}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n"
     "\tX = {x}  mm,\tY = {y}  mm,\tZ = -1.250  mm,\n\tW = 180.000 deg,\tP = 0.500 deg,\tR = -10.000 deg\n}};\n"
@@ -58,6 +61,16 @@ KINDS = {
     "G-code tool vectors": Kind("nc", _NC.format("G43.4 I0 J0 K1"), "G1 X{x} Y{y} I0.{n} J0.1 K0.9\n", "M30\n"),
     "G-code holes": Kind("nc", _NC.format(""), "G98 G83 X{x} Y{y} Z-3 R1 Q2\n", "M30\n"),
     "G-code rotary": Kind("nc", _NC.format("B0 C0"), "G1 X{x} Y{y} B{odd} C{x}\n", "M30\n"),
+    "SINUMERIK lines": Kind("mpf", _MPF.format(""), "N{n} G1 X{x} Y{y} Z-1.25 F900.0\n", "M30\n"),
+    "SINUMERIK arcs": Kind("mpf", _MPF.format(""), "G2 X{odd}0 CR=5\n", "M30\n"),
+    "SINUMERIK tool vectors": Kind(
+        "mpf", _MPF.format("TRAORI"), "G1 X{x} Y{y} A3=0.{n} B3=0.1 C3=0.9\n", "M30\n"
+    ),
+    "Klartext lines": Kind("h", _H.format(""), "{n} L X{x} Y{y} Z-1.25 F900.0\n", "END PGM A MM\n"),
+    "Klartext circles": Kind("h", _H.format(""), "CC X+5 Y+0\nC X+{odd}0 Y+0 DR-\n", "END PGM A MM\n"),
+    "Klartext tool vectors": Kind(
+        "h", _H.format("M128"), "LN X{x} Y{y} Z-1.25 TX+0.{n} TY+0.1 TZ+0.9\n", "END PGM A MM\n"
+    ),
     "APT points": Kind("cls", _CLS, "GOTO/{x},{y},-1.25,0.0,0.6,0.8\n", "END-OF-PATH\n"),
     "APT circles": Kind("cls", _CLS, "CIRCLE/5,0,0,0,0,1,5\nGOTO/{odd}0,0,0\n", "END-OF-PATH\n"),
     "CSV": Kind("csv", "x_mm,y_mm,z_mm,i,j,k,feed_mm_min,kind\n", "{x},{y},0,0,0.6,0.8,60,cut\n", ""),
@@ -74,6 +87,13 @@ KINDS = {
     "Fanuc TP": Kind("ls", "/PROG  M\n/MN\n", "{n}:L P[{n}] 20mm/sec CNT5 ;\n", "/POS\n{more}/END\n", _LS_POSE),
     "URScript": Kind(
         "script", "def m():\n", "  movel(p[{x}e-3, {y}e-3, -0.001, 3.14, 0, 0], a=1.2, v=0.02, r=0.0001)\n", "end\n"
+    ),
+    "INFORM": Kind(
+        "jbi", "/JOB\n//NAME M\n//POS\n///TOOL 1\n///POSTYPE ROBOT\n///RECTAN\n",
+        "C{n:05d}={x},{y},-1.250,180.0000,0.5000,0.0000\n", "//INST\nNOP\n{more}END\n", "MOVL C{n:05d} V=20.0\n",
+    ),
+    "VAL3": Kind(
+        "pgx", _PGX, "  p.trsf={{{x},{y},-1.25,180,0,0}}\n  movel(p,t,m)\n", "end\n]]></Code></Program></Programs>\n"
     ),
 }  # fmt: skip
 

@@ -3,163 +3,140 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import click
 
-from toolpaths.languages.table import WRITTEN
+from compensator.command_line import INPUT, OUTPUT, Verbs
+from toolpaths.languages.table import READ, WRITTEN
 
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-_FILE = click.Path(path_type=Path)
 _LANGUAGES = [language.name for language in WRITTEN]
+_READ = click.Choice([language.name for language in READ])
+_from = click.option("--from", "read_as", type=_READ, help="Language of TOOLPATH, where its suffix does not say it.")
 
 
-def _refusals(task: Callable[..., None]) -> Callable[..., None]:
-    """A refusal becomes one message on stderr and exit status 1."""
-
-    @wraps(task)
-    def guarded(*args: Any, **options: Any) -> None:
-        verbose = click.get_current_context().find_root().params.get("verbose") or options.get("verbose")
-        try:
-            task(*args, **options)
-        except Exception as error:
-            if not _is_refusal(error):
-                raise
-            if verbose:
-                import traceback
-
-                traceback.print_exc()
-            click.echo(f"compensator: {error}", err=True)
-            sys.exit(1)
-
-    return guarded
+def _strict_verb(task: Callable[..., None]) -> Callable[..., None]:
+    """A verb that makes a result: --verbose, and --strict, which turns the warnings about it into a refusal."""
+    strict = click.option("--strict", is_flag=True, help="Warnings refuse: exit status 1, nothing is written.")
+    verbose = click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+    return strict(verbose(task))
 
 
-def _is_refusal(error: Exception) -> bool:
-    from compensator.errors import CompensatorError
-    from stiffness.errors import StiffnessError
-    from toolpaths.errors import ToolpathError
-
-    return isinstance(error, CompensatorError | StiffnessError | ToolpathError)
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(package_name="toolpath-compensator")
 def main() -> None:
     """Compensate CAM toolpaths for the elastic deflection of an industrial robot."""
 
 
 @main.command()
-@click.argument("toolpath", type=_FILE)
-@click.option("--cell", required=True, type=_FILE, help="cell/1 file: robot, tool, work object, process.")
-@click.option("-o", "--output", "program", required=True, type=_FILE, help="Program to write.")
+@click.argument("toolpath", type=INPUT, nargs=-1, required=True)
+@click.option("--cell", required=True, type=INPUT, help="cell/1 file: robot, tool, work object, process.")
+@click.option("-o", "--output", "program", required=True, type=OUTPUT, help="Program to write.")
 @click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Language, where the suffix does not say it.")
-@click.option("--report", type=_FILE, help="HTML report.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
-def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **options: Any) -> None:
-    """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
+@_from
+@click.option("--report", type=OUTPUT, help="HTML report.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
+def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: bool, **options: Any) -> None:
+    """Move every pose of TOOLPATH (files of a program, or its folder) so that the predicted deflection cancels."""
     from compensator.tasks.compensate import compensate_file
     from compensator.terminal.path import show_path
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
         done = compensate_file(toolpath, cell, program, say=say, **options)
+    print_findings(done.report)
     show_path(done)
 
 
 @main.command()
-@click.argument("toolpath", type=_FILE)
-@click.option("--cell", required=True, type=_FILE, help="cell/1 file: robot, tool, work object, process.")
-@click.option("--csv", type=_FILE, help="Deflection per pose.")
-@click.option("--report", type=_FILE, help="HTML report.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
-def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
+@click.argument("toolpath", type=INPUT, nargs=-1, required=True)
+@click.option("--cell", required=True, type=INPUT, help="cell/1 file: robot, tool, work object, process.")
+@_from
+@click.option("--csv", type=OUTPUT, help="Deflection per pose.")
+@click.option("--report", type=OUTPUT, help="HTML report.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
+def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
     from compensator.tasks.compensate import preview_file
     from compensator.terminal.path import show_path
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
         done = preview_file(toolpath, cell, say=say, **options)
+    print_findings(done.report)
     show_path(done)
 
 
 @main.command()
-@click.argument("sessions", type=_FILE, nargs=-1, required=True)
-@click.option("-o", "--output", required=True, type=_FILE, help="Model file to write.")
+@click.argument("sessions", type=INPUT, nargs=-1, required=True)
+@click.option("-o", "--output", required=True, type=OUTPUT, help="Model file to write.")
 @click.option("--method", type=click.Choice(("global", "local")), default="global", help="All at once, or by joint.")
 @click.option("--effects", help="Names, separated by commas, that fix the set of effects.")
-@click.option("--prior", type=_FILE, help="Model to start from; its standard deviations are prior knowledge.")
-@click.option("--report", "html", type=_FILE, help="HTML report of the fit.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@click.option("--prior", type=INPUT, help="Model to start from; its standard deviations are prior knowledge.")
+@click.option("--report", "html", type=OUTPUT, help="HTML report of the fit.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
 def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verbose: bool, **options: Any) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
     from compensator.tasks.identify import identify_files
     from compensator.terminal.fit import show_fit
-    from compensator.terminal.screen import print_warnings, progress
+    from compensator.terminal.screen import print_findings, progress
 
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
         done = identify_files(sessions, output, effects=names, say=say, **options)
-    print_warnings(done.report, done.warnings)
+    print_findings(done.report, done.warnings)
     show_fit(done)
 
 
 @main.command()
-@click.argument("sessions", type=_FILE, nargs=-1, required=True)
-@click.option("--model", required=True, type=_FILE, help="Model to judge.")
-@click.option("-o", "--output", type=_FILE, help="Refined model to write; the model itself where nothing was found.")
-@click.option("--report", "html", type=_FILE, help="HTML report.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@click.argument("sessions", type=INPUT, nargs=-1, required=True)
+@click.option("--model", required=True, type=INPUT, help="Model to judge.")
+@click.option("-o", "--output", type=OUTPUT, help="Refined model to write; the model itself where nothing was found.")
+@click.option("--report", "html", type=OUTPUT, help="HTML report.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
 def diagnose(
-    sessions: tuple[Path, ...], model: Path, output: Path | None, html: Path | None, json: Path | None, verbose: bool
+    sessions: tuple[Path, ...], model: Path, output: Path | None, verbose: bool, **options: Any
 ) -> None:
     """Say what MODEL lacks in the readings of SESSIONS, add it, and say how much better that is."""
     from compensator.report.words.diagnosis import diagnosis_lines
     from compensator.tasks.diagnose import diagnose_files
-    from compensator.terminal.screen import print_warnings, progress, show_lines
+    from compensator.terminal.screen import print_findings, progress, show_lines
 
     with progress(verbose) as say:
-        done = diagnose_files(sessions, model, output, json=json, html=html, say=say)
-    print_warnings(done.report, done.warnings)
+        done = diagnose_files(sessions, model, output, say=say, **options)
+    print_findings(done.report, done.warnings)
     show_lines([*diagnosis_lines(done.diagnosis, done.report), *(f"wrote {file}" for file in done.files)])
 
 
 @main.command()
-@click.argument("session", type=_FILE)
-@click.option("--model", required=True, type=_FILE, help="Model to judge.")
+@click.argument("session", type=INPUT)
+@click.option("--model", required=True, type=INPUT, help="Model to judge.")
 @click.option("--register", type=int, help="States per block that place the tracker; default 25 where not registered.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
-def evaluate(session: Path, model: Path, register: int | None, json: Path | None, verbose: bool) -> None:
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
+def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
     """Say how well a model predicts the readings of SESSION."""
     from compensator.tasks.identify import evaluate_file
     from compensator.terminal.fit import show_evaluation
-    from compensator.terminal.screen import print_warnings, progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
-        _, report = evaluate_file(session, model, register=register, json=json, say=say)
-    print_warnings(report)
+        _, report = evaluate_file(session, model, say=say, **options)
+    print_findings(report)
     show_evaluation(report)
 
 
 @main.command("stiffness-map")
-@click.argument("model", type=_FILE)
+@click.argument("model", type=INPUT)
 @click.option("--robot-joints", "joints", default="2,3", show_default=True, help="The two joints that vary.")
 @click.option("--grid", "spans", help="LOW:HIGH:STEP,LOW:HIGH:STEP in deg.  [default: the limits, every 5 deg]")
 @click.option("--fixed", help="The other joints, such as 1=0,4=45, deg.  [default: 1 to 3 at 0, 4 to 6 at 45]")
@@ -171,108 +148,97 @@ def evaluate(session: Path, model: Path, register: int | None, json: Path | None
     show_default=True,
     help="On the robot, about the TCP: fx fy fz in N, mx my mz in N*m.",
 )
-@click.option(
-    "--frame", type=click.Choice(("base", "tool")), default="base", show_default=True, help="Axes of the wrench."
-)
+@click.option("--frame", type=click.Choice(("base", "tool")), default="base", show_default=True, help="Its axes.")
 @click.option("--tool-xyz", nargs=3, type=float, default=(0.0, 0.0, 0.0), help="TCP in the flange frame, mm.")
 @click.option("--tool-rpy", nargs=3, type=float, default=(0.0, 0.0, 0.0), help="Its roll, pitch, yaw, deg.")
 @click.option("--tool-name", default="tool", help="Tool effects of the model hold for the tool of this name.")
 @click.option("--tool-mass", type=float, help="kg, with --tool-com.")
 @click.option("--tool-com", nargs=3, type=float, help="Centre of mass in the flange frame, mm.")
 @click.option("--weight/--no-weight", default=True, help="Whether arm and tool weigh something.")
-@click.option("--png", type=_FILE, help="Contour maps.")
-@click.option("--csv", type=_FILE, help="A row per posture.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@click.option("--png", type=OUTPUT, help="Contour maps.")
+@click.option("--csv", type=OUTPUT, help="A row per posture.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
     from compensator.tasks.stiffness_map import map_file, tool_of
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
     from compensator.terminal.stiffness_map import show_map
 
     held = {key: options.pop(f"tool_{key}") for key in ("xyz", "rpy", "name", "mass", "com")}
     with progress(verbose) as say:
         done = map_file(model, tool=tool_of(**held), say=say, **options)
+    print_findings(done.report)
     show_map(done)
 
 
 @main.command()
-@click.argument("readings", type=_FILE)
+@click.argument("readings", type=INPUT)
 @click.option("--robot", required=True, help="Built-in name, or path to a robot .toml or .urdf.")
-@click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
+@click.option("-o", "--output", "model", required=True, type=OUTPUT, help="Model file to write.")
 @click.option(
-    "--above",
-    type=float,
-    default=0.25,
-    show_default=True,
-    help="Share of the largest torque from which on readings count.",
+    "--above", type=float, default=0.25, show_default=True, help="Share of the largest torque that readings count from."
 )
 @click.option(
-    "--torque-scale-sd",
-    "scale_sd",
-    type=float,
-    default=0.05,
-    show_default=True,
+    "--torque-scale-sd", "scale_sd", type=float, default=0.05, show_default=True,
     help="Standard deviation of the scale of the torque, as a share.",
 )
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
 def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
     from compensator.tasks.models import clamped_file
     from compensator.terminal.made_model import show_made
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
         done = clamped_file(readings, robot, model, say=say, **options)
+    print_findings(done.report)
     show_made(done)
 
 
 @main.command()
 @click.argument("robot")
-@click.option("-o", "--output", "model", required=True, type=_FILE, help="Model file to write.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
-def datasheet(robot: str, model: Path, json: Path | None, verbose: bool) -> None:
+@click.option("-o", "--output", "model", required=True, type=OUTPUT, help="Model file to write.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
+def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
     from compensator.tasks.models import datasheet_file
     from compensator.terminal.made_model import show_made
-    from compensator.terminal.screen import progress
+    from compensator.terminal.screen import print_findings, progress
 
     with progress(verbose) as say:
-        done = datasheet_file(robot, model, json=json, say=say)
+        done = datasheet_file(robot, model, say=say, **options)
+    print_findings(done.report)
     show_made(done)
 
 
 @main.command()
-@click.argument("model", type=_FILE)
-@click.option("-o", "--output", required=True, type=_FILE, help="CSV of the set-ups to measure, a row per reading.")
-@click.option("--session", "sessions", type=_FILE, multiple=True, help="Already measured; may be given several times.")
+@click.argument("model", type=INPUT)
+@click.option("-o", "--output", required=True, type=OUTPUT, help="CSV of the set-ups to measure, a row per reading.")
+@click.option("--session", "sessions", type=INPUT, multiple=True, help="Already measured; may be given several times.")
 @click.option("--count", type=int, default=12, show_default=True, help="How many set-ups.")
 @click.option("--force", type=float, help="Largest force, N; default that of the sessions, else 100.")
-@click.option("--toolpath", type=_FILE, help="Plan for the deflection at its poses; needs --cell.")
-@click.option("--cell", type=_FILE, help="cell/1 file of the toolpath, or of the tool to measure with.")
+@click.option("--toolpath", type=INPUT, help="Plan for the deflection at its poses; needs --cell.")
+@click.option("--cell", type=INPUT, help="cell/1 file of the toolpath, or of the tool to measure with.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the postures to choose from.")
-@click.option("--json", "json", type=_FILE, help="Summary for scripts.")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-@_refusals
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
 def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
     """Say which set-ups to measure next, so that MODEL is known best."""
     from compensator.tasks.plan import plan_file
-    from compensator.terminal.screen import progress, show_lines
+    from compensator.terminal.screen import print_findings, progress, show_lines
 
     with progress(verbose) as say:
         done = plan_file(model, output, say=say, **options)
-    show_lines([*done.report["notes"], done.sentence, *(f"wrote {file}" for file in done.files)])
+    print_findings(done.report)
+    show_lines([done.sentence, *(f"wrote {file}" for file in done.files)])
 
 
 @main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
-@_refusals
 def effects(name: str | None, verbose: bool) -> None:
     """List the effects of the catalogue, with those of installed packages; with NAME show one."""
     from compensator.tasks.effects import effect_lines, effects_lines
@@ -283,15 +249,11 @@ def effects(name: str | None, verbose: bool) -> None:
 @main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
-@_refusals
 def robots(name: str | None, verbose: bool) -> None:
     """List the built-in robots; with NAME (built-in, .toml or .urdf) show one."""
     from compensator.terminal.robots import show_robot, show_robots
 
-    if name is None:
-        show_robots()
-    else:
-        show_robot(name)
+    show_robots() if name is None else show_robot(name)
 
 
 if __name__ == "__main__":

@@ -7,11 +7,14 @@ from typing import Annotated
 import numpy as np
 from pydantic import ConfigDict, Strict
 
-from stiffness.schema import StrictTable
+from stiffness.schema import StrictTable, listed_numbers
 
 Number = Annotated[float, Strict()]  # TOML has numbers: "250" and "250 mm" are mistakes
-Three = tuple[Number, Number, Number]
-Six = tuple[Number, Number, Number, Number, Number, Number]
+Three = Annotated[tuple[Number, Number, Number], listed_numbers(3)]
+Wrench = Annotated[
+    tuple[Number, Number, Number, Number, Number, Number],
+    listed_numbers(6, "fx, fy, fz in N, mx, my, mz in N*m, on the robot, about the TCP"),
+]
 
 
 class TomlTable(StrictTable):

@@ -25,6 +25,8 @@ with atheris.instrument_imports(include=["toolpaths"]):
     from tests.contracts.samples import READ
     from tests.oracles.random_apt import RandomApt
     from tests.oracles.random_gcode import RandomProgram
+    from tests.oracles.random_heidenhain import RandomKlartext
+    from tests.oracles.random_siemens import RandomSiemens
     from toolpaths.errors import ReadError
     from toolpaths.languages.table import LANGUAGES
     from toolpaths.toolpath import CUT, Toolpath
@@ -37,6 +39,12 @@ BESIDE = b"\n;;;; beside it: .dat\n"  # some inputs are two files
 SLOW = 5.0  # s for one input of at most LONGEST bytes
 LONGEST, MEMORY, HANG = 4096, 1500, 30  # bytes, MB, s
 CHORD = 1e-3  # m: arcs of a few points, so that the time goes into reading
+RANDOM: dict[str, Callable[[int], str]] = {
+    "gcode": lambda seed: RandomProgram(seed, 20).text,
+    "siemens": lambda seed: RandomSiemens(seed, 20).text,
+    "heidenhain": lambda seed: RandomKlartext(seed, 20).text,
+    "apt": lambda seed: RandomApt(seed).text(),
+}
 Read = Callable[[Path], Toolpath]
 
 
@@ -47,10 +55,7 @@ def seeds(language: str) -> list[bytes]:
     for page in sorted((ROOT / "docs").glob("*.md")):
         for word, text in re.findall(r"^```(\w+)[^\n]*\n(.*?)^```$", page.read_text(), re.M | re.S):
             texts += [text] if f".{word}" in suffixes else []
-    if language == "gcode":
-        texts += [RandomProgram(seed, 20).text for seed in range(20)]
-    elif language == "apt":
-        texts += [RandomApt(seed).text() for seed in range(20)]
+    texts += [RANDOM[language](seed) for seed in range(20)] if language in RANDOM else []
     if sample.whole and not sample.beside:
         texts.append(sample.whole)
     golden = [p.read_bytes() for p in sorted((ROOT / "tests/golden").iterdir()) if p.suffix in suffixes]

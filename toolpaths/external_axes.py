@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.errors import ReadError
 from toolpaths.toolpath import CUT, Floats, Toolpath
 
 Bools = npt.NDArray[np.bool_]
@@ -17,21 +16,19 @@ Lines = npt.NDArray[np.int32]
 SAME = 1e-6  # mm or deg
 
 
-def refuse_moving(toolpath: Toolpath, names: Collection[str]) -> None:
-    """Refuse axes that move in a cut: robot and part have to stay where they are.
+def places(values: Floats, row: Floats) -> Floats:
+    """(N,) where an axis stands at rows of a toolpath: within a move evenly on the way between its ends.
 
-    Raises:
-        ReadError: names the axis, the line and both places.
+    Args:
+        values: (moves,) mm or deg at the moves' ends, NaN where it is not given: then it does not move, or stands at 0.
+        row: (N,) as in Toolpath.
     """
-    external = {} if toolpath.setting is None else toolpath.setting.external
-    line, cut = whole_moves(toolpath)
-    for name, (rows, start, end) in cut_places(external, cut).items():
-        moving = np.abs(end - start) > SAME
-        if name in names and moving.any():
-            at = int(np.argmax(moving))
-            problem = f"external axis {name} moves from {start[at]:g} to {end[at]:g} in this cut"
-            remedy = "What carries robot or part has to stand still while the robot cuts"
-            raise ReadError(toolpath.source, int(line[rows[at]]), problem, remedy)
+    end = np.maximum(np.ceil(row - 1e-9), 0).astype(np.intp)
+    begin = np.maximum(end - 1, 0)
+    share = np.clip(row - begin, 0.0, 1.0)
+    after = values[end]
+    before = np.where(np.isfinite(values[begin]), values[begin], after)
+    return np.nan_to_num(np.where(share == 1.0, after, before + share * (after - before)))
 
 
 def whole_moves(toolpath: Toolpath) -> tuple[Lines, Bools]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from toolpaths.errors import WriteError
 
-#: Levels: an error refuses, a warning is to be looked at, a note is what the result does not know.
-ERROR, WARNING, NOTE = "error", "warning", "note"
+#: Levels: an error refuses, a warning is to be looked at, a note is good to know.
+ERROR, WARNING, NOTE = LEVELS = "error", "warning", "note"
 _LINE = re.compile(r"(?:^line |:)(\d+)(?: \(pose .*\))?\)?$")  # of file:12, line 12, pose 3 (file:12), file:12 (pose 3)
 
 
@@ -24,6 +24,8 @@ class Finding:
         remedy: what to do about it.
         count: how many places had the same; ``place`` is the first.
         places: all of them, where they were merged, in their order; empty where ``place`` is the only one.
+        kind: the stage that found it: ``toolpath``, ``cell``, ``model``, ``path``, ``process``, ``solve``, ``program``.
+        line: of the source, where ``place`` does not end in it.
     """
 
     level: str
@@ -32,6 +34,8 @@ class Finding:
     remedy: str = ""
     count: int = 1
     places: tuple[str, ...] = field(default=(), compare=False)
+    kind: str = ""
+    line: int | None = None
 
     def __str__(self) -> str:
         more = f" (and {self.count - 1} more places)" if self.count > 1 else ""
@@ -45,18 +49,29 @@ class Finding:
         found = [_LINE.search(place) for place in self.places or (self.place,)]
         return tuple(sorted({int(m[1]) for m in found if m}))
 
+    @property
+    def source_line(self) -> int | None:
+        """The line of the source that it is about first; None where it is about none."""
+        found = _LINE.search(self.place) if self.line is None else None
+        return int(found[1]) if found else self.line
+
 
 def merged(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Findings with the same level, words and remedy as one, at the first place, errors first."""
-    same: dict[tuple[str, str, str], list[Finding]] = {}
+    """Findings with the same level, kind, words and remedy as one, at the first place; errors first, notes last."""
+    same: dict[tuple[str, str, str, str], list[Finding]] = {}
     for f in findings:
-        same.setdefault((f.level, f.what, f.remedy), []).append(f)
+        same.setdefault((f.level, f.kind, f.what, f.remedy), []).append(f)
     out = []
-    for key, all_ in same.items():
+    for all_ in same.values():
         places = tuple(dict.fromkeys(p for f in all_ for p in (f.places or (f.place,))))
         count = sum(f.count for f in all_)
-        out.append(Finding(key[0], places[0], *key[1:], count, places if len(places) > 1 else ()))
-    return tuple(sorted(out, key=lambda f: f.level != ERROR))
+        out.append(replace(all_[0], place=places[0], count=count, places=places if len(places) > 1 else ()))
+    return tuple(sorted(out, key=lambda f: LEVELS.index(f.level)))
+
+
+def of_kind(kind: str, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """The findings of a stage, with its name where they have none."""
+    return tuple(f if f.kind else replace(f, kind=kind) for f in findings)
 
 
 def refuse_errors(path: str, findings: Iterable[Finding]) -> tuple[Finding, ...]:

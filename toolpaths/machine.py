@@ -42,6 +42,8 @@ class Machine:
         axes: in that order; the first of two tables or heads carries the second.
         pivot: m from where the axes of the head meet to the tip of the tool; None: not known.
         systems: where G54, G55 ... lie in the work object, m; needed when a file uses several.
+        start: where the tool stands when the file begins, m in the work object; None: not known.
+        radii: of the registers D that G41 and G42 name, m.
 
     Raises:
         ValueError: the values contradict each other; names them.
@@ -51,6 +53,8 @@ class Machine:
     axes: tuple[RotaryAxis, ...] = ()
     pivot: float | None = None
     systems: Mapping[str, Vector] = field(default_factory=dict)
+    start: Vector | None = None
+    radii: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.kinematics and self.kinematics not in KINEMATICS:

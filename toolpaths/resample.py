@@ -11,7 +11,7 @@ from toolpaths.rotation import slerp, slerp_quaternion
 from toolpaths.toolpath import Floats, Rows, Toolpath
 
 ANGLE = math.radians(0.1)
-MOST_POSES = 50_000_000
+MOST_POSES = 2_000_000  # or four for each pose of the file: beyond, a run takes minutes and more than 4 GB
 _ROUNDING = 1e-6  # a move may be longer than allowed by this share, so that sampling twice changes nothing
 _OPPOSITE = math.pi - 1e-4  # rad; two axes this far apart have no shortest turn
 
@@ -41,10 +41,20 @@ def resample(path: Toolpath, *, spacing: float, angle: float = ANGLE) -> Toolpat
     length = np.linalg.norm(np.diff(path.position, axis=0), axis=1)
     with np.errstate(over="ignore"):
         parts = np.maximum(length / spacing, turn / math.sqrt(8.0 * angle))
-    if parts.sum() > MOST_POSES:
-        raise ToolpathError(f"{path.source}: a spacing of {spacing * 1e3:g} mm makes {parts.sum():.3g} poses")
+    most, poses = max(MOST_POSES, 4 * len(path)), float(np.maximum(parts, 1.0).sum())
+    if poses > most:
+        by_turn = turn.sum() / math.sqrt(8.0 * angle) > length.sum() / spacing
+        wanted, enough = f"a spacing of {spacing * 1e3:g} mm", f"{spacing * poses / most * 1e3:.2g} mm"
+        if by_turn:
+            wanted, enough = f"an angle of {_deg(angle)}", _deg(angle * (poses / most) ** 2)
+        what = f"{wanted} makes {poses:,.0f} poses; at most {most:,} are computed in one run"
+        raise ToolpathError(f"{path.source}: {what}: take more than {enough}, or split the file")
     count = np.maximum(np.ceil(parts - _ROUNDING), 1.0).astype(np.intp)
-    return path if count.max() == 1 else _inserted(path, count)
+    return path if count.max() == 1 else in_parts(path, count)
+
+
+def _deg(angle: float) -> str:
+    return f"{math.degrees(angle):.2g} deg"
 
 
 def _turns(path: Toolpath) -> Floats:
@@ -63,7 +73,7 @@ def _turns(path: Toolpath) -> Floats:
     return turn
 
 
-def _inserted(path: Toolpath, count: Rows) -> Toolpath:
+def in_parts(path: Toolpath, count: Rows) -> Toolpath:
     """The path with move m (from pose m to m + 1) in ``count[m]`` parts."""
     move = np.repeat(np.arange(len(count)), count - 1)
     first = np.concatenate([[0], np.cumsum(count - 1)])[:-1]  # of the poses of each move

@@ -4,20 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.tool_frame import ToolFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 Rows = npt.NDArray[np.intp]
+Senses = npt.NDArray[np.int8]
 
 RAPID = np.uint8(0)
 CUT = np.uint8(1)
+
+#: Senses of the spindle: M3, right-handed about TCP z (clockwise seen from the spindle); M4; not in the file.
+CLOCKWISE, COUNTERCLOCKWISE, SENSE_OPEN = np.int8(1), np.int8(-1), np.int8(0)
+
+
+@dataclass(frozen=True)
+class MachineCommand:
+    """What a file asks of the machine besides moving.
+
+    Attributes:
+        word: as G-code has it, whatever the language of the file: M3, M4, M5, M6 (mount a tool), M7 to M9, M0, M1, G4,
+            T (a tool to have ready); else the first word of the statement, in capitals, such as CLAMP or SETDO.
+        values: S, 1/min, of M3 and M4; T of M6 and T; P of G4, as the file has it.
+    """
+
+    word: str
+    values: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -28,11 +48,15 @@ class Event:
         pose: index of the first pose that comes after it.
         word: short text as a program comment may carry it, such as ``S5000 M3``.
         line: line of the source file, counted from 1.
+        commands: what it asks of the machine, in the order of execution; none for comments.
+        file: which of ``Toolpath.sources`` that is.
     """
 
     pose: int
     word: str
     line: int
+    commands: tuple[MachineCommand, ...] = ()
+    file: int = 0
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,6 +75,7 @@ class Setting:
         external: external axis, as the language calls it -> (rows,) where it stands at the move's end, mm or deg, NaN:
             not given. Axes that stand at 0 all the time are left out.
         arcs: row of an arc that starts from joint angles -> (3,) m of a point that it passes, m its points may be off.
+        straight: (rows,) whether the way to the move's end is a line or an arc, not a joint move. None: not known.
     """
 
     tools: Mapping[int, ToolFrame] = field(default_factory=dict)
@@ -60,6 +85,7 @@ class Setting:
     configuration: Ints | None = None
     external: Mapping[str, Floats] = field(default_factory=dict)
     arcs: Mapping[int, tuple[Floats, float]] = field(default_factory=dict)
+    straight: npt.NDArray[np.bool_] | None = None
 
     def __repr__(self) -> str:
         return f"Setting({len(self.tools)} tools, {len(self.joints)} joint moves)"
@@ -70,7 +96,7 @@ class Toolpath:
     """Poses of the TCP in the work-object frame, in the order of machining.
 
     Attributes:
-        source: the file as the user named it.
+        source: the file as the user named it; of several, the main one.
         language: the reader's name (``gcode``, ``apt``, ``csv``, ...).
         position: (N, 3) m.
         axis: (N, 3) unit tool axis, from the tip to the spindle; TCP z is its negative.
@@ -79,11 +105,17 @@ class Toolpath:
         feed: (N,) m/s of the move that ends at the pose; NaN where the file gives none.
         kind: (N,) RAPID or CUT, of the move that ends at the pose.
         tool: (N,) number of the tool in use, 0 where none was called.
+        spindle: (N,) rad/s of the spindle during the move that ends at the pose; 0 where the file has stopped it (M5,
+            a tool change), NaN where it gives no speed. Robot programs give none: they only set outputs.
+        sense: (N,) CLOCKWISE (M3), COUNTERCLOCKWISE (M4) or SENSE_OPEN, of the same move.
         line: (N,) line of the source file, counted from 1.
         row: (N,) index of the pose in the source, plus the fraction towards the next one
             for poses that sampling put in between.
         events: what stands between the moves.
         setting: tools and frames of a robot program; None for CAM files.
+        findings: what its reader has to tell about the file.
+        sources: all files of a program of several, ``source`` first; else none.
+        file: (N,) which of ``sources`` the line is in; None: in ``source``.
     """
 
     source: str
@@ -94,10 +126,15 @@ class Toolpath:
     feed: Floats
     kind: npt.NDArray[np.uint8]
     tool: Ints
+    spindle: Floats
+    sense: Senses
     line: Ints
     row: Floats
     events: tuple[Event, ...] = ()
     setting: Setting | None = None
+    findings: tuple[Finding, ...] = ()
+    sources: tuple[str, ...] = ()
+    file: Ints | None = None
 
     def __post_init__(self) -> None:
         n = len(self.position)
@@ -113,6 +150,16 @@ class Toolpath:
 
     def __repr__(self) -> str:
         return f"Toolpath({self.source!r}, {len(self)} poses, {int(np.sum(self.kind))} cutting)"
+
+    def where(self, pose: int) -> str:
+        """File and line of a pose, as messages have them."""
+        source = self.source if self.file is None else self.sources[self.file[pose]]
+        return f"{source}:{self.line[pose]}"
+
+    def line_words(self, pose: int) -> str:
+        """``line 7``; of a program of several files with the name of its file."""
+        beside = "" if self.file is None else f" of {Path(self.sources[self.file[pose]]).name}"
+        return f"line {self.line[pose]}{beside}"
 
     def _columns(self) -> dict[str, npt.NDArray[Any]]:
         """What has a row per pose, by name."""

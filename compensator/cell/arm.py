@@ -9,16 +9,19 @@ from typing import Literal
 import numpy as np
 
 from compensator.cell.cell_file import Cell
+from compensator.cell.flange import former_flange_findings, with_new_numbers
 from compensator.errors import CellError
 from stiffness.effects.effect import Effect
-from stiffness.errors import RobotError
+from stiffness.errors import ModelError, RobotError
 from stiffness.kinematics.inverse import Inverse
 from stiffness.kinematics.solver import inverse_kinematics
 from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
+from stiffness.robot.tips import MAKERS, FormerFlangeError
 from stiffness.statics.predictor import Predictor
 from stiffness.statics.tool import Tool
+from toolpaths.finding import Finding
 
 
 @dataclass(frozen=True)
@@ -40,11 +43,12 @@ class Conditions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Arm:
-    """A robot, its inverse kinematics, and the model of its stiffness."""
+    """A robot, its inverse kinematics, and the model of its stiffness; ``findings`` of the cell that names them."""
 
     robot: Robot
     inverse: Inverse
     model: ComplianceModel
+    findings: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         return f"Arm({self.robot.name}, {self.model.source!r})"
@@ -93,16 +97,29 @@ def load_arm(cell: Cell) -> Arm:
     """
     try:
         robot = load_robot(cell.robot, folder=cell.folder, base=cell.base, tip=cell.tip)
+    except FormerFlangeError as e:
+        raise CellError(f"{cell.source}: robot = {cell.robot!r}: {e}. {with_new_numbers(cell, e.former)}") from e
     except RobotError as e:
         raise CellError(f"{cell.source}: robot = {cell.robot!r}: {e}") from e
-    model = load_model(cell.folder / cell.model, robot.n)
+    try:
+        model = load_model(cell.model, robot.n, folder=cell.folder)
+    except ModelError as e:
+        if (cell.folder / cell.model).exists():
+            raise
+        raise CellError(f"{cell.source}: model = {cell.model!r}: {e}") from e
     _refuse_other_robot(cell, robot, model)
-    return Arm(robot, inverse_kinematics(robot), model)
+    return Arm(robot, inverse_kinematics(robot), model, former_flange_findings(cell, robot))
 
 
 def _refuse_other_robot(cell: Cell, robot: Robot, model: ComplianceModel) -> None:
     try:
         other = robot_of(model)
+    except FormerFlangeError as e:
+        raise CellError(
+            f"{cell.source}: the model {cell.model} was made for an earlier version of {robot.name}: {e.former}. "
+            f"Stiffness of joints holds as it is: set tip = \"{MAKERS}\" in the model. "
+            f"{with_new_numbers(cell, e.former)}"
+        ) from e
     except RobotError as e:
         raise CellError(
             f"{cell.source}: the model {cell.model} is for robot {model.robot!r}, which cannot be loaded to compare it "

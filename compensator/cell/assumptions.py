@@ -1,16 +1,70 @@
-"""What is assumed of a robot and its model, as notes for every summary."""
+"""What is assumed of a robot and its model, and what cell and model leave open: findings for every summary."""
 
 from __future__ import annotations
 
+from compensator.cell.equipped_arm import EquippedArm
+from compensator.cell.placement import Placement
+from stiffness.effects import BY_NAME
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
-from toolpaths.finding import NOTE, Finding
+from toolpaths.finding import NOTE, WARNING, Finding
+
+_KINDS = {"assumption": "an assumption", "modal": "from modal tests", "static": "from static tests"}
+_TOLD = ("load_range", "preload_side", "temperature")  # of the provenance, with a note on what the values hold for
+
+SPINDLE = "100 to 600"  # mm, of what is mounted on robots that machine
 
 
 def assumptions(robot: Robot, model: ComplianceModel) -> list[Finding]:
-    """Figures of the robot that no source gives, and stiffness values that nobody measured."""
+    """Figures of the robot that no source gives, and where the stiffness values come from."""
     notes = [Finding(NOTE, robot.name, text) for text in robot.assumptions]
-    if model.provenance.get("kind") == "assumption":
-        what = f"the stiffness values are an assumption: {model.provenance.get('source', '')}"
-        notes.append(Finding(NOTE, model.source, what))
+    kind = model.provenance.get("kind")
+    if kind is not None:
+        source = model.provenance.get("source", "no source given")
+        of = ", ".join(map(str, source)) if isinstance(source, list) else str(source)
+        told = [f"{key.replace('_', ' ')}: {model.provenance[key]}" for key in _TOLD if key in model.provenance]
+        what = f"the stiffness values are {_KINDS.get(str(kind), str(kind))}: {of}"
+        notes.append(Finding(NOTE, model.source, "; ".join([what, *told])))
     return notes
+
+
+def job_findings(arm: EquippedArm, placement: Placement, sag: str) -> list[Finding]:
+    """What the result of a job does not know, and effects of the model that take no part in it.
+
+    Args:
+        sag: whether the controller takes the sag of arm and tool off.
+    """
+    model = arm.model
+    found = [*assumptions(arm.robot, model), *_not_applied(arm)]
+    if not any(model.sd.get(e.name) for e in arm.effects):
+        what = "no standard deviations: how sure the prediction is cannot be said"
+        found.append(Finding(NOTE, model.source, what))
+    weightless = [t.name for t in placement.tools.by_number.values() if not t.mass]
+    if weightless:
+        what = "no mass given, its weight is not modelled"
+        found.append(Finding(NOTE, f"tool {', '.join(weightless)}", what))
+    bare = [t.name for t in placement.tools.by_number.values() if not t.position.any()]
+    if bare:
+        what = f"xyz is 0 0 0, the TCP is the flange (a spindle with its cutter is usually {SPINDLE} mm long)"
+        found.append(Finding(WARNING, f"tool {', '.join(bare)}", what, "Is the length of the tool missing?"))
+    temperature = placement.conditions.temperature
+    warm = temperature is not None and temperature != model.reference_temperature
+    if warm and not any(e.thermal for e in arm.effects):
+        what = "temperature differs from the model's reference; the model has no thermal effect"
+        found.append(Finding(NOTE, "", what))
+    if sag == "calibrated-out":
+        found.append(Finding(NOTE, "gravity", "the controller is taken to know the sag of arm and tool"))
+    return found
+
+
+def _not_applied(arm: EquippedArm) -> list[Finding]:
+    """Effects of another tool are missed; those of instruments never act on a path."""
+    found = []
+    for name in arm.not_applied:
+        if BY_NAME[name].scope == "tool":
+            what = f"{name} was measured with tool {arm.model.tools[name]!r}, the tool here is {arm.tools.first.name!r}"
+            remedy = "name the tools alike where they are the same"
+            found.append(Finding(WARNING, arm.model.source, f"{what}: it is not applied", remedy))
+        else:
+            found.append(Finding(NOTE, arm.model.source, f"{name} is of the instruments: it is not applied"))
+    return found

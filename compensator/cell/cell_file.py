@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Literal, Union, get_args
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from compensator.cell.machine_table import MachineTable
-from compensator.cell.placement_tables import ExternalAxisTable, MountTable, StartTable, ToolTable, WorkObjectTable
+from compensator.cell.placement_tables import (
+    NO_WORKOBJECT,
+    ExternalAxisTable,
+    MountTable,
+    StartTable,
+    ToolTable,
+    WorkObjectTable,
+)
 from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
 from compensator.errors import CellError
 from compensator.process.catalogue import PROCESSES
 from compensator.process.process import ProcessTable
 from compensator.toml_table import Number, TomlTable
+from stiffness.schema import SchemaFinding, findings, meant
+from stiffness.text_file import toml_table
 from toolpaths.machine import Machine
 
 AxisName = Annotated[str, Field(pattern=r"^eax_[a-f]$|^E[1-6]$|^GP[2-8] J[1-9]$")]
@@ -40,7 +49,7 @@ class Cell(TomlTable):
     mount: MountTable = MountTable()
     tool: ToolTable | None = None
     tools: dict[int, ToolTable] = Field(default_factory=dict)
-    workobject: WorkObjectTable = WorkObjectTable(xyz=(0.0, 0.0, 0.0))
+    workobject: WorkObjectTable = NO_WORKOBJECT
     machine: MachineTable | None = None
     external: dict[AxisName, ExternalAxisTable] = Field(default_factory=dict)
     start: StartTable | None = None
@@ -72,27 +81,61 @@ def load_cell(path: str | Path) -> Cell:
         CellError: names the file, the key, the value and what was expected, all findings in one message.
     """
     name = str(path)
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as e:
-        raise CellError(f"{name}: cannot read the cell: {e}") from e
-    except tomllib.TOMLDecodeError as e:
-        raise CellError(f"{name}: not a TOML file: {e}") from e
+    table = toml_table(name, Path(path), CellError, schema="cell/1")
     for reserved in ("source", "folder", "schema_"):
         if reserved in table:
             raise CellError(f"{name}: unknown key {reserved}")
     try:
         return Cell.model_validate({**table, "source": name, "folder": Path(path).parent})
     except ValidationError as e:
-        raise CellError(f"{name}: " + "; ".join(_finding(f) for f in e.errors())) from e
+        found = findings(e)
+        missing = [f.key for f in found if f.kind == "missing"]
+        raise CellError(f"{name}: {'; '.join(map(_words, found))}{to_copy(*missing)}") from e
 
 
-def _finding(f: Any) -> str:
-    place = ".".join(str(p) for p in f["loc"] if p not in PROCESSES) or "the file as a whole"
-    kind, given = f["type"], f.get("input")
-    if kind == "extra_forbidden":
-        return f"unknown key {place} = {given!r}; see docs/compensate.md for the keys and their units"
-    if kind == "missing":
+def to_copy(*missing: str) -> str:
+    """Lines for keys and tables that are missing, in the order of the file."""
+    lines = [line for key, text in _EXAMPLES.items() if key in missing for line in text.splitlines()]
+    return "".join(["; to copy and to adapt:", *(f"\n    {line}" for line in lines)]) if lines else ""
+
+
+_EXAMPLES = {
+    "schema": 'schema = "cell/1"',
+    "robot": 'robot = "abb-irb6600-175-255"  # or a file; `compensator robots` lists the built-in ones',
+    "model": 'model = "stiffness.toml"  # of `compensator identify`, by hand, or a built-in robot\'s name',
+    "tool": "[tool]\nxyz = [0.0, 0.0, 250.0]  # flange to TCP, mm",
+    "workobject": "[workobject]\nxyz = [1500.0, -200.0, 800.0]  # base to the frame of the CAM file, mm",
+    "process": """[process]
+kind = "constant"
+frame = "path"  # x along the feed, z out of the tool into the work
+wrench = [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0]  # on the robot, about the TCP, N and N*m""",
+}
+
+
+def _words(f: SchemaFinding) -> str:
+    first, *rest = f.key.split(".")
+    place = ".".join([first, *(rest[1:] if first == "process" and rest[:1] and rest[0] in PROCESSES else rest)])
+    if f.kind == "unknown":
+        shown = "" if isinstance(f.given, dict) else f" = {f.given!r}"
+        near = meant(place.rpartition(".")[2], _KEYS, 0.75)
+        return f"unknown key {place}{shown}; see docs/compensate.md for the keys and their units{near}"
+    if f.kind == "missing":
         return f"{place} is missing"
-    shown = "" if isinstance(given, dict) else f" = {given!r}"
-    return f"{place}{shown}: {f['msg'].removeprefix('Value error, ')}"
+    if f.code == "union_tag_not_found":
+        return f"{place}.kind is missing; known are {', '.join(PROCESSES)}"
+    if f.why.startswith(f"{place}."):
+        return f.why
+    shown = "" if isinstance(f.given, dict) else f" = {f.given!r}"
+    return f"{place or 'the file as a whole'}{shown}: {f.why}"
+
+
+def _keys_of(table: type[BaseModel]) -> Iterator[str]:
+    for name, given in table.model_fields.items():
+        yield given.alias or name
+        for part in (given.annotation, *get_args(given.annotation)):
+            if isinstance(part, type) and issubclass(part, BaseModel):
+                yield from _keys_of(part)
+
+
+_TABLES: tuple[type[BaseModel], ...] = (Cell, *PROCESSES.values())
+_KEYS = {key for table in _TABLES for key in _keys_of(table)}

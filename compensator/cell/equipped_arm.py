@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
 from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
 from stiffness.statics.predictor import Predictor
+from stiffness.statics.shares import shares_of
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 
@@ -37,6 +38,8 @@ class EquippedArm:
         effects, values: of the model, that act on a path with these tools.
         not_applied: names of effects of the model that do not.
         predictors: number of the tool -> statics with it.
+        taken_off: how the part stands away from where the controller has its work object, base axes: the deflection
+            that the work object was touched off with. Predictions are as seen from the part. None: it stands there.
     """
 
     robot: Robot
@@ -47,6 +50,7 @@ class EquippedArm:
     values: Mapping[str, Numbers]
     not_applied: tuple[str, ...]
     predictors: Mapping[int, Predictor]
+    taken_off: Frame | None = None
 
     def __repr__(self) -> str:
         return f"EquippedArm({self.robot.name}, {self.tools!r}, effects {[e.name for e in self.effects]})"
@@ -73,6 +77,7 @@ class EquippedArm:
             state: (N, m) memory. seed: (N, n) rad, nominal inverse kinematics of the targets.
         """
         done = []
+        target = target if self.taken_off is None else self.taken_off.then(target)
         for number, r in self.tools.rows(toolpath):
             begin = near and StartValues(near.q[r], near.actual[r], near.extra[r])
             predictor = self.predictors[number]
@@ -95,12 +100,35 @@ class EquippedArm:
                 done.append((r, self.predictors[number].forward(q[r], wrench[r], state[r])))
             except EquilibriumError as e:
                 k = int(np.arange(len(q))[r][e.row])
-                where = f"{toolpath.source}:{toolpath.line[k]} (pose {toolpath.row[k]:g} of the file)"
+                where = f"{toolpath.where(k)} (pose {toolpath.row[k]:g} of the file)"
                 raise SolveError(f"{where}: {e.problem}") from e
-        if len(done) == 1:
-            return done[0][1]
         names = ("rotation", "position", "torque", "residual")
-        return Prediction(**{name: _merged(len(q), [(r, getattr(f, name)) for r, f in done]) for name in names})
+        found = {name: _merged(len(q), [(r, getattr(f, name)) for r, f in done]) for name in names}
+        if self.taken_off is not None:
+            seen = Frame(found["rotation"], found["position"]).relative_to(self.taken_off)
+            found |= {"rotation": seen.rotation, "position": seen.origin}
+        return Prediction(**found)
+
+    def shares(self, toolpath: Toolpath, q: Floats, wrench: Floats, seen: Floats) -> dict[str, Floats]:
+        """Shares of the deflection of the TCP by cause, (N, 3) m each, base axes; they add up to it. See shares_of.
+
+        ``touched_off`` is what touching off the work object takes off, where that is given.
+
+        Args:
+            seen: (N, 3) m, the TCP that ``forward`` predicts for commands ``q`` (N, n) rad.
+        """
+        actual = seen if self.taken_off is None else self.taken_off.at(seen)
+        parts = []
+        for number, r in self.tools.rows(toolpath):
+            of = shares_of(self.predictors[number], q[r], wrench[r], actual[r])
+            parts.append((r, {f.name: getattr(of, f.name) for f in fields(of)}))
+        found = {name: _merged(len(q), [(r, part[name]) for r, part in parts]) for name in parts[0][1]}
+        return found if self.taken_off is None else {**found, "touched_off": seen - actual}
+
+    def nominal(self, toolpath: Toolpath, q: Floats) -> Floats:
+        """(N, 3) m: the TCP of commands as a controller shows it, base axes."""
+        parts = [(r, self.predictors[number].nominal(q[r]).origin) for number, r in self.tools.rows(toolpath)]
+        return _merged(len(q), parts)
 
     def joint_deflection(self, q: Floats, torque: Floats, state: Floats) -> Floats:
         """dq (N, n) of the joint laws alone."""
@@ -118,6 +146,8 @@ class EquippedArm:
 
 
 def _merged(rows: int, parts: Sequence[tuple[Rows, Floats]]) -> Floats:
+    if len(parts) == 1:
+        return parts[0][1]
     out = np.empty((rows, *parts[0][1].shape[1:]))
     for r, values in parts:
         out[r] = values

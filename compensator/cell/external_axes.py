@@ -1,7 +1,7 @@
 """External axes that the cell declares: a rail that carries the robot, a table that carries the part.
 
-They stand still in each cut. The solve sees every pose from the robot's base, as if rail and table stood at 0;
-programs get the poses back as their work object has them.
+Within a move they go evenly from end to end, while the tool goes straight in the work object. The solve sees every pose
+from the robot's base, as if rail and table stood at 0; programs get the poses back as their work object has them.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ import numpy.typing as npt
 
 from compensator.cell.placement import Placement
 from compensator.cell.placement_tables import ExternalAxisTable
-from compensator.errors import CellError
-from toolpaths.external_axes import SAME, cut_places, refuse_moving, unmodelled, whole_moves
+from toolpaths.errors import ToolpathError
+from toolpaths.external_axes import SAME, cut_places, places, unmodelled, whole_moves
 from toolpaths.finding import ERROR, NOTE, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
+from toolpaths.resample import MOST_POSES, in_parts
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
-from toolpaths.toolpath import Setting, Toolpath, tool_axis
+from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
 from toolpaths.writing.program import Program
 
 Floats = npt.NDArray[np.float64]
@@ -30,9 +31,9 @@ def seen_from_base(placement: Placement, toolpath: Toolpath) -> Toolpath:
     """The poses of a program as the robot's base sees them.
 
     Raises:
-        CellError, ReadError: a declared axis moves in a cut, or turns the axes of the wrench.
+        ToolpathError: the turning of a table makes too many poses.
     """
-    _check(placement, toolpath)
+    toolpath = _followed(placement, toolpath)
     found = moved_workobject(placement, toolpath)
     if found is None or toolpath.quaternion is None:
         return toolpath
@@ -66,10 +67,10 @@ def moved_workobject(placement: Placement, toolpath: Toolpath) -> Frame | None:
     axes = {} if setting is None else _axes(placement.external, setting)
     if setting is None or not axes:
         return None
-    move = np.maximum(np.ceil(toolpath.row - 1e-9), 0).astype(np.intp)
-    turn, shift = np.broadcast_to(np.eye(3), (len(move), 3, 3)), np.zeros((len(move), 3))
+    n = len(toolpath)
+    turn, shift = np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3))
     for name, axis in axes.items():
-        stands = np.nan_to_num(setting.external[name])[move]
+        stands = places(setting.external[name], toolpath.row)
         if axis.carries == "robot":
             shift = shift - stands[:, None] * 1e-3 * np.array(axis.direction)
         else:
@@ -78,6 +79,34 @@ def moved_workobject(placement: Placement, toolpath: Toolpath) -> Frame | None:
             turn, shift = more @ turn, np.einsum("nij,nj->ni", more, shift - center) + center
     r, p = placement.workobject.rotation, placement.workobject.origin
     return Frame(r.T @ turn @ r, (turn @ p + shift - p) @ r)
+
+
+def workobject_along(placement: Placement, toolpath: Toolpath) -> Frame:
+    """The work object in the base; (N) of it where rail or table move it."""
+    moved = moved_workobject(placement, toolpath)
+    return placement.workobject if moved is None else placement.workobject.then(moved)
+
+
+def _followed(placement: Placement, toolpath: Toolpath) -> Toolpath:
+    """The path with points in the cuts in which a table turns: seen from the base they are no straight lines."""
+    setting = toolpath.setting
+    tables = {} if setting is None else _axes(placement.external, setting)
+    tables = {name: axis for name, axis in tables.items() if axis.carries == "part"}
+    if setting is None or not tables or len(toolpath) < 2:
+        return toolpath
+    sampling, work = placement.sampling, placement.workobject
+    stray = min(np.radians(sampling.angle), 1.0)
+    parts = np.ones(len(toolpath) - 1)
+    for name, axis in tables.items():
+        turn = np.abs(np.diff(np.radians(places(setting.external[name], toolpath.row))))
+        lever = np.linalg.norm(work.at(toolpath.position) - np.array(axis.center) * 1e-3, axis=1)
+        reach = np.fmax(np.fmax(lever[1:], lever[:-1]), 1e-3)
+        stray_turn = np.sqrt(8.0 * np.minimum(stray, sampling.chord * 1e-3 / reach))
+        parts = np.maximum(parts, np.maximum(turn / stray_turn, turn * reach / (sampling.spacing * 1e-3)))
+    parts = np.where(toolpath.kind[1:] == CUT, parts, 1.0)
+    if parts.sum() > MOST_POSES:
+        raise ToolpathError(f"{toolpath.source}: the turning of the table makes {parts.sum():.3g} poses")
+    return in_parts(toolpath, np.ceil(parts - 1e-6).astype(np.intp)) if parts.max() > 1.0 else toolpath
 
 
 def external_findings(placement: Placement, toolpath: Toolpath, language: Language) -> tuple[Finding, ...]:
@@ -94,10 +123,10 @@ def external_findings(placement: Placement, toolpath: Toolpath, language: Langua
             axis = placement.external.get(name)
             harmless = language.table or (axis is not None and axis.carries == "nothing")
             at = int(rows[int(np.argmax(np.abs(end) > SAME))])
-            line = int(toolpath.line[int(np.searchsorted(toolpath.row, at - 1e-9))])
+            where = toolpath.where(int(np.searchsorted(toolpath.row, at - 1e-9)))
             what = f"external axis {name} stands at {end[np.abs(end) > SAME][0]:g}: written without external axes"
             remedy = "write a program in the language of the source: its external axes stay as they are"
-            out.append(Finding(WARNING if harmless else ERROR, f"{toolpath.source}:{line}", what, remedy))
+            out.append(Finding(WARNING if harmless else ERROR, where, what, remedy))
     return tuple(out)
 
 
@@ -145,20 +174,6 @@ def _axes(external: Mapping[str, ExternalAxisTable], setting: Setting) -> Mappin
     """In the order that they carry the part: the innermost table first, the outermost, then rails."""
     used = [(n, a) for n, a in external.items() if n in setting.external and a.carries != "nothing"]
     return dict(sorted(reversed(used), key=lambda axis: axis[1].carries == "robot"))
-
-
-def _check(placement: Placement, toolpath: Toolpath) -> None:
-    setting = toolpath.setting
-    if setting is None or not setting.external:
-        return
-    axes = _axes(placement.external, setting)
-    refuse_moving(toolpath, axes)
-    turned = [n for n, a in axes.items() if a.carries == "part"]
-    if turned and placement.process.axes == "workobject":
-        raise CellError(
-            f"{placement.source}: process.frame = 'workobject', and {turned[0]} turns the work object: give the wrench "
-            "in base, path or tool axes"
-        )
 
 
 def _about(direction: Floats, angle: Floats) -> Floats:

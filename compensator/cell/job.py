@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from compensator.cell.arm import Arm, load_arm
-from compensator.cell.assumptions import assumptions
+from compensator.cell.assumptions import job_findings
 from compensator.cell.cell_file import load_cell
 from compensator.cell.equipped_arm import EquippedArm, equipped
 from compensator.cell.placement import Placement, placement_of
 from compensator.path.motion_bounds import MotionBounds
 from compensator.path.planner import Planner
 from compensator.path.tcp_inverse import TcpInverse
-from toolpaths.finding import NOTE, Finding
+from toolpaths.finding import Finding
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -23,13 +23,13 @@ class Job:
     """Everything but the toolpath.
 
     Attributes:
-        notes: what the result does not know, for every summary.
+        findings: about cell, robot and model.
     """
 
     arm: EquippedArm
     placement: Placement
     planner: Planner
-    notes: tuple[Finding, ...]
+    findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
         return f"Job({self.placement!r}, {self.arm!r})"
@@ -46,11 +46,11 @@ def load_job(path: str | Path) -> Job:
     return job_of(load_arm(cell), placement)
 
 
-def job_of(arm: Arm, placement: Placement, notes: tuple[Finding, ...] = ()) -> Job:
+def job_of(arm: Arm, placement: Placement, findings: tuple[Finding, ...] = ()) -> Job:
     """An arm at a placement.
 
     Args:
-        notes: what is not known besides.
+        findings: further ones.
 
     Raises:
         CellError: the two do not belong together.
@@ -74,24 +74,5 @@ def job_of(arm: Arm, placement: Placement, notes: tuple[Finding, ...] = ()) -> J
         free_tool_axis=solve.free_tool_axis,
         source=placement.source,
     )
-    return Job(able, placement, planner, (*_notes(able, placement, arm.sag(placement.conditions)), *notes))
-
-
-def _notes(arm: EquippedArm, placement: Placement, sag: str) -> list[Finding]:
-    model = arm.model
-    notes = assumptions(arm.robot, model)
-    if not any(model.sd.get(e.name) for e in arm.effects):
-        what = "no standard deviations: how sure the prediction is cannot be said"
-        notes.append(Finding(NOTE, model.source, what))
-    weightless = [t.name for t in placement.tools.by_number.values() if not t.mass]
-    if weightless:
-        what = "no mass given, its weight is not modelled"
-        notes.append(Finding(NOTE, f"tool {', '.join(weightless)}", what))
-    temperature = placement.conditions.temperature
-    warm = temperature is not None and temperature != model.reference_temperature
-    if warm and not any(e.thermal for e in arm.effects):
-        what = "temperature differs from the model's reference; the model has no thermal effect"
-        notes.append(Finding(NOTE, "", what))
-    if sag == "calibrated-out":
-        notes.append(Finding(NOTE, "gravity", "the controller is taken to know the sag of arm and tool"))
-    return notes
+    found = job_findings(able, placement, arm.sag(placement.conditions))
+    return Job(able, placement, planner, (*arm.findings, *found, *findings))

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.arm import Conditions
-from compensator.cell.cell_file import Cell
+from compensator.cell.cell_file import Cell, to_copy
 from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
 from compensator.errors import CellError
@@ -31,6 +31,8 @@ class Placement:
         tools: what hangs on the flange.
         process: what the cut does to the robot.
         conditions: gravity, temperature.
+        touches: where the work object was touched off with the tool: points (3,) m of it, and postures (n,) rad; empty:
+            it was not; None: not known.
         start: (n,) rad where the path starts from; None: not known.
         external: external axes of robot programs by name.
         machine: that the toolpath was posted for; None: not declared.
@@ -42,6 +44,7 @@ class Placement:
     tools: ToolSet
     process: Process
     conditions: Conditions
+    touches: tuple[Floats, ...] | None = None
     start: Floats | None = None
     external: Mapping[str, ExternalAxisTable] = field(default_factory=dict)
     machine: Machine | None = None
@@ -59,18 +62,20 @@ def placement_of(cell: Cell) -> Placement:
     Raises:
         CellError: work object or tool are missing: a robot program might have brought its own.
     """
-    if "workobject" not in cell.model_fields_set:
-        raise CellError(f"{cell.source}: workobject is missing")
+    if cell.workobject.xyz is None:
+        raise CellError(f"{cell.source}: workobject is missing{to_copy('workobject')}")
     if cell.tool is None and not cell.tools:
-        raise CellError(f"{cell.source}: give either [tool] or [tools.1], [tools.2], ... by the number in the file")
+        either = "give either [tool] or [tools.1], [tools.2], ... by the number in the file"
+        raise CellError(f"{cell.source}: {either}{to_copy('tool')}")
     by_number = {number: table.tool() for number, table in cell.tools.items()}
     x, y, z = (float(v) for v in cell.mount.gravity_in_base())
     return Placement(
         source=cell.source,
         workobject=cell.workobject.frame(),
         tools=ToolSet(by_number) if cell.tool is None else ToolSet.of_one(cell.tool.tool()),
-        process=cell.process.process(ProcessContext(cell.source, cell.folder, cell.solve.free_tool_axis)),
+        process=cell.process.process(ProcessContext(cell.source, cell.folder)),
         conditions=Conditions((x, y, z), cell.gravity, cell.temperature, cell.solve.complementary_stiffness),
+        touches=cell.workobject.touches(),
         start=None if cell.start is None else np.radians(cell.start.joints),
         external=cell.external,
         machine=cell.posted_for(),

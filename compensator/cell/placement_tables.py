@@ -9,6 +9,7 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres, refuse_radians
+from stiffness.robot.load import JOINTS
 from stiffness.robot.robot import STANDARD_GRAVITY
 from stiffness.statics.tool import Tool
 from toolpaths.frame import Frame
@@ -58,20 +59,44 @@ class ToolTable(TomlTable):
 
 
 class WorkObjectTable(TomlTable):
-    """Base -> the frame that the CAM file is written in, mm and deg."""
+    """Base -> the frame that the CAM file is written in, mm and deg; without ``xyz`` a robot program has its own.
 
-    xyz: Three
+    ``touched_off``: where the tool touched the part when the work object was taught: points of the work object, mm, or
+    joint angles, deg; empty: it was measured otherwise, such as with a tracker.
+    """
+
+    xyz: Three | None = None
     rpy: Three = (0.0, 0.0, 0.0)
+    touched_off: tuple[tuple[Number, ...], ...] | None = None
 
     @model_validator(mode="after")
-    def _units(self) -> WorkObjectTable:
-        refuse_metres("workobject.xyz", self.xyz)
+    def _checked(self) -> WorkObjectTable:
+        refuse_metres("workobject.xyz", self.xyz or (0.0, 0.0, 0.0))
         refuse_radians("workobject.rpy", self.rpy)
+        if self.xyz is None and self.touched_off is None:
+            raise ValueError("xyz is missing: where the zero of the toolpath stands in the base, mm")
+        for k, entry in enumerate(self.touched_off or ()):
+            if len(entry) not in (3, JOINTS):
+                raise ValueError(
+                    f"touched_off[{k + 1}] has {len(entry)} numbers: expected the 3 of a point in the work object, "
+                    f"mm, or the {JOINTS} of a posture, deg"
+                )
+            if len(entry) == JOINTS:
+                refuse_radians(f"workobject.touched_off[{k + 1}]", entry)
         return self
 
     def frame(self) -> Frame:
         """The work object in the base, in SI."""
-        return Frame(matrix_from_rpy(np.radians(self.rpy)), np.array(self.xyz) / 1e3)
+        return Frame(matrix_from_rpy(np.radians(self.rpy)), np.array(self.xyz or (0.0, 0.0, 0.0)) / 1e3)
+
+    def touches(self) -> tuple[Floats, ...] | None:
+        """Points (3,) m in the work object and postures (n,) rad; None: how it was taught is not known."""
+        if self.touched_off is None:
+            return None
+        return tuple(np.array(e) / 1e3 if len(e) == 3 else np.radians(e) for e in self.touched_off)
+
+
+NO_WORKOBJECT = WorkObjectTable.model_construct(xyz=None, rpy=(0.0, 0.0, 0.0), touched_off=None)  # left to a program
 
 
 class StartTable(TomlTable):

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated
 
-from pydantic import Field, Strict
+from pydantic import Field, Strict, field_validator
 
 from compensator.toml_table import Number, TomlTable
+
+#: What a line of [program.events] may hold for a number of the word, such as {S}; other braces are the language's own.
+PLACEHOLDER = re.compile(r"\{([A-Za-z]+)\}")
+PLACEHOLDERS = ("S", "T", "P")
+_MOVE = re.compile(r"\s*(?:(?:move(?:[ljcp]|absj)|s?(?:lin|ptp|circ)(?:_rel)?|mov[jlcs])\b|[jlc]\s+p\[)", re.I)
 
 
 class SolveTable(TomlTable):
@@ -37,8 +43,43 @@ class SamplingTable(TomlTable):
 
 
 class ProgramTable(TomlTable):
-    """What the written program is called, its speed in the air and where the toolpath gives none (mm/min)."""
+    """What the written program is called, its speed in the air and where the toolpath gives none (mm/min).
 
-    name: str = "PART1"
+    ``name``: else the name of its file. ``events``: word of the toolpath (M3, M8, ...) -> lines of the program for it.
+    """
+
+    name: str | None = None
     rapid_feed: Number = Field(default=30000.0, gt=0, le=300000)
     default_feed: Number = Field(default=1000.0, gt=0, le=300000)
+    events: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+
+    @field_validator("events", mode="after")
+    @classmethod
+    def _words_and_lines(cls, events: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+        out: dict[str, tuple[str, ...]] = {}
+        for key, lines in events.items():
+            word = re.sub(r"^([MG])0+(?=\d)", r"\1", key.strip().upper())
+            if not re.fullmatch(r"\$?[A-Z]\w*", word):
+                raise ValueError(f"{key!r} is no word of a toolpath; such as M3, M6, M8, G4, or CLAMP of APT")
+            if word in out:
+                raise ValueError(f"{key!r} stands twice: it is {word}")
+            for line in lines:
+                _check_line(word, line)
+            out[word] = lines
+        return out
+
+
+def _check_line(word: str, line: str) -> None:
+    """Refuse what is no line of a program.
+
+    Raises:
+        ValueError: names word, line and what was expected.
+    """
+    where = f"{word}: {line!r}"
+    if not line.strip() or not (line.isascii() and line.isprintable()):
+        raise ValueError(f"{where}: one line of printable ASCII is expected; give several as a list")
+    if strange := [p for p in PLACEHOLDER.findall(line) if p not in PLACEHOLDERS]:
+        known = ", ".join(f"{{{p}}}" for p in PLACEHOLDERS)
+        raise ValueError(f"{where}: {{{strange[0]}}} is not known; a line may have {known}")
+    if _MOVE.match(line):
+        raise ValueError(f"{where}: a move is not known to the solve; call a routine of the controller that does it")

@@ -46,13 +46,14 @@ def rows_between(segment: Rows) -> Rows:
     return segment + 1 + np.arange(len(segment))
 
 
-def with_poses_before_corners(toolpath: Toolpath) -> Toolpath:
+def with_poses_before_corners(toolpath: Toolpath, position: Floats | None = None) -> Toolpath:
     """A pose just before every sharp corner of a cut.
 
     A wrench in path axes turns with the feed that LEAVES a pose; without a pose before the corner its change
-    would be smeared over the segment that arrives.
+    would be smeared over the segment that arrives. ``position``: (N, 3) m on the
+    part, where that is another feed.
     """
-    step = np.diff(toolpath.position, axis=0)
+    step = np.diff(toolpath.position if position is None else position, axis=0)
     length = np.linalg.norm(step, axis=1)
     if len(step) < 2:
         return toolpath

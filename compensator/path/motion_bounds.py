@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,42 +66,48 @@ class MotionBounds:
         """Singularity measures: those of the closed form where there is one, they cost nothing."""
         return self.inverse.singularity(q, jacobian=not isinstance(self.inverse, SphericalInverse))
 
-    def check(self, toolpath: Toolpath, q: Floats, what: str) -> None:
+    def check(self, toolpath: Toolpath, q: Floats, what: str, *, first: int = 0, begun: Sequence[int] = ()) -> None:
         """Refuse what a robot must not be sent: beyond a limit, through a singularity, with a jump.
+
+        Args:
+            first: as in ``place``.
+            begun: poses that a joint move goes to: any angle may change there.
 
         Raises:
             PathError: the first pose, why, the value and the bound.
         """
         if not np.isfinite(q).all():
             k = int(np.argmax(~np.isfinite(q).all(axis=1)))
-            raise PathError(f"{place(toolpath, k)}: the {what} joint angles are not finite")
+            raise PathError(f"{place(toolpath, k, first)}: the {what} joint angles are not finite")
         outside = (q < self.robot.lower - ON_LIMIT) | (q > self.robot.upper + ON_LIMIT)
         if outside.any():
             k = int(np.argmax(outside.any(axis=1)))
             j = int(np.argmax(outside[k]))
             raise PathError(
-                f"{place(toolpath, k)}: {what} angle of joint {j + 1} is {np.degrees(q[k, j]):.3f} deg, limits are "
-                f"{np.degrees(self.robot.lower[j]):.3f} ... {np.degrees(self.robot.upper[j]):.3f} deg; move "
+                f"{place(toolpath, k, first)}: {what} angle of joint {j + 1} is {np.degrees(q[k, j]):.3f} deg, limits "
+                f"are {np.degrees(self.robot.lower[j]):.3f} ... {np.degrees(self.robot.upper[j]):.3f} deg; move "
                 "[workobject], allow solve.free_tool_axis, or choose another [start]"
             )
-        self._check_singularity(toolpath, q, what)
+        self._check_singularity(toolpath, q, what, first)
         step = np.abs(np.diff(q, axis=0))
+        step[[k - 1 for k in begun]] = 0.0
         bound = self.max_joint_step
         if (step > bound).any():
             k, j = (int(v) for v in np.unravel_index(np.argmax(step > bound), step.shape))
             raise PathError(
-                f"{place(toolpath, k + 1)}: joint {j + 1} would jump {np.degrees(step[k, j]):.1f} deg from the pose "
-                f"before ({what}; solve.max_joint_step is {np.degrees(bound):g} deg): the arm "
+                f"{place(toolpath, k + 1, first)}: joint {j + 1} would jump {np.degrees(step[k, j]):.1f} deg from the "
+                f"pose before ({what}; solve.max_joint_step is {np.degrees(bound):g} deg): the arm "
                 "configuration changes or a singularity is near"
             )
 
-    def _check_singularity(self, toolpath: Toolpath, q: Floats, what: str) -> None:
+    def _check_singularity(self, toolpath: Toolpath, q: Floats, what: str, first: int) -> None:
         smallest = self._smallest
         for name, value in self._measures(q).items():
             bound, key, meaning = smallest[name]
             if not np.all(value >= bound):
                 k = int(np.argmin(value >= bound))
                 raise PathError(
-                    f"{place(toolpath, k)}: too near the {name} singularity ({what}): {meaning} is {value[k]:.3g}, "
-                    f"bound {bound:.3g} (solve.{key}); move [workobject], tilt the tool, or allow solve.free_tool_axis"
+                    f"{place(toolpath, k, first)}: too near the {name} singularity ({what}): {meaning} is "
+                    f"{value[k]:.3g}, bound {bound:.3g} (solve.{key}); move [workobject], tilt the tool, or allow "
+                    "solve.free_tool_axis"
                 )

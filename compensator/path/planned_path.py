@@ -22,17 +22,17 @@ class PlannedPath:
         tcp: (N) TCP in the base.
         q: (N, n) rad, nominal inverse kinematics.
         turn: (N,) rad about the tool axis, from the reference orientation.
-        branch: arm configuration.
+        branch: (N,) arm configuration; the same for all poses of a tool.
     """
 
     toolpath: Toolpath
     tcp: Frame
     q: Floats
     turn: Floats
-    branch: int
+    branch: npt.NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.q)
 
     def __repr__(self) -> str:
-        return f"PlannedPath({len(self)} poses, branch {self.branch})"
+        return f"PlannedPath({len(self)} poses, branch {np.unique(self.branch).tolist()})"

@@ -1,4 +1,4 @@
-"""From poses to arm configurations: inverse kinematics along the path, one branch, no jumps.
+"""From poses to arm configurations: inverse kinematics along the path, one branch for each tool, no jumps.
 
 Where the file leaves the turn about the tool axis open it is chosen: first one turn for the whole path, the
 best of a grid; where none serves, a turn that varies along the path, by dynamic programming.
@@ -7,6 +7,7 @@ best of a grid; where none serves, a turn that varies along the path, by dynamic
 from __future__ import annotations
 
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,25 @@ from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
+
+PROBES = 500  # poses of a path that are tried where it has to be said which the arm does not reach
+
+
+class _Section(NamedTuple):
+    """The poses of one tool; their (N) TCP in the base, before they are turned about it; the number of the first."""
+
+    toolpath: Toolpath
+    reference: Frame
+    first: int
+
+
+def _joined(toolpath: Toolpath, parts: list[PlannedPath]) -> PlannedPath:
+    """The path of all tools."""
+    if len(parts) == 1:
+        return parts[0]
+    rotation, origin = (np.concatenate([getattr(p.tcp, name) for p in parts]) for name in ("rotation", "origin"))
+    q, turn, branch = (np.concatenate([getattr(p, name) for p in parts]) for name in ("q", "turn", "branch"))
+    return PlannedPath(toolpath=toolpath, tcp=Frame(rotation, origin), q=q, turn=turn, branch=branch)
 
 
 class Planner:
@@ -54,31 +74,38 @@ class Planner:
         return f"Planner({self.robot.name}, {self.source!r})"
 
     def plan(self, toolpath: Toolpath) -> PlannedPath:
-        """Choose turn and configuration, and follow the whole path.
+        """Choose turn and configuration for the poses of each tool, and follow them.
+
+        A joint move leads to the first pose of a tool: there all angles may change.
 
         Raises:
             PathError: names the pose, its source line, the joint or measure, the value and the bound.
         """
-        reference, choice = self._reference(toolpath), self._choice(toolpath)
-        first: PathError | None = None
-        for c in choice.for_path(toolpath, reference):
-            try:
-                turn = np.full(len(toolpath), c.turn)
-                return self._follow(toolpath, reference, turn=turn, branch=c.branch, seed=c.seed)
-            except PathError as e:
-                first = first or e
-        if choice.turn_is_open:
-            path = self._with_varying_turn(toolpath, reference)
-            if path is not None:
-                return path
-        if first is None:
-            raise PathError(self._out_of_reach(toolpath, reference, choice))
-        raise first
+        start = self._checked_start()
+        parts: list[PlannedPath] = []
+        for begin, end in self._sections(toolpath):
+            some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
+            section = _Section(some, self._reference(some), begin)
+            if parts:
+                parts.append(self._after(section, parts[-1].q[-1]))
+            else:
+                parts.append(self._planned(section, start))
+        return _joined(toolpath, parts)
 
     def again(self, path: PlannedPath, toolpath: Toolpath) -> PlannedPath:
         """Follow the path again after poses were put in between, with the same choices."""
         turn = np.interp(toolpath.row, path.toolpath.row, path.turn)
-        return self._follow(toolpath, self._reference(toolpath), turn=turn, branch=path.branch, seed=path.q[0])
+        old = [begin for begin, _ in self._sections(path.toolpath)]
+        parts = []
+        for k, (begin, end) in zip(old, self._sections(toolpath), strict=True):
+            some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
+            section = _Section(some, self._reference(some), begin)
+            parts.append(self._follow(section, turn=turn[begin:end], branch=int(path.branch[k]), seed=path.q[k]))
+        return _joined(toolpath, parts)
+
+    def check(self, toolpath: Toolpath, q: Floats, what: str) -> None:
+        """As ``MotionBounds.check``; a joint move leads to the first pose of every tool."""
+        self.bounds.check(toolpath, q, what, begun=self.inverse.tools.changes(toolpath))
 
     def tcp(self, path: PlannedPath, toolpath: Toolpath) -> Frame:
         """(N) TCP in the base after poses were put into ``path``: same turns."""
@@ -89,16 +116,53 @@ class Planner:
         """Some poses of a path with poses put in between, each near its neighbours in ``path``."""
         some, tcp = toolpath.take(rows), self.tcp(path, toolpath).take(rows)
         seed = np.array([np.interp(some.row, path.toolpath.row, column) for column in path.q.T]).T
-        batch = self.inverse.along(some, tcp, path.branch, seed)
-        return PlannedPath(toolpath=some, tcp=tcp, q=batch.q, turn=np.zeros(len(rows)), branch=path.branch)
+        branch = path.branch[np.minimum(np.searchsorted(path.toolpath.row, some.row), len(path) - 1)]
+        batch = self.inverse.along(some, tcp, branch, seed)
+        return PlannedPath(toolpath=some, tcp=tcp, q=batch.q, turn=np.zeros(len(rows)), branch=branch)
+
+    def _sections(self, toolpath: Toolpath) -> list[tuple[int, int]]:
+        """Begin and end of the poses of each tool, in their order."""
+        changes = self.inverse.tools.changes(toolpath)
+        return list(zip([0, *changes], [*changes, len(toolpath)], strict=True))
+
+    def _after(self, section: _Section, before: Floats) -> PlannedPath:
+        """The poses of a tool in the configuration that the arm has ``before`` them, or in another one."""
+        try:
+            return self._planned(section, before)
+        except PathError:
+            return self._planned(section, None)
+
+    def _planned(self, section: _Section, start: Floats | None) -> PlannedPath:
+        """Choose turn and configuration for the whole section, and follow it."""
+        choice = self._choice(section.toolpath, start)
+        if not self.inverse.labelled:  # without a closed form the search for a way takes minutes where there is none
+            self._refuse_out_of_reach(section, choice)
+        first: PathError | None = None
+        for c in choice.for_path(section.toolpath, section.reference):
+            try:
+                turn = np.full(len(section.toolpath), c.turn)
+                return self._follow(section, turn=turn, branch=c.branch, seed=c.seed, choice=choice)
+            except PathError as e:
+                first = first or e
+        if choice.turn_is_open:
+            path = self._with_varying_turn(section, choice)
+            if path is not None:
+                return path
+        if first is None:
+            self._refuse_out_of_reach(section, choice)
+            raise PathError(
+                f"{section.toolpath.source}: every pose can be reached, but {self.robot.name} cannot keep one arm "
+                "configuration along the whole path; move [workobject], allow solve.free_tool_axis, or split the file"
+            )
+        raise first
 
     def _reference(self, toolpath: Toolpath) -> Frame:
         """(N) TCP in the base, before it is turned about the tool axis."""
         return self.workobject.then(Frame(reference_rotation(toolpath), toolpath.position))
 
-    def _choice(self, toolpath: Toolpath) -> FirstPostures:
+    def _choice(self, toolpath: Toolpath, start: Floats | None) -> FirstPostures:
         turn_is_open = toolpath.quaternion is None and self.free_tool_axis
-        return FirstPostures(self.inverse, self.bounds, self._checked_start(), turn_is_open)
+        return FirstPostures(self.inverse, self.bounds, start, turn_is_open)
 
     def _checked_start(self) -> Floats | None:
         start, robot = self.start, self.robot
@@ -116,23 +180,27 @@ class Planner:
         return start
 
     def _follow(
-        self, toolpath: Toolpath, reference: Frame, *, turn: Floats, branch: int, seed: Floats
+        self, section: _Section, *, turn: Floats, branch: int, seed: Floats, choice: FirstPostures | None = None
     ) -> PlannedPath:
+        """Follow it from ``seed``; ``choice``: whole joints may turn by 2 pi to stay within the limits."""
+        toolpath, reference, first = section
         tcp = reference if not turn.any() else about_tool_axis(reference, turn)
         batch = self.inverse.along(toolpath, tcp, branch, seed)
-        q = self._choice(toolpath).turns_in_limits(batch.q, batch.ok)
+        q = choice.turns_in_limits(batch.q, batch.ok) if choice else batch.q
         if not batch.ok.all():
             k = int(np.argmin(batch.ok))
             why = batch.why(k)
             raise PathError(
-                f"{place(toolpath, k)}: {self.robot.name} cannot be here in this arm configuration: {why} (TCP "
+                f"{place(toolpath, k, first)}: {self.robot.name} cannot be here in this arm configuration: {why} (TCP "
                 f"{mm(toolpath.position[k])} mm in the work object); move [workobject] or choose another [start]"
             )
-        self.bounds.check(toolpath, q, "nominal")
-        return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branch)
+        self.bounds.check(toolpath, q, "nominal", first=first)
+        branches = np.full(len(toolpath), branch, dtype=np.int64)
+        return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branches)
 
-    def _with_varying_turn(self, toolpath: Toolpath, reference: Frame) -> PlannedPath | None:
-        start, inverse = self._checked_start(), self.inverse.inverse
+    def _with_varying_turn(self, section: _Section, choice: FirstPostures) -> PlannedPath | None:
+        toolpath, reference, _ = section
+        inverse, start = self.inverse.inverse, choice.start
         branches = range(inverse.branches) if start is None else [int(inverse.configuration(start[None])[0])]
         for branch in branches:
             turn = varying_turn(toolpath, partial(self._feasible, toolpath, reference, branch))
@@ -143,7 +211,7 @@ class Planner:
                 if b != branch:
                     continue
                 try:
-                    return self._follow(toolpath, reference, turn=turn, branch=branch, seed=seed)
+                    return self._follow(section, turn=turn, branch=branch, seed=seed, choice=choice)
                 except PathError:
                     continue
         return None
@@ -159,20 +227,42 @@ class Planner:
             out[:, k] = np.where(batch.ok & (room >= 0), self.bounds.margin(q), -np.inf)
         return out
 
-    def _out_of_reach(self, toolpath: Toolpath, reference: Frame, choice: FirstPostures) -> str:
-        """Why: the first pose that no configuration reaches, of up to 500 evenly over the path."""
-        for k in np.unique(np.linspace(0, len(toolpath) - 1, 500).astype(int)):
-            pose, at = toolpath.take([k]), reference.take(slice(k, k + 1))
-            turned = (about_tool_axis(at, turn) for turn in choice.turns(toolpath, reference))
-            if not any(self.inverse.postures(pose, tcp, limits=True) for tcp in turned):
-                away = np.linalg.norm(reference.origin[k])
-                return (
-                    f"{place(toolpath, int(k))}: out of reach of {self.robot.name}: TCP "
-                    f"{mm(toolpath.position[k])} mm in the work object is {away * 1e3:.0f} mm from the base origin "
-                    "and no arm configuration within the joint limits gets there; check [workobject], [tool] and "
-                    "their units (mm, deg)"
-                )
-        return (
-            f"{toolpath.source}: every pose can be reached, but {self.robot.name} cannot keep one arm configuration "
-            "along the whole path; move [workobject], allow solve.free_tool_axis, or split the file"
+    def _refuse_out_of_reach(self, section: _Section, choice: FirstPostures) -> None:
+        """Refuse the first pose that no configuration reaches at any turn: of PROBES evenly over the path, and then of
+        those before it.
+
+        Raises:
+            PathError: names the pose.
+        """
+        toolpath, reference, first = section
+        rows = np.unique(np.linspace(0, len(toolpath) - 1, PROBES).astype(np.intp))
+        turns = choice.turns(toolpath, reference)
+        doubtful = self._unreached(section, rows, turns, thorough=False)
+        beyond = next((k for k in doubtful if self._is_beyond(section, k, turns)), None)
+        if beyond is None:
+            return
+        before = rows[rows < beyond]
+        low, high = (int(before[-1]) if len(before) else beyond), beyond
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if self._is_beyond(section, middle, turns) else (middle, high)
+        away = np.linalg.norm(reference.origin[high])
+        raise PathError(
+            f"{place(toolpath, high, first)}: out of reach of {self.robot.name}: TCP "
+            f"{mm(toolpath.position[high])} mm in the work object is {away * 1e3:.0f} mm from the base origin "
+            "and no arm configuration within the joint limits gets there; check [workobject], [tool] and "
+            "their units (mm, deg)"
         )
+
+    def _is_beyond(self, section: _Section, pose: int, turns: Floats) -> bool:
+        return len(self._unreached(section, np.array([pose]), turns, thorough=True)) > 0
+
+    def _unreached(self, section: _Section, rows: Rows, turns: Floats, *, thorough: bool) -> list[int]:
+        """Those of the poses ``rows`` that the flange reaches at none of the turns."""
+        left = rows
+        for turn in turns:
+            if not len(left):
+                break
+            tcp = about_tool_axis(section.reference.take(left), float(turn))
+            left = left[~self.inverse.reached(section.toolpath.take(left), tcp, thorough=thorough)]
+        return [int(k) for k in left]

@@ -10,9 +10,9 @@ from toolpaths.toolpath import Toolpath
 Floats = npt.NDArray[np.float64]
 
 
-def place(toolpath: Toolpath, k: int) -> str:
-    """How messages name a pose."""
-    return f"{toolpath.source}:{toolpath.line[k]} (pose {k})"
+def place(toolpath: Toolpath, k: int, first: int = 0) -> str:
+    """How messages name a pose; ``first``: where a toolpath that is part of another one begins in it."""
+    return f"{toolpath.where(k)} (pose {first + k})"
 
 
 def mm(position: Floats) -> str:

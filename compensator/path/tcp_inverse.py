@@ -15,6 +15,8 @@ from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class TcpInverse:
         """Whether a branch is the same arm configuration at every pose; the others are counted pose by pose."""
         return isinstance(self.inverse, SphericalInverse)
 
-    def along(self, toolpath: Toolpath, tcp: Frame, branch: int, seed: Floats | None) -> InverseSolution:
+    def along(self, toolpath: Toolpath, tcp: Frame, branch: int | Ints, seed: Floats | None) -> InverseSolution:
         """Joint angles of the poses of a toolpath.
 
         Args:
@@ -42,6 +44,10 @@ class TcpInverse:
             branch, seed: as in ``Inverse.along``.
         """
         return self.inverse.along(self.tools.flange(toolpath, tcp), branch, seed)
+
+    def reached(self, toolpath: Toolpath, tcp: Frame, *, thorough: bool) -> Bools:
+        """(N,) whether the arm takes up the poses of a toolpath at all; as ``Inverse.reached``."""
+        return self.inverse.reached(self.tools.flange(toolpath, tcp), thorough=thorough)
 
     def postures(self, pose: Toolpath, tcp: Frame, *, limits: bool) -> list[tuple[int, Floats]]:
         """Every posture (branch, joint angles (n,) rad) of a toolpath of one pose, its ``tcp`` (1) in the base.

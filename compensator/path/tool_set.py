@@ -51,6 +51,10 @@ class ToolSet:
         rows = [(number, np.flatnonzero(toolpath.tool == number)) for number in self.by_number]
         return [(number, r) for number, r in rows if len(r)]
 
+    def changes(self, toolpath: Toolpath) -> list[int]:
+        """Poses that another tool goes to than to the pose before."""
+        return [] if self.any_number else [int(k) for k in np.flatnonzero(np.diff(toolpath.tool)) + 1]
+
     def flange(self, toolpath: Toolpath, tcp: Frame) -> Frame:
         """(N) flange in the base under the TCP poses (N) of a toolpath."""
         rotation, origin = np.empty_like(tcp.rotation), np.empty_like(tcp.origin)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from compensator.process.given_wrench import GivenWrench
 from compensator.process.process import ProcessContext, ProcessTable, ToolMotion, WrenchAxes
-from compensator.toml_table import Six
+from compensator.toml_table import Wrench
 
 Floats = npt.NDArray[np.float64]
 
@@ -20,7 +20,7 @@ class ConstantWrenchTable(ProcessTable):
 
     kind: Literal["constant"]
     frame: WrenchAxes
-    wrench: Six
+    wrench: Wrench
 
     def process(self, context: ProcessContext) -> ConstantProcess:
         return ConstantProcess(context, self.frame, self.wrench)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from compensator.errors import CellError
 from compensator.process.path_axes import path_axes
+from compensator.process.plausible_wrench import wrench_doubts
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion
 from toolpaths.toolpath import CUT
 
@@ -36,7 +37,7 @@ class GivenWrench(Process):
         force, moment = (np.einsum("...ij,...j->...i", rotation, part) for part in (given[:, :3], given[:, 3:]))
         wrench = np.concatenate([force, moment], axis=1)
         wrench[motion.toolpath.kind != CUT] = 0.0
-        return ProcessLoad(wrench)
+        return ProcessLoad(wrench, tuple(wrench_doubts(motion, wrench, f"{self.context.source}: process")))
 
     def _rotation(self, motion: ToolMotion) -> Floats:
         """(3, 3) or (N, 3, 3): the axes in the base."""
@@ -44,16 +45,20 @@ class GivenWrench(Process):
             return np.eye(3)
         if self.axes == "workobject":
             return motion.workobject.rotation
-        tcp = motion.tcp
-        return tcp.rotation if self.axes == "tool" else path_axes(tcp.origin, tcp.rotation, motion.toolpath.kind)
+        tcp, work = motion.tcp, motion.workobject
+        if self.axes == "tool":
+            return tcp.rotation
+        if work.origin.ndim == 1:
+            return path_axes(tcp.origin, tcp.rotation, motion.toolpath.kind)
+        seen = tcp.relative_to(work)  # the feed is that of the tool against the part
+        return work.rotation @ path_axes(seen.origin, seen.rotation, motion.toolpath.kind)
 
     def _refuse_lateral(self, motion: ToolMotion, given: Floats) -> None:
         """Where the turn about the tool axis is free, the direction of a lateral wrench in tool axes is not known."""
         path = motion.toolpath
-        open_turn = self.context.turn_is_chosen or path.quaternion is None
-        if open_turn and np.any(given[path.kind == CUT][:, [0, 1, 3, 4]]):
+        if path.quaternion is None and np.any(given[path.kind == CUT][:, [0, 1, 3, 4]]):
             raise CellError(
                 f"{self.context.source}: process.frame = 'tool' with a lateral force or moment needs a fixed "
-                "orientation: the turn about the tool axis is open here. Set solve.free_tool_axis = false and give "
-                "orientations (qw, qx, qy, qz) in the toolpath, or use frame = 'path' or 'workobject'"
+                f"orientation: {path.source} leaves the turn about the tool axis open. Give orientations (qw, qx, qy, "
+                "qz) in the toolpath, or use frame = 'path' or 'workobject'"
             )

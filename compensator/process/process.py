@@ -27,7 +27,7 @@ class ToolMotion:
 
     Attributes:
         toolpath: feeds, kinds, tool numbers and source lines.
-        workobject: the work object in the base.
+        workobject: the work object in the base; (N) of it where rail or table move it.
         nominal: (N) TCP in the base, as the toolpath has it.
         deflected: (N) TCP in the base, where it really is; None: at ``nominal``.
     """
@@ -124,12 +124,10 @@ class ProcessContext:
     Attributes:
         source: the cell file, for messages.
         folder: what paths in the cell are relative to.
-        turn_is_chosen: the turn about the tool axis is free where the toolpath leaves it open.
     """
 
     source: str
     folder: Path
-    turn_is_chosen: bool
 
 
 class ProcessTable(TomlTable):

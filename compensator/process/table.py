@@ -12,6 +12,7 @@ import numpy.typing as npt
 from compensator.errors import CellError
 from compensator.process.given_wrench import GivenWrench
 from compensator.process.process import ProcessContext, ProcessTable, ToolMotion, WrenchAxes
+from stiffness.text_file import decoded, file_bytes
 from toolpaths.languages.table import LANGUAGES
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -28,83 +29,112 @@ class WrenchFileTable(ProcessTable):
     file: str
 
     def process(self, context: ProcessContext) -> WrenchFileProcess:
-        return WrenchFileProcess(context, self.frame, self.file)
+        source = context.folder / self.file
+        if not source.exists():
+            raise CellError(f"{context.source}: process.file = {self.file!r}: {source}: there is no such file")
+        return WrenchFileProcess(context, self.frame, read_table(source))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WrenchRows:
+    """The rows of a table: ``index`` (M,) ascending, ``wrench`` (M, 6) N and N*m, of the file ``source``."""
+
+    source: Path
+    index: Numbers
+    wrench: Floats
+
+    def __repr__(self) -> str:
+        return f"WrenchRows({str(self.source)!r}, {len(self.index)} rows)"
+
+    def along(self, path: Toolpath) -> Floats:
+        """(N, 6) as the table gives them; 0 at rapids. Rows of a toolpath that is a table, else lines of its source.
+
+        Raises:
+            CellError: a cutting pose has no wrench; names the table and the pose.
+        """
+        cutting = path.kind == CUT
+        if LANGUAGES[path.language].table:
+            return self._interpolated(path)
+        if path.file is not None and path.file.any():
+            problem = f"its index counts lines, and {path.source} is a program of {len(path.sources)} files"
+            raise CellError(f"{self.source}: {problem}. Write the poses as csv, and a row of the table for each")
+        at, has = self._find(path.line)
+        missing = cutting & ~has
+        if missing.any():
+            line = int(path.line[np.argmax(missing)])
+            what = f"line {line} of {path.source} cuts and needs a wrench"
+            raise CellError(f"{self.source}: no row with index {line}: {what}")
+        return np.where(cutting[:, None], self.wrench[at], 0.0)
+
+    def _interpolated(self, path: Toolpath) -> Floats:
+        cutting = path.kind == CUT
+        before, after = np.floor(path.row).astype(np.int64), np.ceil(path.row).astype(np.int64)
+        fraction = (path.row - before)[:, None]
+        (first_at, has_first), (last_at, has_last) = self._find(before), self._find(after)
+        missing = cutting & ~has_last
+        if missing.any():
+            row = int(after[np.argmax(missing)])
+            what = f"pose {row} of {path.source} cuts and needs a wrench"
+            raise CellError(f"{self.source}: no row with index {row}: {what}")
+        last = self.wrench[last_at]
+        # the pose before a cut may be a rapid without a row: then the cut's own wrench holds from its beginning
+        first = np.where(has_first[:, None], self.wrench[first_at], last)
+        return np.where(cutting[:, None], (1 - fraction) * first + fraction * last, 0.0)
+
+    def _find(self, wanted: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.bool_]]:
+        """(N,) the row of each index, and whether there is one."""
+        at = np.minimum(np.searchsorted(self.index, wanted), len(self.index) - 1)
+        return at, self.index[at] == wanted
 
 
 @dataclass(frozen=True)
 class WrenchFileProcess(GivenWrench):
-    """The wrenches of ``file`` in ``axes``."""
+    """The wrenches of ``rows`` in ``axes``."""
 
     context: ProcessContext
     axes: WrenchAxes
-    file: str
+    rows: WrenchRows
 
     def given(self, motion: ToolMotion) -> Floats:
-        return wrenches_along(self.context.folder / self.file, motion.toolpath)
+        return self.rows.along(motion.toolpath)
 
     def description(self) -> str:
-        return f"table {self.file}, in the {self.axes} frame"
+        return f"table {self.rows.source.name}, in the {self.axes} frame"
 
 
-def wrenches_along(source: Path, path: Toolpath) -> Floats:
-    """(N, 6) of a table, as it gives them; 0 at rapids. Rows of a toolpath that is a table, else lines of its source.
-
-    Raises:
-        CellError: a cutting pose has no wrench; names the table and the pose.
-    """
-    index, wrench = read_table(source)
-    cutting = path.kind == CUT
-    if LANGUAGES[path.language].table:
-        return _interpolated(source, path, index, wrench)
-    at = np.searchsorted(index, path.line)
-    at = np.minimum(at, len(index) - 1)
-    missing = cutting & (index[at] != path.line)
-    if missing.any():
-        line = int(path.line[np.argmax(missing)])
-        raise CellError(f"{source}: no row with index {line}: line {line} of {path.source} cuts and needs a wrench")
-    return np.where(cutting[:, None], wrench[at], 0.0)
+def _numbers(place: str, line: str, header: list[str]) -> list[float]:
+    cells = line.split(",")
+    if len(cells) != len(header):
+        commas = "; the decimal sign is a point" if len(cells) > len(header) else ""
+        raise CellError(f"{place}: {line!r}; expected {len(header)} finite numbers{commas}")
+    values = []
+    for name, cell in zip(header, cells, strict=True):
+        try:
+            values.append(float(cell))
+        except ValueError as e:
+            raise CellError(f"{place}: column {name}: {cell.strip()!r} is not a number") from e
+        if not np.isfinite(values[-1]):
+            raise CellError(f"{place}: column {name}: {cell.strip()!r} is not a finite number")
+    return values
 
 
-def _interpolated(source: Path, path: Toolpath, index: Numbers, wrench: Floats) -> Floats:
-    cutting = path.kind == CUT
-    before, after = np.floor(path.row).astype(np.int64), np.ceil(path.row).astype(np.int64)
-    fraction = (path.row - before)[:, None]
-    at = [np.minimum(np.searchsorted(index, side), len(index) - 1) for side in (before, after)]
-    has = [index[a] == side for a, side in zip(at, (before, after), strict=True)]
-    missing = cutting & ~has[1]
-    if missing.any():
-        row = int(after[np.argmax(missing)])
-        raise CellError(f"{source}: no row with index {row}: pose {row} of {path.source} cuts and needs a wrench")
-    # the pose before a cut may be a rapid without a row: then the cut's own wrench holds from its beginning
-    first = np.where(has[0][:, None], wrench[at[0]], wrench[at[1]])
-    return np.where(cutting[:, None], (1 - fraction) * first + fraction * wrench[at[1]], 0.0)
-
-
-def read_table(source: Path) -> tuple[Numbers, Floats]:
-    """A wrench table: index (M,) ascending, wrench (M, 6) in N and N*m.
+def read_table(source: Path) -> WrenchRows:
+    """A wrench table.
 
     Raises:
         CellError: names the file, the line and the column.
     """
-    try:
-        lines = source.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as e:
-        raise CellError(f"{source}: cannot read the wrench table: {e}") from e
+    lines = decoded(str(source), file_bytes(str(source), source, CellError), CellError).splitlines()
     header = [c.strip() for c in lines[0].split(",")] if lines else []
     if sorted(header) != sorted(COLUMNS):
-        raise CellError(f"{source}:1: columns are {', '.join(header) or 'missing'}; expected {', '.join(COLUMNS)}")
+        commas = "; cells are separated by commas, the decimal sign is a point" if ";" in "".join(header) else ""
+        what = f"columns are {', '.join(header) or 'missing'}; expected {', '.join(COLUMNS)}{commas}"
+        raise CellError(f"{source}:1: {what}")
     rows = []
     for number, line in enumerate(lines[1:], start=2):
         if not line.strip():
             continue
-        cells = line.split(",")
-        try:
-            values = [float(c) for c in cells]
-        except ValueError as e:
-            raise CellError(f"{source}:{number}: {e}; expected {len(COLUMNS)} numbers") from e
-        if len(values) != len(COLUMNS) or not np.all(np.isfinite(values)):
-            raise CellError(f"{source}:{number}: {line!r}; expected {len(COLUMNS)} finite numbers")
-        rows.append(values)
+        rows.append(_numbers(f"{source}:{number}", line, header))
     if not rows:
         raise CellError(f"{source}: the table has no rows")
     table = np.array(rows)[:, [header.index(c) for c in COLUMNS]]
@@ -116,4 +146,4 @@ def read_table(source: Path) -> tuple[Numbers, Floats]:
     twice = np.flatnonzero(np.diff(index) == 0)
     if len(twice):
         raise CellError(f"{source}: index {index[twice[0]]} stands there twice")
-    return index, table[:, 1:]
+    return WrenchRows(source, index, table[:, 1:])

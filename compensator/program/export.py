@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +12,13 @@ from compensator.cell.external_axes import moved_workobject, with_external_findi
 from compensator.cell.placement import Placement
 from compensator.path.pose_text import place
 from compensator.path.tool_set import ONE_TOOL
+from compensator.program.machine_orders import orders
 from compensator.program.maker import MadeProgram, ProgramMaker
+from compensator.program.tool_changes import change_findings
 from compensator.solve.compensation import Compensation
 from compensator.solve.verify import Verified, verify
 from toolpaths.files import write_program
-from toolpaths.finding import WARNING, Finding
+from toolpaths.finding import ERROR, WARNING, Finding, refuse_errors
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
 from toolpaths.tool_frame import ToolFrame
@@ -38,8 +40,16 @@ class Export(ProgramMaker):
     language: Language
     in_place = False
 
+    def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
+        orders(toolpath, placement.program.events, placement.source)
+        given = placement.program.name
+        found = self.language.writer.name_findings(given or program.stem, program, len(toolpath))
+        wrong = [replace(f, level=ERROR) if f.place == "name" and given else f for f in found]
+        refuse_errors(str(program), [f for f in wrong if f.level == ERROR])
+
     def write(self, c: Compensation, staged: Path) -> MadeProgram:
-        program = with_external_findings(program_of(c), c.job.placement, self.source, self.language)
+        program = program_of(c, name=staged.stem)
+        program = with_external_findings(program, c.job.placement, self.source, self.language)
         written = write_program(program, staged, self.language.name)
         return MadeProgram(written.files, written.findings, c)
 
@@ -47,10 +57,11 @@ class Export(ProgramMaker):
         return verify(made.result, made.files[0], self.language.name)
 
 
-def program_of(c: Compensation, *, corrected: bool = True) -> Program:
+def program_of(c: Compensation, *, corrected: bool = True, name: str = "") -> Program:
     """The commands of a path in the work object, with everything a controller has to know.
 
     Args:
+        name: of the program, where the cell gives none.
         corrected: False writes the nominal poses, as ``preview`` shows them.
     """
     arm, placement, path, inverse = c.job.arm, c.job.placement, c.path, c.job.planner.inverse
@@ -63,13 +74,14 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
     if on_axes := moved_workobject(placement, toolpath):
         poses, nominal = poses.relative_to(on_axes), nominal.relative_to(on_axes)
     feed, findings = _feed(placement, toolpath)
+    ordered = orders(toolpath, placement.program.events, placement.source)
     return Program(
-        name=placement.program.name,
+        name=placement.program.name or name,
         position=poses.origin,
         rotation=poses.rotation,
         joints=joints,
         feed=feed,
-        findings=findings,
+        findings=(*findings, *change_findings(c, joints, ordered)),
         kind=toolpath.kind,
         tool=np.full_like(toolpath.tool, ONE_TOOL) if arm.tools.any_number else toolpath.tool,
         line=toolpath.line,
@@ -81,7 +93,8 @@ def program_of(c: Compensation, *, corrected: bool = True) -> Program:
         rapid_speed=placement.program.rapid_feed * MM_MIN,
         configuration=inverse.inverse.configuration(joints).astype(np.int32) if inverse.labelled else None,
         start_joints=placement.start,
-        comments=tuple((e.pose, e.word) for e in toolpath.events if e.pose < len(toolpath)),
+        comments=tuple((e.pose, e.word) for e in toolpath.events if e.pose < len(toolpath) or e.commands),
+        orders=ordered,
         robot=arm.robot.name,
         source=toolpath.source,
         nominal_position=nominal.origin,

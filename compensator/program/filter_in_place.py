@@ -9,14 +9,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.placement import Placement
 from compensator.program.export import program_of
 from compensator.program.filtered_program import TURNED, FilteredProgram, verify_filtered
 from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
 from compensator.solve.upright import largest_tilt, without_tilt
 from compensator.solve.verify import Verified
+from toolpaths.errors import WriteError
+from toolpaths.files import refuse_own
 from toolpaths.finding import WARNING, Finding
 from toolpaths.languages.table import Language
+from toolpaths.program_files import ProgramFiles
 from toolpaths.rotation import quaternion_from_matrix, slerp_quaternion
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.program import Program
@@ -32,14 +36,30 @@ class FilterInPlace(ProgramMaker):
     """The source itself, with other poses.
 
     Attributes:
-        file: the source.
+        source: the files of the source.
+        beside: names of those besides the main one that hold moves.
         rows: ``row`` of the poses that its reader gave.
     """
 
-    file: Path
+    source: ProgramFiles
     rows: Floats
     language: Language
+    beside: tuple[str, ...] = ()
     in_place = True
+
+    @property
+    def file(self) -> Path:
+        """The main file of the source."""
+        return self.source.main
+
+    def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
+        """Names and words of the source stay: so its other files keep their names, and its folder is refused."""
+        if self.beside and program.resolve().parent == self.file.resolve().parent:
+            shown = ", ".join(self.beside[:3]) + (" ..." if len(self.beside) > 3 else "")
+            raise WriteError(
+                f"{program}: other files of the program change, too ({shown}); they are written beside it under their "
+                "own names. Name a program in another folder"
+            )
 
     def write(self, c: Compensation, staged: Path) -> FilteredProgram:
         source = self.file.read_bytes()
@@ -48,13 +68,20 @@ class FilterInPlace(ProgramMaker):
             c, left = without_tilt(c), _left_tilted(c, self.file)
         index = needed_poses(c, self.rows)
         program, row = _taken(_as_written(c), index), c.path.toolpath.row[index]
-        rewritten = self.language.rewrite(source, program, row=row, path=self.file, machine=c.job.placement.machine)
+        rewritten = self.language.rewrite(
+            source, program, row=row, path=self.file, machine=c.job.placement.machine, others=self.source.others
+        )
         staged.write_bytes(rewritten.text)
         files = [staged]
-        for suffix, data in rewritten.beside:
-            files.append(staged.with_suffix(suffix))
+        for name, data in rewritten.beside:
+            files.append(staged.with_suffix(name) if name.startswith(".") else staged.with_name(name))
+            if files[-1] in files[:-1]:
+                raise WriteError(f"{staged.name}: a file of the program has this name, give the main one another")
             files[-1].write_bytes(data)
-        return FilteredProgram(tuple(files), (*rewritten.changes, *left), result=c, program=program, row=row)
+        found = (*rewritten.changes, *left, *_unused_events(c.job.placement, self.file))
+        return FilteredProgram(
+            tuple(files), found, result=c, program=program, row=row, language=self.language, kept=rewritten.kept
+        )
 
     def verify(self, made: MadeProgram, shown: Path) -> Verified:
         if not isinstance(made, FilteredProgram):
@@ -62,16 +89,28 @@ class FilterInPlace(ProgramMaker):
         return verify_filtered(made, shown)
 
 
-def filter_of(file: Path, source: Toolpath, language: Language) -> FilterInPlace | None:
-    """The filter for ``file``, read as ``source``; None where another language is to be written.
+def filter_of(files: ProgramFiles, source: Toolpath, language: Language) -> FilterInPlace | None:
+    """The filter for ``files``, read as ``source``; None where another language is to be written.
 
     Raises:
         WriteError: the program holds what no filter can keep; names the line.
     """
     if source.language != language.name or not language.filtered:
         return None
-    language.filter.check(file.read_bytes(), file)
-    return FilterInPlace(file, source.row, language)
+    language.filter.check(files.main.read_bytes(), files.main)
+    with_moves = [] if source.file is None else np.unique(source.file[source.file > 0]).tolist()
+    beside = [Path(source.sources[k]) for k in with_moves]
+    for path in beside:
+        refuse_own(path, language.name)
+    return FilterInPlace(files, source.row, language, tuple(path.name for path in beside))
+
+
+def _unused_events(placement: Placement, toolpath: Path) -> tuple[Finding, ...]:
+    """[program.events] is for programs that are written anew."""
+    if not placement.program.events:
+        return ()
+    what = "the file keeps its own words for the machine: [program.events] of the cell is not used"
+    return (Finding(WARNING, str(toolpath), what),)
 
 
 def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:
@@ -81,7 +120,7 @@ def _left_tilted(c: Compensation, toolpath: Path) -> tuple[Finding, ...]:
         return ()
     what = f"the deflection tilts the tool by up to {np.degrees(off):.2g} deg, which a file without tool vectors "
     remedy = "Positions are corrected; write a program in the robot's language to have the tilt corrected, too"
-    return (Finding(WARNING, f"{toolpath}:{int(c.path.toolpath.line[k])}", what + "cannot take back", remedy),)
+    return (Finding(WARNING, c.path.toolpath.where(k), what + "cannot take back", remedy),)
 
 
 def needed_poses(c: Compensation, rows: Floats) -> Index:

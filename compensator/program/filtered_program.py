@@ -15,8 +15,10 @@ from compensator.program.maker import MadeProgram
 from compensator.program.robot_program import with_joint_poses
 from compensator.solve.joint_state import equilibrium_along
 from compensator.solve.verify import PRINTED, Verified
-from toolpaths.files import read_toolpath
+from toolpaths.files import read_program
 from toolpaths.frame import Frame
+from toolpaths.languages.table import Language
+from toolpaths.program_files import ProgramFiles
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, slerp_quaternion
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.program import Program
@@ -34,10 +36,14 @@ class FilteredProgram(MadeProgram):
 
     Attributes:
         program: the poses that were written. row: (M,) theirs, in the rows of the source.
+        language: what it is written in.
+        kept: files of the source that did not have to be written.
     """
 
     program: Program
     row: Floats
+    language: Language
+    kept: tuple[Path, ...] = ()
 
 
 def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
@@ -51,7 +57,8 @@ def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
     """
     c = done.result
     chord = FINER * c.job.placement.sampling.chord * 1e-3
-    read = read_toolpath(done.files[0], chord=chord, machine=c.job.placement.machine, shown=str(names))
+    files = ProgramFiles(done.files[0], (*done.files[1:], *done.kept) or None, done.language)
+    read = read_program(files, chord=chord, machine=c.job.placement.machine, shown=str(names))
     read = with_joint_poses(c.job.placement, c.job.arm.robot, in_frame(read, c.path.toolpath.setting))
     row, pose = _aligned(done, read)
     toolpath, cut = c.path.toolpath, c.cutting
@@ -60,7 +67,7 @@ def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
         printed = on_axes.then(printed)
     rows = np.flatnonzero(cut)
     tcp, some = c.job.placement.workobject.then(printed).take(rows), toolpath.take(rows)
-    batch = c.job.planner.inverse.along(some, tcp, c.path.branch, c.command.q[rows])
+    batch = c.job.planner.inverse.along(some, tcp, c.path.branch[rows], c.command.q[rows])
     if not batch.ok.all():
         k = int(np.argmin(batch.ok))
         raise SolveError(f"{place(some, k)}: the written pose has no joint angles: {batch.why(k)}")

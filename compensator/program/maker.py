@@ -6,9 +6,14 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 
+from compensator.cell.job import Job
+from compensator.cell.placement import Placement
+from compensator.errors import CellError
 from compensator.solve.compensation import Compensation
 from compensator.solve.verify import Verified
+from stiffness.robot.tips import MAKERS
 from toolpaths.finding import Finding
+from toolpaths.toolpath import Toolpath
 
 
 @dataclass(frozen=True, repr=False)
@@ -29,6 +34,21 @@ class MadeProgram:
         return f"{type(self).__name__}({self.files[0].name}, {len(self.findings)} findings)"
 
 
+def refuse_study_frame(job: Job) -> None:
+    """Refuse to make a program for a tip that no controller has as its flange.
+
+    Raises:
+        CellError: names the tip, and the one to take.
+    """
+    robot = job.arm.robot
+    if robot.tip_why:
+        raise CellError(
+            f"{job.placement.source}: tip = {robot.tip!r} of {robot.name}: {robot.tip_why}. No program is made for it: "
+            "its tools would be off by the difference. Measure them from the maker's flange and take "
+            f"tip = \"{MAKERS}\", or preview"
+        )
+
+
 class ProgramMaker(ABC):
     """A way to write a compensation.
 
@@ -38,6 +58,18 @@ class ProgramMaker(ABC):
     """
 
     in_place: bool
+
+    @abstractmethod
+    def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
+        """Refuse what can be known to be wrong before anything is solved: names, places, lines of [program.events].
+
+        Args:
+            toolpath: with the poses that are known so far.
+            program: where the program goes.
+
+        Raises:
+            WriteError, CellError: names what is wrong and what the language takes.
+        """
 
     @abstractmethod
     def write(self, c: Compensation, staged: Path) -> MadeProgram:

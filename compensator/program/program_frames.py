@@ -31,7 +31,7 @@ def with_program_frames(cell: Cell, toolpath: Toolpath, setting: Setting) -> Cel
 
 
 def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectTable:
-    given = "workobject" in cell.model_fields_set
+    given = cell.workobject.xyz is not None
     frame = setting.workobject
     if frame is None:
         if not given:
@@ -41,12 +41,21 @@ def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectT
         what = f"{cell.source}: [workobject] is not the work object of {toolpath.source}"
         _refuse_other(what, cell.workobject.frame(), frame)
     rpy = np.degrees(rpy_from_matrix(frame.rotation))
-    return WorkObjectTable.model_construct(xyz=_three(frame.origin * 1e3), rpy=_three(rpy))
+    origin, touched = _three(frame.origin * 1e3), cell.workobject.touched_off
+    return WorkObjectTable.model_construct(xyz=origin, rpy=_three(rpy), touched_off=touched)
 
 
 def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[int, ToolTable]:
     """[tools.N] by the numbers of the toolpath."""
-    numbers = np.unique(toolpath.tool[toolpath.kind == CUT]).tolist()
+    cuts = np.flatnonzero(toolpath.kind == CUT)
+    numbers = np.unique(toolpath.tool[cuts]).tolist()
+    named = [number for number in numbers if number not in setting.tools]
+    if cell.tool is not None and len(numbers) > 1 and named:
+        k = int(cuts[np.argmax(toolpath.tool[cuts] == named[0])])
+        raise CellError(
+            f"{toolpath.where(k)}: a cut with tool {named[0]}, whose frame is not in the program, "
+            f"beside {len(numbers) - 1} others, and [tool] of {cell.source} is one tool: give [tools.{named[0]}]"
+        )
     return {number: _tool(cell, toolpath, number, setting.tools.get(number)) for number in numbers}
 
 

@@ -13,6 +13,8 @@ from compensator.cell.external_axes import as_programmed, external_notes, seen_f
 from compensator.cell.job import Job, job_of
 from compensator.cell.placement import Placement, placement_of
 from compensator.errors import CellError
+from compensator.path.plausible_path import path_doubts
+from compensator.path.rapid_checks import rapid_findings
 from compensator.path.tcp_inverse import TcpInverse
 from compensator.program.program_frames import with_program_frames
 from stiffness.kinematics.spherical import SphericalInverse
@@ -23,15 +25,18 @@ from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matr
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
 
 Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 
 JOINT_STEP = np.radians(10.0)  # poses along a joint move are at most so far apart
 
 
-def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
+def job_for(cell: Cell, toolpath: Toolpath, *, with_rapids: bool = False) -> tuple[Job, Toolpath]:
     """The job with the program's tool and work object, and its path with the poses that cutting needs.
 
-    Of the rapids only those remain that a cut starts from, reached by a joint move: where the others lead (home,
-    often singular) does not matter to the cut.
+    Args:
+        with_rapids: for a program that is written anew: all moves between the first cut and the last are followed,
+            and the retract behind it. Else, of the rapids, only those that a cut starts from, reached by a joint move:
+            where the others lead (home, often singular) does not matter to the cut.
 
     Raises:
         CellError: cell and program contradict each other, or neither has what is needed.
@@ -39,14 +44,18 @@ def job_for(cell: Cell, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     setting = toolpath.setting
     if setting is None:
         placement = placement_of(cell)
-        return job_of(load_arm(cell), placement), toolpath
+        found = (*rapid_findings(toolpath), *path_doubts(toolpath))
+        return job_of(load_arm(cell), placement, found), toolpath
     placement = placement_of(with_program_frames(cell, toolpath, setting))
     arm = load_arm(cell)
-    path = _needed(seen_from_base(placement, with_joint_poses(placement, arm.robot, toolpath)))
+    toolpath = _under_tools_of_cuts(placement, toolpath, setting, with_rapids=with_rapids)
+    path = seen_from_base(placement, with_joint_poses(placement, arm.robot, toolpath))
+    path = path.take(np.flatnonzero(_needed(path, setting, with_rapids=with_rapids)))
     if placement.start is None and len(path):
         placement = replace(placement, start=_start(arm, placement, path, setting))
-    job = job_of(arm, placement, external_notes(placement.external, toolpath))
-    return job, _with_joint_moves(arm, placement, path, setting)
+    path = _with_joint_moves(arm, placement, path, setting)
+    found = (*(rapid_findings(path) if with_rapids else ()), *path_doubts(path))
+    return job_of(arm, placement, (*external_notes(placement.external, toolpath), *found)), path
 
 
 def with_joint_poses(placement: Placement, robot: Robot, toolpath: Toolpath) -> Toolpath:
@@ -65,7 +74,7 @@ def _with_positions(placement: Placement, robot: Robot, toolpath: Toolpath, sett
     for row, q in setting.joints.items():
         k = index[float(row)]
         if len(q) != robot.n:
-            raise CellError(f"{toolpath.source}:{toolpath.line[k]}: {len(q)} joint angles, {robot.name} has {robot.n}")
+            raise CellError(f"{toolpath.where(k)}: {len(q)} joint angles, {robot.name} has {robot.n}")
         position[k], quaternion[k] = _tcp(placement, robot, q, int(toolpath.tool[k]))
     return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
 
@@ -78,16 +87,45 @@ def _tcp(placement: Placement, robot: Robot, q: Floats, number: int) -> tuple[Fl
     return tcp.origin, quaternion_from_matrix(tcp.rotation)
 
 
-def _needed(path: Toolpath) -> Toolpath:
-    """The cuts, and of the rapids those that a cut starts from, with the tool of that cut."""
+def _needed(path: Toolpath, setting: Setting, *, with_rapids: bool) -> Bools:
+    """(N,) the cuts, and the rapids that ``job_for`` follows."""
     cut = path.kind == CUT
-    before = np.concatenate([cut[1:], [False]])
-    rows = np.flatnonzero(cut | before)
-    out = path.take(rows)
-    tool = out.tool.copy()
-    rapid = np.flatnonzero(out.kind != CUT)
-    tool[rapid] = tool[np.minimum(rapid + 1, len(tool) - 1)]
-    return replace(out, tool=tool)
+    needed: Bools = cut | np.concatenate([cut[1:], [False]])
+    if with_rapids and cut.any():
+        first, last = int(np.argmax(needed)), int(np.flatnonzero(cut)[-1])
+        needed[first:last] = True
+        behind = last + 1  # the retract; joint angles there are a home position
+        needed[behind : behind + 1] = behind < len(path) and round(float(path.row[behind])) not in setting.joints
+    return needed
+
+
+def _under_tools_of_cuts(placement: Placement, path: Toolpath, setting: Setting, *, with_rapids: bool) -> Toolpath:
+    """The flange stays where it is at every rapid that is needed, its pose is that of the tool of the next cut.
+
+    Raises:
+        CellError: the frame of a tool that only rapids use is nowhere.
+    """
+    cuts = np.flatnonzero(path.kind == CUT)
+    if not len(cuts) or path.quaternion is None:
+        return path
+    cut = cuts[np.minimum(np.searchsorted(cuts, np.arange(len(path))), len(cuts) - 1)]
+    tool = path.tool[cut]
+    moved = (tool != path.tool) & _needed(path, setting, with_rapids=with_rapids)
+    position, quaternion = path.position.copy(), path.quaternion.copy()
+    posed = moved & np.isfinite(path.quaternion[:, 0])
+    for old, new in {*zip(path.tool[posed].tolist(), tool[posed].tolist(), strict=True)}:
+        rows = np.flatnonzero(posed & (path.tool == old) & (tool == new))
+        if old not in setting.tools:
+            raise CellError(
+                f"{path.where(rows[0])}: a move under tool {old}, whose frame is not in the program: put "
+                f"it there, or move under that of the cuts (tool {new})"
+            )
+        mounted = placement.tools.tool(new)
+        flange = Frame(matrix_from_unit_quaternion(quaternion[rows]), position[rows])
+        flange = flange.then(setting.tools[old].frame.inverse())
+        pose = flange.then(Frame(mounted.rotation, mounted.position))
+        position[rows], quaternion[rows] = pose.origin, quaternion_from_matrix(pose.rotation)
+    return replace(path, tool=tool, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
 
 
 def _start(arm: Arm, placement: Placement, path: Toolpath, setting: Setting) -> Floats | None:
@@ -111,7 +149,7 @@ def _start(arm: Arm, placement: Placement, path: Toolpath, setting: Setting) -> 
         i = int(outside[0])
         low, angle, high = np.degrees([robot.lower[i], joints[i], robot.upper[i]])
         raise CellError(
-            f"{path.source}:{path.line[0]}: joint {i + 1} at {angle:.3f} deg is outside the limits {low:.3f} ... "
+            f"{path.where(0)}: joint {i + 1} at {angle:.3f} deg is outside the limits {low:.3f} ... "
             f"{high:.3f} deg of {robot.name}: is this program for another robot than that of {placement.source}?"
         )
     return joints
@@ -126,10 +164,15 @@ def _postures(arm: Arm, placement: Placement, pose: Toolpath) -> list[tuple[int,
 
 
 def _with_joint_moves(arm: Arm, placement: Placement, path: Toolpath, setting: Setting) -> Toolpath:
-    """Poses along the joint moves between two cuts."""
+    """Poses along the joint moves between two poses."""
     if path.quaternion is None:
         return path
-    rapid = [k for k in np.flatnonzero(path.kind != CUT).tolist() if k > 0]
+    # where rapids are left out between, the way to the next is that of a joint move
+    whole = np.concatenate([[False], np.diff(path.row) <= 1.0 + 1e-9])
+    straight = np.zeros(len(path), dtype=np.bool_)
+    if setting.straight is not None:
+        straight = whole & setting.straight[np.ceil(path.row - 1e-9).astype(np.intp)]
+    rapid = [k for k in np.flatnonzero((path.kind != CUT) & ~straight).tolist() if k > 0]
     end, row, position, orientation = [], [], [], []
     for k in rapid:
         angles = _joint_move(arm, placement, path, k, joints=setting.joints.get(round(float(path.row[k]))))

@@ -25,7 +25,7 @@ def refuse_unsafe(c: Compensation) -> None:
             f"({int(np.sum(~(size <= bound)))} poses; TCP {mm(toolpath.position[k])} mm in the work object). Check the "
             "wrench, the stiffness and their units; gravity = 'uncompensated' adds the whole sag of the arm"
         )
-    c.job.planner.bounds.check(toolpath, c.command.q, "commanded")
+    c.job.planner.check(toolpath, c.command.q, "commanded")
     inverse = c.job.planner.inverse
     if inverse.labelled:
         branch = inverse.inverse.configuration(c.command.q)
@@ -34,7 +34,8 @@ def refuse_unsafe(c: Compensation) -> None:
             k = int(np.argmax(other))
             raise SolveError(
                 f"{place(toolpath, k)}: the corrected command lies in another arm configuration (ABB cfx {branch[k]}, "
-                f"path {c.path.branch}): too near the border between two; move [workobject] or choose another [start]"
+                f"path {c.path.branch[k]}): too near the border between two; move [workobject] or choose another "
+                "[start]"
             )
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.external_axes import workobject_along
 from compensator.cell.job import Job
 from compensator.errors import SolveError
 from compensator.path.planned_path import PlannedPath
@@ -21,6 +22,7 @@ from compensator.solve.compensation import Compensation
 from compensator.solve.flank_poses import with_flank_poses
 from compensator.solve.joint_state import equilibrium_along
 from compensator.solve.rapid_fade import faded_targets, held_targets
+from compensator.solve.touching_off import touched_off
 from stiffness.statics.prediction import Command, Prediction, StartValues
 from toolpaths.finding import ERROR, merged
 from toolpaths.toolpath import CUT
@@ -38,20 +40,23 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    first = result = _solved(job, path, _load(job, path), rapids_stay=rapids_stay)
+    job, load = touched_off(job, path), _load(job, path)
+    first = result = _solved(job, path, load, rapids_stay=rapids_stay)
     finer = with_flank_poses(result)
     if finer is not None:
         near = _carried_over(first, finer)
         result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=near)
     refuse_unsafe(result)
-    nominal = result.path
-    before, _ = equilibrium_along(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
-    return replace(result, before=before, inserted=len(result) - len(first))
+    plain, nominal = uncompensated(job, path, load), result.path
+    before = plain.before
+    if finer is not None:
+        before, _ = equilibrium_along(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
+    return replace(result, before=before, inserted=len(result) - len(first), plain=plain)
 
 
-def uncompensated(job: Job, path: PlannedPath) -> Compensation:
-    """The nominal path commanded as it is: what ``preview`` shows."""
-    load = _load(job, path)
+def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:
+    """The nominal path commanded as it is: what ``preview`` shows; ``load``: of the process, where it is known."""
+    job, load = touched_off(job, path), _load(job, path) if load is None else load
     before, state = equilibrium_along(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
     still = Command(
         q=path.q,
@@ -75,7 +80,8 @@ def _load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> Pr
     Raises:
         SolveError: the process found an error; all that it found is listed.
     """
-    process, motion = job.placement.process, ToolMotion(path.toolpath, job.placement.workobject, path.tcp)
+    work = workobject_along(job.placement, path.toolpath)
+    process, motion = job.placement.process, ToolMotion(path.toolpath, work, path.tcp)
     load = process.load(motion) if coarse is None else process.load_between(motion, coarse.path.toolpath, coarse.load)
     found = merged(load.findings)
     if any(f.level == ERROR for f in found):

@@ -32,6 +32,7 @@ class Compensation:
         before: the equilibrium when the nominal poses are commanded.
         iterations: rounds until state and correction agreed.
         inserted: poses that flank changes needed.
+        plain: the path without poses put in and without a correction, as ``preview`` has it; None: this is it.
     """
 
     job: Job
@@ -43,12 +44,23 @@ class Compensation:
     before: Prediction
     iterations: int
     inserted: int
+    plain: Compensation | None = None
 
     def __len__(self) -> int:
         return len(self.path)
 
     def __repr__(self) -> str:
         return f"Compensation({self.path.toolpath.source!r}, {len(self)} poses, {self.iterations} rounds)"
+
+    @property
+    def is_corrected(self) -> bool:
+        """False for what ``preview`` shows: no round of the solve was run."""
+        return self.iterations > 0
+
+    @property
+    def uncompensated(self) -> Compensation:
+        """The path as it was given, uncompensated: its figures are the same whatever is done about them."""
+        return self.plain or self
 
     @property
     def wrench(self) -> Floats:

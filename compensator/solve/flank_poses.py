@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.equipped_arm import EquippedArm
+from compensator.cell.external_axes import workobject_along
 from compensator.path.added_poses import rows_between, with_poses_between
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ToolMotion
@@ -117,7 +118,7 @@ def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadSta
     segment = np.repeat(intervals.segment, PARTS + 1)[order]
     fine, rows = with_poses_between(c.path.toolpath, segment, inner), rows_between(segment)
     path = planner.part(c.path, fine, rows)
-    motion = ToolMotion(fine, placement.workobject, planner.tcp(c.path, fine))
+    motion = ToolMotion(fine, workobject_along(placement, fine), planner.tcp(c.path, fine))
     wrench = placement.process.load_between(motion, c.path.toolpath, c.load).wrench[rows]
     begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
     wrench[begin] = c.wrench[segment[begin]]  # may be a rapid, without load

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from compensator.cell.external_axes import moved_workobject
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
-from compensator.errors import CellError
+from compensator.errors import CellError, PathError
 from compensator.path.added_poses import with_poses_before_corners
+from compensator.path.failure_hints import failure_hints
 from compensator.path.planned_path import PlannedPath
 from toolpaths.resample import resample
 from toolpaths.toolpath import CUT, Toolpath
@@ -19,7 +23,11 @@ def planned(job: Job, toolpath: Toolpath) -> PlannedPath:
     Raises:
         CellError, PathError, ToolpathError: a tool is missing, nothing cuts, or the arm cannot follow; names the pose.
     """
-    return job.planner.plan(sampled(job.placement, toolpath))
+    path = sampled(job.placement, toolpath)
+    try:
+        return job.planner.plan(path)
+    except PathError as e:
+        raise PathError(f"{e}{failure_hints(job.planner, path, job.placement.conditions.gravity)}") from e
 
 
 def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
@@ -28,25 +36,48 @@ def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
     Raises:
         CellError, ToolpathError: a tool is missing, nothing cuts, or there are too many poses.
     """
-    _refuse_missing_tools(placement, toolpath)
     _refuse_without_cuts(toolpath)
+    _refuse_missing_tools(placement, toolpath)
     s = placement.sampling
-    dense = resample(toolpath, spacing=s.spacing / 1e3, angle=np.radians(s.angle))
-    return with_poses_before_corners(dense) if placement.process.axes == "path" else dense
+    dense = resample(_under_declared_tools(placement, toolpath), spacing=s.spacing / 1e3, angle=np.radians(s.angle))
+    if placement.process.axes != "path":
+        return dense
+    moved = moved_workobject(placement, dense)
+    return with_poses_before_corners(dense, None if moved is None else moved.inward(dense.position))
 
 
 def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:
-    """Refuse a tool call without a [tools.N]."""
-    tools = placement.tools
-    missing = ~np.isin(toolpath.tool, list(tools.by_number))
-    if missing.any() and not tools.any_number:
-        k = int(np.argmax(missing))
-        number = int(toolpath.tool[k])
-        what = f"tool {number} is called" if number else "moves before any tool call"
+    """Refuse a tool that cuts without a [tools.N], and several that cut with one [tool]."""
+    tools, cuts = placement.tools, np.flatnonzero(toolpath.kind == CUT)
+    used = toolpath.tool[cuts]
+    if tools.any_number and (used != used[0]).any():
+        k = int(cuts[np.argmax(used != used[0])])
+        numbers = sorted({int(number) for number in used})
         raise CellError(
-            f"{toolpath.source}:{toolpath.line[k]}: {what}, but {placement.source} has [tools.N] for "
+            f"{toolpath.where(k)}: a cut with tool {toolpath.tool[k]} after cuts with tool {used[0]} "
+            f"({toolpath.line_words(int(cuts[0]))}), and [tool] of {placement.source} is one tool: give "
+            f"{', '.join(f'[tools.{number}]' for number in numbers)} in its place"
+        )
+    missing = ~np.isin(used, list(tools.by_number))
+    if missing.any() and not tools.any_number:
+        k = int(cuts[np.argmax(missing)])
+        number = int(toolpath.tool[k])
+        what = f"tool {number} cuts" if number else "a cut before any tool call"
+        raise CellError(
+            f"{toolpath.where(k)}: {what}, but {placement.source} has [tools.N] for "
             f"{', '.join(map(str, sorted(tools.by_number)))} only"
         )
+
+
+def _under_declared_tools(placement: Placement, toolpath: Toolpath) -> Toolpath:
+    """Rapids with a tool that nobody declared, as before the first call, have that of the next pose that has one."""
+    tools = placement.tools
+    strange = ~np.isin(toolpath.tool, list(tools.by_number))
+    if tools.any_number or not strange.any():
+        return toolpath
+    known = np.flatnonzero(~strange)
+    following = known[np.minimum(np.searchsorted(known, np.arange(len(toolpath))), len(known) - 1)]
+    return replace(toolpath, tool=toolpath.tool[np.where(strange, following, np.arange(len(toolpath)))])
 
 
 def _refuse_without_cuts(toolpath: Toolpath) -> None:

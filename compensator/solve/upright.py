@@ -35,7 +35,7 @@ def without_tilt(c: Compensation) -> Compensation:
     last = np.zeros_like(position)
     best: tuple[float, Floats, Floats] | None = None
     for _ in range(ROUNDS):
-        batch = job.planner.inverse.along(some, Frame(rotation, position), c.path.branch, c.command.q[rows])
+        batch = job.planner.inverse.along(some, Frame(rotation, position), c.path.branch[rows], c.command.q[rows])
         if not batch.ok.all():
             bad = int(np.argmin(batch.ok))
             raise SolveError(f"{place(some, bad)}: the pose without its tilt has no joint angles: {batch.why(bad)}")

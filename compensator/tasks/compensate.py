@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,17 +15,22 @@ from compensator.cell.cell_file import load_cell
 from compensator.cell.job import Job
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
+from compensator.program.maker import refuse_study_frame
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
 from compensator.report.json.text import as_json
+from compensator.solve.assessment import Assessment, assessed
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
-from compensator.solve.unlearned_angles import OpenAngles, open_angles
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import UNNAMED, Outputs
+from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
-from toolpaths.files import language_of, read_toolpath, refuse_own, write_program
+from compensator.tasks.strict import refuse_warnings
+from toolpaths.files import language_of, read_program, refuse_own, write_program
 from toolpaths.finding import Finding
+from toolpaths.languages.table import Language
+from toolpaths.program_files import ProgramFiles, program_files
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -32,12 +38,21 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False)
 class Done:
-    """What a task made: the result, its JSON report, the files, and what every stage found."""
+    """What a task made: the result as it is judged, its JSON report, and the files."""
 
-    result: Compensation
+    judged: Assessment
     report: dict[str, Any]
     files: tuple[Path, ...]
-    findings: tuple[Finding, ...]
+
+    @property
+    def result(self) -> Compensation:
+        """The commands."""
+        return self.judged.result
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What every stage found, the worst level first."""
+        return self.judged.findings
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,55 +69,76 @@ class RunInput:
     source: Toolpath
 
 
+@writes("program", "report", "json")
 def compensate_file(
-    toolpath: Path,
+    toolpath: Path | Sequence[Path],
     cell: Path,
     program: Path,
     *,
     language: str | None = None,
+    read_as: str | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Done:
     """The main job: a CAM file in, a compensated robot program out.
+
+    Args:
+        toolpath: the file; several, or their folder, where a robot program is made of several.
+        cell: cell file.
+        program: to be written.
+        language: of the program, where its suffix does not tell it.
+        read_as: language of the toolpath, where its suffix does not tell it.
+        report: HTML.
+        json: summary.
+        say: what is being done.
 
     Raises:
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    written_in = language_of(program, language, like=toolpath)
-    refuse_clashes((toolpath, cell), (program, report, json))
-    refuse_own(toolpath)
-    given = read_input(toolpath, cell, say)
-    maker = filter_of(toolpath, given.source, written_in) or Export(given.source, written_in)
+    read_from = _files(toolpath, read_as)
+    written_in = language_of(program, language, like=read_from)
+    for file in read_from.paths:
+        refuse_own(file, read_as)
+    given = read_input(read_from, cell, say, written_in=written_in)
+    refuse_study_frame(given.job)
+    maker = filter_of(read_from, given.source, written_in) or Export(given.source, written_in)
+    named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
+    maker.check(given.job.placement, given.path, named)
     say("solving")
     path = planned(given.job, given.path)
+    maker.check(given.job.placement, path.toolpath, named)
     result = compensate(given.job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
-        with outputs.writing(program) as staged:
+        with outputs.writing(program, written_in.writes) as staged:
             made = maker.write(result, staged)
             say("verifying the written program")
             checked = maker.verify(made, program)
-        for file in made.files:
-            outputs.add(file, program.parent / file.name)
-        found = open_angles(made.result, made.result.command.q)
-        numbers = path_report(made.result, checked.error, found, seconds=time.monotonic() - began)
+        programs = outputs.add(made.files[0], program, made.files[1:])
+        judged = assessed(made.result, made.findings)
+        numbers = path_report(judged, checked.error, seconds=time.monotonic() - began)
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
+        refuse_warnings(numbers, strict)
         _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
         outputs.commit()
-    files = (*(program.parent / f.name for f in made.files), *(f for f in (report, json) if f))
-    return Done(made.result, numbers, files, _findings(made.result, made.findings, found))
+    files = (*programs, *(f for f in (report, json) if f))
+    return Done(judged, numbers, files)
 
 
+@writes("csv", "report", "json")
 def preview_file(
-    toolpath: Path,
+    toolpath: Path | Sequence[Path],
     cell: Path,
     *,
+    read_as: str | None = None,
     csv: Path | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Done:
     """The deflection per pose when the nominal path is commanded.
@@ -111,42 +147,46 @@ def preview_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    refuse_clashes((toolpath, cell), (csv, report, json))
-    given = read_input(toolpath, cell, say)
+    given = read_input(_files(toolpath, read_as), cell, say)
     say("predicting")
     path = planned(given.job, given.path)
     result = uncompensated(given.job, path)
-    found = open_angles(result, path.q)
     error = np.linalg.norm(result.error_before, axis=1)
-    numbers = path_report(result, error, found, seconds=time.monotonic() - began, corrected=False)
     with Outputs() as outputs:
+        written: tuple[Finding, ...] = ()
         if csv:
-            with outputs.writing(csv) as staged:
-                written = write_program(program_of(result, corrected=False), staged, "csv")
-            for file in written.files:
-                outputs.add(file, csv.parent / file.name)
+            with outputs.writing(csv, ".csv") as staged:
+                made = write_program(program_of(result, corrected=False), staged, "csv")
+            outputs.add(made.files[0], csv)
+            written = made.findings
+        judged = assessed(result, written, corrected=False)
+        numbers = path_report(judged, error, seconds=time.monotonic() - began, corrected=False)
+        refuse_warnings(numbers, strict)
         _write_reports(outputs, result, numbers, report=report, json=json, after=None, say=say)
         outputs.commit()
-    return Done(result, numbers, tuple(f for f in (csv, report, json) if f), _findings(result, (), found))
+    return Done(judged, numbers, tuple(f for f in (csv, report, json) if f))
 
 
-def read_input(toolpath: Path, cell: Path, say: Say = quiet) -> RunInput:
+def _files(toolpath: Path | Sequence[Path], read_as: str | None) -> ProgramFiles:
+    return program_files([toolpath] if isinstance(toolpath, Path) else toolpath, read_as)
+
+
+def read_input(files: ProgramFiles, cell: Path, say: Say = quiet, *, written_in: Language | None = None) -> RunInput:
     """Cell and toolpath from their files, and the job that they make.
+
+    Args:
+        written_in: the language of the program that the poses are for; None: for none.
 
     Raises:
         ToolpathError, StiffnessError, CompensatorError: one of them is refused, or they do not fit each other.
     """
     say("reading the cell")
     table = load_cell(cell)
-    say(f"reading {toolpath.name}")
-    source = read_toolpath(toolpath, chord=table.sampling.chord / 1e3, machine=table.posted_for())
-    job, path = job_for(table, source)
+    say(f"reading {files.main.name}")
+    source = read_program(files, chord=table.sampling.chord / 1e3, machine=table.posted_for())
+    in_place = written_in is None or (written_in.filtered and written_in.name == source.language)
+    job, path = job_for(table, source, with_rapids=not in_place)
     return RunInput(job, path, with_joint_poses(job.placement, job.arm.robot, source))
-
-
-def _findings(result: Compensation, written: tuple[Finding, ...], found: OpenAngles) -> tuple[Finding, ...]:
-    """What every stage found, warnings first."""
-    return (*result.load.findings, *written, *result.job.notes, *found.findings)
 
 
 def _change(finding: Finding) -> dict[str, object]:

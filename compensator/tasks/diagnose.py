@@ -10,10 +10,11 @@ from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.text import as_json
-from compensator.tasks.outputs import refuse_clashes
 from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
@@ -31,6 +32,7 @@ class Diagnosed:
     warnings: tuple[str, ...] = ()
 
 
+@writes("output", "json", "html")
 def diagnose_files(
     sessions: Sequence[Path],
     model: Path,
@@ -38,6 +40,7 @@ def diagnose_files(
     *,
     json: Path | None = None,
     html: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Diagnosed:
     """Sessions and a model in, a verdict and a refined model out.
@@ -52,18 +55,18 @@ def diagnose_files(
     say("reading the sessions")
     loaded = [load_session(path) for path in sessions]
     known = load_model(model, loaded[0].robot.n)
-    refuse_clashes([model, *sessions, *(Path(s.samples_file) for s in loaded)], [output, json, html])
     for session in loaded:
         refuse_other_robot(session, known)
     found = diagnose(loaded, known, say)
     report = diagnosis_report(found)
+    refuse_warnings(report, strict)
     texts: list[tuple[Path, str]] = []
     if output:
         texts.append((output, refined_text(found, known, loaded, output)))
     if json:
         texts.append((json, as_json(report)))
     say("writing" if html is None else "writing, and drawing the report")
-    warnings = write_with_page(texts, html, lambda warn: _page(found, known, report, warn))
+    warnings = write_with_page(texts, html, lambda warn: _page(found, known, report, warn), strict=strict)
     files = (*(target for target, _ in texts), *([html] if html else []))
     return Diagnosed(found, report, files, warnings)
 

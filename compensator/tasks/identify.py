@@ -15,8 +15,10 @@ from compensator.report.json.text import as_json
 from compensator.solve.unlearned_angles import AngleUncertainty, NotLearned
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.page_last import write_with_page
-from compensator.tasks.robot_reference import robot_beside
+from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import Evaluation, evaluate, shown_effects
@@ -38,6 +40,7 @@ class Identified:
     warnings: tuple[str, ...] = ()
 
 
+@writes("output", "json", "html")
 def identify_files(
     sessions: Sequence[Path],
     output: Path,
@@ -47,6 +50,7 @@ def identify_files(
     prior: Path | None = None,
     json: Path | None = None,
     html: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Identified:
     """Sessions in, a model file out.
@@ -61,15 +65,18 @@ def identify_files(
     if method == "local" and html is not None:
         raise StiffnessError("--report shows a global fit; --method local has none: read the notes in --json instead")
     if method == "local":
-        return _identify_local(loaded, output, json)
+        return _identify_local(loaded, output, json)  # it finds nothing that could refuse
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
+    if known is not None:
+        refuse_other_robot(loaded[0], known)
     say("fitting")
     fit = identify(loaded, effects, known)
     report = fit_report(fit)
+    refuse_warnings(report, strict)
     robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
     model = fit.model(robot, _provenance(fit, prior))
     texts = [(output, model_text(model)), *([(json, as_json(report))] if json else [])]
-    warnings = write_with_page(texts, html, lambda warn: _page(fit, report, warn))
+    warnings = write_with_page(texts, html, lambda warn: _page(fit, report, warn), strict=strict)
     return Identified(fit, report, tuple(p for p in (output, json, html) if p), warnings)
 
 
@@ -89,8 +96,15 @@ def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) 
     return Identified(fit, report, tuple(path for path, _ in texts))
 
 
+@writes("json")
 def evaluate_file(
-    session: Path, model: Path, *, register: int | None = None, json: Path | None = None, say: Say = quiet
+    session: Path,
+    model: Path,
+    *,
+    register: int | None = None,
+    json: Path | None = None,
+    strict: bool = False,
+    say: Say = quiet,
 ) -> tuple[Evaluation, dict[str, Any]]:
     """How well a model predicts a session.
 
@@ -100,10 +114,12 @@ def evaluate_file(
     say("reading the session")
     loaded = load_session(session)
     values = load_model(model, loaded.robot.n)
+    refuse_other_robot(loaded, values)
     _same_kind(loaded, values.gravity, values.source)
     say("predicting")
     result = evaluate(loaded, values, register)
     report = evaluation_report(result, _not_learned(loaded, values))
+    refuse_warnings(report, strict)
     if json:
         with Outputs() as outputs:
             outputs.text(json, as_json(report))

@@ -8,18 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from compensator.errors import CompensatorError
+from compensator.report.json.findings import findings_report, notes
 from compensator.report.json.made_model import clamped_report, datasheet_report
 from compensator.report.json.text import as_json
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import Outputs
 from compensator.tasks.robot_reference import robot_beside
+from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
-from stiffness.model.clamped import ABOVE, SCALE_SD, clamped_model, fit_clamped
+from stiffness.model.clamped import ABOVE, SCALE_SD, JointFit, clamped_model, fit_clamped
 from stiffness.model.clamped_readings import read_clamped
 from stiffness.model.datasheet import datasheet_model
 from stiffness.model.model import ComplianceModel, model_text
-from stiffness.robot.load import builtin_robots, load_robot
-from stiffness.robot.robot import Robot
+from stiffness.robot.load import load_robot
+from toolpaths.finding import WARNING, Finding
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,6 +34,7 @@ class Made:
     files: tuple[Path, ...]
 
 
+@writes("model", "json")
 def clamped_file(
     readings: Path,
     robot: str,
@@ -39,6 +43,7 @@ def clamped_file(
     above: float = ABOVE,
     scale_sd: float = SCALE_SD,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Made:
     """Motor torque against motor angle with the end-effector locked, to a model.
@@ -46,9 +51,10 @@ def clamped_file(
     Raises:
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
-    arm = _robot(robot, (readings,), (model, json))
+    arm = load_robot(robot)
     say(f"reading {readings.name}")
     read = read_clamped(readings, arm)
+    _refuse_other_suffix(model)
     fits = fit_clamped(read, above=above, scale_sd=scale_sd)
     provenance: dict[str, object] = {
         "source": readings.name,
@@ -61,28 +67,45 @@ def clamped_file(
         "software": f"toolpath-compensator {version()}",
     }
     made = clamped_model(arm, robot_beside(Path(), robot, model), fits, provenance)
-    return _write(made, model, clamped_report(made, fits, arm.n), json)
+    report = clamped_report(made, fits, arm.n)
+    report["findings"] = findings_report(_friction_findings(fits, readings))
+    refuse_warnings(report, strict)
+    return _write(made, model, report, json)
 
 
-def datasheet_file(robot: str, model: Path, *, json: Path | None = None, say: Say = quiet) -> Made:
+@writes("model", "json")
+def datasheet_file(
+    robot: str, model: Path, *, json: Path | None = None, strict: bool = False, say: Say = quiet
+) -> Made:
     """Reducer data of a robot file to a starting model.
 
     Raises:
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
-    arm = _robot(robot, (), (model, json))
+    arm = load_robot(robot)
+    _refuse_other_suffix(model)
     say(f"reducers of {arm.name}")
     made = datasheet_model(arm, robot_beside(Path(), robot, model))
-    return _write(made, model, datasheet_report(made), json)
+    report = datasheet_report(made)
+    report["findings"] = findings_report(notes("model", arm.name, arm.assumptions))
+    refuse_warnings(report, strict)
+    return _write(made, model, report, json)
 
 
-def _robot(robot: str, inputs: tuple[Path, ...], outputs: tuple[Path | None, ...]) -> Robot:
-    files = inputs if robot in builtin_robots() else (*inputs, Path(robot))
-    refuse_clashes(files, outputs)
-    target = outputs[0]
-    if target is not None and target.suffix != ".toml":
-        raise CompensatorError(f"{target}: a model file ends in .toml")
-    return load_robot(robot)
+def _friction_findings(fits: tuple[JointFit, ...], readings: Path) -> list[Finding]:
+    """A warning for every joint whose gap was read on loading branches alone."""
+    what = "no unloading branch: the gap is too small by what friction holds"
+    remedy = "take readings while the torque goes back, too"
+    return [
+        Finding(WARNING, f"{readings}: joint {f.joint + 1}", what, remedy, kind="measurement")
+        for f in fits
+        if f.friction_in_gap
+    ]
+
+
+def _refuse_other_suffix(model: Path) -> None:
+    if model != STDOUT and model.suffix != ".toml":
+        raise CompensatorError(f"{model}: a model file ends in .toml")
 
 
 def _write(made: ComplianceModel, model: Path, report: dict[str, Any], json: Path | None) -> Made:

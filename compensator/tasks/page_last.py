@@ -10,12 +10,17 @@ from compensator.tasks.outputs import Outputs
 
 
 def write_with_page(
-    texts: Sequence[tuple[Path, str]], html: Path | None, page: Callable[[Callable[[str], None]], str]
+    texts: Sequence[tuple[Path, str]],
+    html: Path | None,
+    page: Callable[[Callable[[str], None]], str],
+    *,
+    strict: bool = False,
 ) -> tuple[str, ...]:
     """Write files, then make a page and write it.
 
     Args:
         texts: target and content. page: makes the page at ``html``; is given what takes its warnings.
+        strict: a warning of the page refuses all files: it is made first.
 
     Returns:
         Warnings of the page: figures that could not be drawn.
@@ -25,9 +30,12 @@ def write_with_page(
             others are written already.
     """
     warnings: list[str] = []
+    if strict and html is not None:
+        made = page(warnings.append)
+        if warnings:
+            raise CompensatorError("\n  ".join([f"--strict: {html} is incomplete. Nothing was written", *warnings]))
+        texts, html = [*texts, (html, made)], None
     with Outputs() as outputs:
-        if html is not None:
-            outputs.folder(html)  # refused before anything is written
         for target, text in texts:
             outputs.text(target, text)
         outputs.commit()

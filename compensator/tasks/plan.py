@@ -10,15 +10,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.assumptions import assumptions
 from compensator.cell.job import Job, load_job
 from compensator.errors import CompensatorError
 from compensator.report.csv.plan import plan_csv
+from compensator.report.json.findings import findings_report
 from compensator.report.json.plan import plan_report
 from compensator.report.json.text import as_json
 from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import Outputs
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, StiffnessError
 from stiffness.identification.readings import ReadingModel
@@ -31,6 +35,8 @@ from stiffness.session.file import Instruments, Reflector
 from stiffness.session.session import Session, load_session
 from stiffness.statics.tool import Tool
 from toolpaths.files import read_toolpath
+from toolpaths.finding import NOTE, Finding, of_kind
+from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
 
@@ -53,6 +59,7 @@ class Planned:
     files: tuple[Path, ...]
 
 
+@writes("output", "json")
 def plan_file(
     model: Path,
     output: Path,
@@ -64,6 +71,7 @@ def plan_file(
     cell: Path | None = None,
     seed: int = 0,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Planned:
     """A model that is roughly right in, set-ups to measure next out.
@@ -71,7 +79,6 @@ def plan_file(
     Raises:
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
-    refuse_clashes([p for p in (model, toolpath, cell, *sessions) if p], (output, json))
     _check_options(count=count, force=force, toolpath=toolpath, cell=cell, seed=seed)
     say("reading the model")
     loaded = load_model(model)
@@ -81,6 +88,7 @@ def plan_file(
     for s in measured:
         _check_same(model=loaded, robot=robot, other=s.robot, gravity=s.gravity, source=s.source)
     job = None if cell is None else _job(cell, loaded, robot)
+    path = None if job is None or toolpath is None else _read(job, toolpath)
     tool, notes = _tool(measured, job)
     design = _design(
         model=loaded,
@@ -94,12 +102,15 @@ def plan_file(
     postures = reachable_postures(robot, tool, max(POSTURES, 2 * count), seed)
     before = sum((design.measured(s) for s in measured), design.known)
     matters = None
-    if job is not None and toolpath is not None:
+    if job is not None and path is not None:
         say("following the toolpath")
-        matters = _path(loaded, robot, job, toolpath)
+        matters = _path(loaded, robot, job, path)
     say("choosing")
     plan = choose(design=design, postures=postures, loading=loading, count=count, before=before, matters=matters)
     report = plan_report(plan, seed, [*notes, *more])
+    told = [*assumptions(robot, loaded), *(Finding(NOTE, "", text) for text in (*notes, *more))]
+    report["findings"] = findings_report(of_kind("model", told))
+    refuse_warnings(report, strict)
     with Outputs() as outputs:
         outputs.text(output, plan_csv(plan))
         if json:
@@ -201,10 +212,13 @@ def _loading(design: Design, measured: Sequence[Session], force: float | None) -
     return Loading(force, TWO_LEVELS if design.remembers else LEVELS, instruments), notes
 
 
-def _path(model: ComplianceModel, robot: Robot, job: Job, toolpath: Path) -> Floats:
+def _read(job: Job, toolpath: Path) -> Toolpath:
+    return read_toolpath(toolpath, chord=job.placement.sampling.chord / 1e3, machine=job.placement.machine)
+
+
+def _path(model: ComplianceModel, robot: Robot, job: Job, path: Toolpath) -> Floats:
     """What of the parameters matters to the deflection at the poses of a toolpath that cut."""
-    source = read_toolpath(toolpath, chord=job.placement.sampling.chord / 1e3, machine=job.placement.machine)
-    followed = uncompensated(job, planned(job, source))
+    followed = uncompensated(job, planned(job, path))
     cutting = np.flatnonzero(followed.cutting)
     some = cutting if len(cutting) else np.arange(len(followed))
     rows = some[np.unique(np.linspace(0, len(some) - 1, min(POSES, len(some))).astype(int))]

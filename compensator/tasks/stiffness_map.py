@@ -14,17 +14,21 @@ from compensator.cell.assumptions import assumptions
 from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CompensatorError
 from compensator.report.csv.stiffness_map import map_csv
+from compensator.report.json.findings import findings_report
 from compensator.report.json.stiffness_map import map_report
 from compensator.report.json.text import as_json
 from compensator.tasks.joint_grid import grid_of
-from compensator.tasks.outputs import Outputs, refuse_clashes
+from compensator.tasks.outputs import Outputs
+from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.strict import refuse_warnings
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError
 from stiffness.model.model import ComplianceModel, load_model, robot_of
 from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.statics.joint_grid import JointGrid
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
+from toolpaths.finding import NOTE, Finding, of_kind
 
 Floats = npt.NDArray[np.float64]
 PAPER_WRENCH = (200.0, 200.0, -2500.0, 0.0, 0.0, 0.0)
@@ -56,6 +60,7 @@ def tool_of(
         raise CompensatorError(f"--tool{place}: {found['msg'].removeprefix('Value error, ')}") from e
 
 
+@writes("png", "csv", "json")
 def map_file(
     model: Path,
     *,
@@ -70,6 +75,7 @@ def map_file(
     png: Path | None = None,
     csv: Path | None = None,
     json: Path | None = None,
+    strict: bool = False,
     say: Say = quiet,
 ) -> Mapped:
     """Stiffness and deflection over two joints.
@@ -83,7 +89,6 @@ def map_file(
     Raises:
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
-    refuse_clashes((model,), (png, csv, json))
     if not (np.isfinite(wrench).all() and np.any(wrench)):
         raise CompensatorError(f"--wrench {wrench}: expected six finite numbers, not all zero")
     say("reading the model")
@@ -108,7 +113,9 @@ def map_file(
     if not np.any(result.status == OK):
         raise CompensatorError(f"{model}: nothing to map: {_counted(result)}; give other --grid or --fixed angles")
     notes = _notes(loaded, robot, effects, weight=weight, tool_mass=held.mass)
-    report = map_report(result, grid.joints, left_out, notes)
+    report = map_report(result, grid.joints, left_out, [str(note) for note in notes])
+    report["findings"] = findings_report(of_kind("model", notes))
+    refuse_warnings(report, strict)
     load = ", ".join(f"{v:g}" for v in wrench)
     title = f"{loaded.source}: {robot.name}, wrench {load} N, N·m in {frame} axes at the TCP\n{_others(grid)}"
     with Outputs() as outputs:
@@ -126,8 +133,8 @@ def map_file(
 def _draw(outputs: Outputs, png: Path, grid: JointGrid, result: StiffnessMap, *, title: str) -> None:
     from compensator.report.figures.stiffness_map import draw
 
-    staged = outputs.folder(png) / png.name
-    draw(grid, result, title, staged)
+    with outputs.writing(png) as staged:
+        draw(grid, result, title, staged)
     outputs.add(staged, png)
 
 
@@ -153,8 +160,8 @@ def _usable(model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], w
 
 def _notes(
     model: ComplianceModel, robot: Robot, effects: tuple[Effect, ...], *, weight: bool, tool_mass: float
-) -> list[str]:
-    notes = [str(note) for note in assumptions(robot, model)]
+) -> list[Finding]:
+    notes = []
     memory = [e.name for e in effects if e.memory]
     if memory:
         notes.append(f"{', '.join(memory)}: no path, no flank: joints stand mid-gap, with the mean of both sides")
@@ -164,7 +171,7 @@ def _notes(
         notes.append(f"without the weight of the arm: {robot.mass_problem}")
     elif not tool_mass:
         notes.append("the tool weighs nothing here")
-    return notes
+    return [*assumptions(robot, model), *(Finding(NOTE, "", text) for text in notes)]
 
 
 def _counted(result: StiffnessMap) -> str:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from compensator.terminal.screen import print_notes, print_written, screen, table
 
 if TYPE_CHECKING:  # the libraries of a fit take half a second to import
@@ -15,8 +13,6 @@ if TYPE_CHECKING:  # the libraries of a fit take half a second to import
 def show_fit(done: Identified) -> None:
     """Parameters, residuals and what the data do not determine."""
     console, report = screen(), done.report
-    if report.get("lacks"):
-        click.echo(f"compensator: {report['lacks']}", err=True)
     if console is None:
         return
     title = f"{report['n_readings']} readings, effects {', '.join(report['effects'])}"

@@ -6,7 +6,7 @@ from typing import Any
 
 from compensator.tasks.models import Made
 from compensator.terminal.fit import stiffness_cells
-from compensator.terminal.screen import print_lines, print_written, screen, table
+from compensator.terminal.screen import print_written, screen, table
 
 ARCMIN = 3437.746770784939  # in a rad
 
@@ -22,9 +22,6 @@ def show_made(done: Made) -> None:
         gap = [_arcmin(r, key, k) for key in ("gap_rad", "gap_sd_rad")]
         joints.add_row(str(k + 1), *stiffness_cells(value, sd), *gap)
     console.print(joints)
-    held = [k + 1 for k, found in enumerate(r.get("friction_in_gap", [])) if found]
-    what = "no unloading branch: the gap is too small by what friction holds"
-    print_lines(console, (f"  - joint {joint}: {what}" for joint in held))
     print_written(console, done.files)
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from rich.console import Console
 from rich.text import Text
 
+from compensator.report.words.numbers import deflection_mm
+from compensator.report.words.shares import SHARES, direction_words
 from compensator.tasks.compensate import Done
-from compensator.terminal.screen import print_notes, print_written, screen, table
+from compensator.terminal.screen import print_written, screen, table
+
+SEEN = 5e-4  # mm: a smaller share would be a row of zeros
 
 
 def show_path(done: Done) -> None:
-    """Table of the numbers, files, what the result does not know."""
+    """Tables of the numbers, and files."""
     console, report, result = screen(), done.report, done.result
     if console is None:
         return
@@ -19,29 +24,29 @@ def show_path(done: Done) -> None:
     )
     errors = table("", "mean", "95 %", "max", right=range(1, 4), title="predicted TCP error, mm")
     error = report["predicted_error_mm"]
-    for name, key in (("uncompensated", "before"), ("program as written", "after")):
-        if key == "before" or report["max_correction_mm"] > 0:
-            errors.add_row(name, *(f"{error[key][s]:.4f}" for s in ("mean", "p95", "max")))
+    errors.add_row("uncompensated", *_sizes(error["before"]))
+    for name, share in report["deflection_mm"].items():
+        if share["max"] >= SEEN:
+            errors.add_row(f"  {SHARES[name]}", *_sizes(share), style="dim")
+    if result.is_corrected:
+        errors.add_row("program as written", *_sizes(error["after"]))
     console.print(errors)
-    console.print(_sentence(done), highlight=False)
-    print_notes(console, map(str, done.findings))
-    if report["not_applied"]:
-        console.print(f"  - not applied (other tool or instruments): {', '.join(report['not_applied'])}")
+    _print_facts(console, done)
     print_written(console, done.files)
 
 
-def _sentence(done: Done) -> str:
+def _sizes(of: dict[str, float]) -> list[str]:
+    return [deflection_mm(of[s]) for s in ("mean", "p95", "max")]
+
+
+def _print_facts(console: Console, done: Done) -> None:
     r = done.report
     turned: dict[str, int] = {}
     for t in r["reversals"]:
         turned[t["where"]] = turned.get(t["where"], 0) + 1
     where = ", ".join(f"{name} {count}x" for name, count in turned.items()) or "none"
-    text = f"largest correction {r['max_correction_mm']:.3f} mm; reversals: {where}; poses put in at flank changes: "
-    text += str(r["inserted_poses"])
-    if r["unknown_state"]["n_cut"]:
-        u = r["unknown_state"]
-        text += (
-            f"\njoint flanks unknown at {u['n_cut']} cutting poses: up to {u['max_spread_mm']:.3f} mm either way; "
-            "give [start] joints or a longer approach"
-        )
-    return text
+    text = f"tool looks along {direction_words(r)} in base axes; reversals: {where}"
+    if done.result.is_corrected:
+        text = f"largest correction {deflection_mm(r['max_correction_mm'])} mm; {text}"
+        text += f"; poses put in at flank changes: {r['inserted_poses']}"
+    console.print(text, highlight=False)

@@ -6,25 +6,33 @@ import numpy as np
 from rich.console import Console
 
 from compensator.terminal.screen import print_lines, table
-from stiffness.model.model import builtin_model
+from stiffness.model.model import builtin_model, load_model
 from stiffness.robot.load import builtin_robots, load_robot
+from stiffness.robot.robot import Robot
 
 WIDTH = 110
 
 
 def show_robots() -> None:
     """One line per built-in robot."""
-    listed = table("name", "reach of the flange, mm", "stiffness set", "masses", title="built-in robots")
+    listed = table("name", "reach by its maker, mm", "stiffness set", "masses", title="built-in robots")
     for name in builtin_robots():
         robot = load_robot(name)
-        links = np.concatenate([robot.before[1:, :3, 3], robot.after[:, :3, 3]])
-        reach = np.linalg.norm(links, axis=1).sum()
         masses = "yes" if robot.mass is not None else "no"
         if any("mass" in a for a in robot.assumptions):
             masses = "assumed"
-        stiffness = "published" if builtin_model(name) else "none"
-        listed.add_row(name, f"{reach * 1e3:.0f} (links in line)", stiffness, masses)
+        listed.add_row(name, _reach(robot), _stiffness_set(name), masses)
     Console(width=WIDTH, markup=False).print(listed)
+
+
+def _reach(robot: Robot) -> str:
+    return "unknown" if robot.reach is None else f"{robot.reach * 1e3:.0f}"
+
+
+def _stiffness_set(name: str) -> str:
+    """The kind of the built-in set, in the word of its file."""
+    path = builtin_model(name)
+    return "none" if path is None else str(load_model(path).provenance["kind"])
 
 
 def show_robot(name: str) -> None:
@@ -45,7 +53,10 @@ def show_robot(name: str) -> None:
         ]
         joints.add_row(*cells)
     console.print(joints)
+    console.print(f"reach by its maker: {_reach(robot)} mm", highlight=False)
     if robot.mass_problem:
         console.print(f"masses: {robot.mass_problem}", highlight=False)
     print_lines(console, (f"assumption: {text}" for text in robot.assumptions))
     print_lines(console, (f"source: {text}" for text in robot.sources))
+    if name in builtin_robots() and (path := builtin_model(name)):
+        print_lines(console, (f"stiffness set: {key}: {value}" for key, value in load_model(path).provenance.items()))

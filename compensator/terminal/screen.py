@@ -7,12 +7,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from compensator.report.words.findings import finding_sentences
+from compensator.tasks.run_files import STDOUT
 from compensator.tasks.say import Say
+from toolpaths.finding import NOTE, WARNING
 
 
 @contextmanager
@@ -29,8 +32,9 @@ def progress(verbose: bool) -> Iterator[Say]:
 
 
 def screen() -> Console | None:
-    """Standard output where it is a terminal."""
-    console = Console(markup=False)
+    """Standard output where it is a terminal; standard error, where an output of the run goes to standard output."""
+    ctx = click.get_current_context(silent=True)
+    console = Console(markup=False, stderr=ctx is not None and STDOUT in ctx.params.values())
     return console if console.is_terminal else None
 
 
@@ -54,7 +58,7 @@ def print_notes(console: Console, notes: Iterable[str]) -> None:
 
 def print_written(console: Console, files: Iterable[Path]) -> None:
     """The files that were written."""
-    print_lines(console, (f"wrote {file}" for file in files))
+    print_lines(console, (f"wrote {file}" for file in files if file != STDOUT))
 
 
 def table(*heads: str, right: Collection[int] = (), title: str | None = None) -> Table:
@@ -65,7 +69,8 @@ def table(*heads: str, right: Collection[int] = (), title: str | None = None) ->
     return made
 
 
-def print_warnings(report: Mapping[str, Any], warnings: Iterable[str] = ()) -> None:
-    """Findings about the measurements, and warnings about the files, to standard error, piped or not."""
+def print_findings(report: Mapping[str, Any], warnings: Iterable[str] = ()) -> None:
+    """What every stage of a run found, and warnings about its files, to standard error, piped or not."""
     console = Console(stderr=True, markup=False, soft_wrap=True)
-    print_lines(console, (*finding_sentences(dict(report)), *(f"warning: {w}" for w in warnings)))
+    for line in (*finding_sentences(dict(report)), *(f"{WARNING}: {w}" for w in warnings)):
+        console.print(line, highlight=False, style="dim" if line.startswith(NOTE) else "")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from compensator.tasks.stiffness_map import Mapped
-from compensator.terminal.screen import print_notes, print_written, screen, table
+from compensator.terminal.screen import print_written, screen, table
 
 _ROWS = (
     ("smallest stiffness", "stiffness_min", "n_per_um", "N/µm"),
@@ -30,5 +30,4 @@ def show_map(done: Mapped) -> None:
         place = ", ".join(f"{a:g}" for a in r[key]["q_deg"])
         extremes.add_row(name, f"{r[key][unit]:.4g} {shown}", place)
     console.print(extremes)
-    print_notes(console, r["notes"])
     print_written(console, done.files)

@@ -24,6 +24,14 @@ def nearest_turn(q: Floats, target: Floats) -> Floats:
     return q - TURN * np.round((q - target) / TURN)
 
 
+def fits_limits(robot: Robot, q: Floats) -> npt.NDArray[np.bool_]:
+    """(...,) whether postures (..., n) are within the limits at some turn of each joint."""
+    low, high = robot.lower - _LIMIT, robot.upper + _LIMIT
+    with np.errstate(invalid="ignore"):
+        least = np.where(np.isfinite(low), q + TURN * np.ceil((low - q) / TURN), q)
+    return np.asarray(((least <= high) | ~np.isfinite(low + high)).all(axis=-1))
+
+
 def turns(robot: Robot, q: Floats, *, limits: bool) -> list[Floats]:
     """Every posture that differs from ``q`` (n,) by full turns and is within limits, in order."""
     if not limits:

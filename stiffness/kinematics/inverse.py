@@ -86,6 +86,14 @@ class Inverse(ABC):
         """
 
     @abstractmethod
+    def reached(self, poses: Poses, *, thorough: bool = True) -> Bools:
+        """(N,) whether some posture within the joint limits takes up each of N flange poses in the base.
+
+        Args:
+            thorough: False: an iterative search may miss some, in a tenth of the time.
+        """
+
+    @abstractmethod
     def configuration(self, q: Floats) -> Ints:
         """(N,) branch labels of postures q (N, n) rad."""
 

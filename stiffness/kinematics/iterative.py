@@ -16,6 +16,7 @@ from stiffness.kinematics.full_turns import continuous, limit_margin, nearest_tu
 from stiffness.kinematics.inverse import (
     EXACT,
     SINGULAR,
+    Bools,
     Inverse,
     InverseSolution,
     checked_branch,
@@ -80,6 +81,9 @@ class IterativeInverse(Inverse):
         return self._solution(
             continuous(self.robot, q, seed), error, "out of reach, or beyond such a pose of the path"
         )
+
+    def reached(self, poses: Poses, *, thorough: bool = True) -> Bools:
+        return self._postures.reached(checked_path(self.robot, poses), thorough=thorough)
 
     def configuration(self, q: Floats) -> Ints:
         labels = []

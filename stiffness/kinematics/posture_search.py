@@ -8,11 +8,12 @@ of freedom, five numbers), and the two joints are then set to match the pose.
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.kinematics.full_turns import TURN, nearest_turn
+from stiffness.kinematics.full_turns import TURN, fits_limits, nearest_turn
 from stiffness.kinematics.inverse import EXACT
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.kinematics.newton import Newton
@@ -26,6 +27,9 @@ SAME = 1e-5  # rad: two solutions nearer than this are one
 _STORED = 40_000  # postures in the table
 _ROUND = 256  # of them per round; a round that finds no new branch is the last
 _ROUNDS = 8
+_TRIES = (16, 256)  # nearest stored postures that ``reached`` starts from, at first and where it has to be sure
+_AT_A_TIME = 16_384  # starts of one batch
+_LATELY = 256  # poses whose postures are remembered: a path that is planned asks for some of them again and again
 _REGULAR = 1e-6  # smallest singular value; below it a whole family takes up the pose
 
 
@@ -34,10 +38,34 @@ class PostureSearch:
 
     def __init__(self, robot: Robot, newton: Newton, conditioning: Conditioning) -> None:
         self._robot, self._newton, self._conditioning = robot, newton, conditioning
+        self._lately: dict[bytes, list[Floats]] = {}
 
     def every(self, pose: Floats) -> list[Floats]:
-        """Every regular posture (n,) of a pose, angles within +-pi, sorted."""
-        order = self._nearest_stored(pose)
+        """Every regular posture (n,) of a pose, angles within +-pi, sorted; poses asked for lately are remembered."""
+        key = pose.tobytes()
+        if key not in self._lately:
+            while len(self._lately) >= _LATELY:
+                self._lately.pop(next(iter(self._lately)))
+            self._lately[key] = self._every(pose)
+        return list(self._lately[key])
+
+    def reached(self, poses: PoseArray, *, thorough: bool) -> npt.NDArray[np.bool_]:
+        """(N,) whether a posture within the joint limits was found; ``thorough``: after more tries."""
+        found = np.zeros(len(poses), dtype=np.bool_)
+        centre, farthest = self._outermost
+        near = np.linalg.norm(poses.origin - centre, axis=1) <= farthest
+        for tries in _TRIES[: 2 if thorough else 1]:
+            left = np.flatnonzero(near & ~found)
+            per = max(1, _AT_A_TIME // tries)
+            for rows in (left[k : k + per] for k in range(0, len(left), per)):
+                seeds = self._nearest_stored(poses.take(rows), tries).reshape(-1, self._robot.n)
+                q, error = self._newton.solve(poses.take(np.repeat(rows, tries)), seeds)
+                good = (error.max(axis=1) < EXACT) & fits_limits(self._robot, q)
+                found[rows] = good.reshape(len(rows), tries).any(axis=1)
+        return found
+
+    def _every(self, pose: Floats) -> list[Floats]:
+        order = self._nearest_stored(PoseArray(pose[None, :3, :3], pose[None, :3, 3]), _ROUND * _ROUNDS)[0]
         found: list[Floats] = []
         for k in range(_ROUNDS):
             before = len(found)
@@ -58,20 +86,36 @@ class PostureSearch:
             ):
                 found.append(np.where(posture <= -np.pi + SAME, posture + TURN, posture))
 
-    def _nearest_stored(self, pose: Floats) -> Floats:
-        """Stored postures (M, n), the nearest first; joints 1 and n are set to match the pose."""
-        q, keys = self._stored
-        key, heading = self._placement(PoseArray(pose[None, :3, :3], pose[None, :3, 3]))
-        order = np.argsort(np.square(keys - key).sum(axis=1), kind="stable")[: _ROUND * _ROUNDS]
-        q = q[order].copy()
-        q[:, 0] += heading - self._placement(self._newton.evaluate(q)[0])[1]
+    def _nearest_stored(self, poses: PoseArray, count: int) -> Floats:
+        """Stored postures (N, count, n), the nearest first; joints 1 and n are set to match the pose."""
+        key, heading = self._placement(poses)
+        _, order = self._tree.query(key, k=count)
+        q = self._stored[0][order.reshape(-1)]
+        q[:, 0] += np.repeat(heading, count) - self._placement(self._newton.evaluate(q)[0])[1]
         at, _ = self._newton.evaluate(q)
         # What is left is mostly a turn about the last axis.
-        left, axis = np.einsum("nji,jk->nik", at.rotation, pose[:3, :3]), self._last_axis
+        left, axis = at.rotation.swapaxes(1, 2) @ np.repeat(poses.rotation, count, axis=0), self._last_axis
         q[:, -1] += np.arctan2(
             antisymmetric(left) @ axis, np.trace(left, axis1=1, axis2=2) - np.einsum("i,nij,j->n", axis, left, axis)
         )
-        return q
+        return np.asarray(q.reshape(len(poses), count, -1))
+
+    @cached_property
+    def _tree(self) -> Any:
+        """The keys of the stored postures, for a search by distance."""
+        from scipy.spatial import cKDTree  # arms with a closed form never need it
+
+        return cKDTree(self._stored[1])
+
+    @cached_property
+    def _outermost(self) -> tuple[Floats, float]:
+        """(3,) m the point of axis 1 beside joint 2, and how far from it a flange can be: all links in one line, m."""
+        robot = self._robot
+        links = [robot.after[k] @ robot.before[k + 1] for k in range(robot.n - 1)] + [robot.after[-1]]
+        first, second = robot.before[0], links[0][:3, 3]
+        along = robot.axis[0] * float(robot.axis[0] @ second)
+        length = float(np.linalg.norm(second - along)) + sum(float(np.linalg.norm(m[:3, 3])) for m in links[1:])
+        return first[:3, :3] @ along + first[:3, 3], length * (1.0 + EXACT)
 
     @property
     def _last_axis(self) -> Floats:

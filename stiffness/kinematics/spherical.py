@@ -6,10 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.kinematics.closed_form import SphericalArm, branch_measures, closed_form
-from stiffness.kinematics.full_turns import continuous, limit_margin, nearest_turn, turns
+from stiffness.kinematics.full_turns import continuous, fits_limits, limit_margin, nearest_turn, turns
 from stiffness.kinematics.inverse import (
     EXACT,
     SINGULAR,
+    Bools,
     Inverse,
     InverseSolution,
     checked_branch,
@@ -73,6 +74,14 @@ class SphericalInverse(Inverse):
             wrist=wrist,
             reasons=reasons,
         )
+
+    def reached(self, poses: Poses, *, thorough: bool = True) -> Bools:
+        path = checked_path(self.robot, poses)
+        found = np.zeros(len(path), dtype=np.bool_)
+        for branch in range(self.branches):
+            q, margins, _ = self._solve(path, np.full(len(path), branch))
+            found |= (margins.min(axis=1) > -EXACT) & fits_limits(self.robot, q)
+        return found
 
     def configuration(self, q: Floats) -> Ints:
         return branch_measures(self.arm, np.atleast_2d(q)).branch()

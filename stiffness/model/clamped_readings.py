@@ -13,7 +13,9 @@ import numpy.typing as npt
 from stiffness.errors import StiffnessError
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.robot.robot import Robot
-from stiffness.session.table import CsvTable, meant, read_table
+from stiffness.schema import meant
+from stiffness.session.table import CsvTable, read_table
+from stiffness.text_file import file_bytes
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -63,10 +65,7 @@ def read_clamped(path: Path, robot: Robot) -> ClampedReadings:
     Raises:
         StiffnessError: names row and column.
     """
-    try:
-        table = read_table(str(path), path.read_bytes())
-    except OSError as e:
-        raise ClampedError(f"{path}: cannot read the readings: {e.strerror or e}") from e
+    table = read_table(str(path), file_bytes(str(path), path, ClampedError))
     angle_column, torque_column = _header(table, robot)
     joint = _joints(table, robot)
     angle, torque = table.numbers([angle_column])[:, 0], table.numbers([torque_column])[:, 0]

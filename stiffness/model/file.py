@@ -16,7 +16,7 @@ from stiffness.effects import BASE, BY_NAME
 from stiffness.effects.effect import Effect, Parameter
 from stiffness.errors import ModelError
 from stiffness.model.correlations import Correlations
-from stiffness.schema import SchemaFinding, StrictTable, findings
+from stiffness.schema import SchemaFinding, StrictTable, findings, meant
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -87,6 +87,8 @@ def read_tables(
     Raises:
         ModelError: names the file, the key, the value and what was expected.
     """
+    if not table:
+        raise ModelError(f"{source}: the file is empty; a model, to copy and to adapt:\n{_to_copy(SCHEMA)}")
     try:
         file = ModelFile.model_validate(table)
     except ValidationError as error:
@@ -102,16 +104,26 @@ def _known(source: str, file: ModelFile) -> dict[str, Any]:
     """The tables of the effects: there are some, the base model is among them, and the catalogue has them all."""
     effects = file.effects
     if not isinstance(effects, dict) or not effects:
-        raise ModelError(f"{source}: no [effects.*] table; a model needs at least [effects.{BASE.name}]")
+        need = f"a model needs at least [effects.{BASE.name}], to copy and to adapt:\n{_to_copy()}"
+        raise ModelError(f"{source}: no [effects.*] table; {need}")
     unknown = [name for name in effects if name not in BY_NAME]
     if unknown:
         raise ModelError(
-            f"{source}: unknown effect {', '.join(unknown)}; known are {', '.join(BY_NAME)}; an effect of another "
+            f"{source}: unknown effect {', '.join(unknown)}{meant(unknown[0], BY_NAME)}; known are "
+            f"{', '.join(BY_NAME)}; an effect of another "
             "package needs that package installed beside this program (entry point compensator.effects)"
         )
     if BASE.name not in effects:
         raise ModelError(f"{source}: [effects.{BASE.name}] is missing: it is the base model of every other effect")
     return effects
+
+
+def _to_copy(schema: str = "") -> str:
+    """The least that a model has."""
+    (stiffness,) = (p for p in BASE.parameters if p.default is None)
+    lines = [f'schema = "{schema}"', 'robot = "abb-irb6600-175-255"'] if schema else []
+    lines += [f"[effects.{BASE.name}]", f"{stiffness.name} = [3.0e6, 2.7e6, 2.1e6, 4.2e5, 1.4e5, 5.6e4]"]
+    return "\n".join(f"    {line}" for line in lines)
 
 
 # ---- effects

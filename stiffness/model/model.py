@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -20,8 +19,10 @@ from stiffness.model.file import SCHEMA, read_tables, sd_key
 from stiffness.model.toml_text import toml_text
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
+from stiffness.text_file import toml_table
 
 Floats = npt.NDArray[np.float64]
+_DATA = Path(str(resources.files("stiffness") / "model" / "data"))
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -69,22 +70,24 @@ class ComplianceModel:
         return tuple(yes), tuple(e.name for e in self.effects if e not in yes)
 
 
-def load_model(path: str | Path, joints: int = 6) -> ComplianceModel:
+def load_model(name_or_path: str | Path, joints: int = 6, *, folder: Path | None = None) -> ComplianceModel:
     """Read a model/1 file.
+
+    Args:
+        name_or_path: a path, or the name of a built-in robot: the set that comes with it.
+        joints: of the robot.
+        folder: what a relative path starts from; default the working folder.
 
     Raises:
         ModelError: names the file, the key, the value and what was expected.
     """
-    name = str(path)
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as e:
-        raise ModelError(f"{name}: cannot read the model: {e}") from e
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as e:
-        raise ModelError(f"{name}: not a TOML file: {e}") from e
-    return _model(name, table, joints)
+    builtin = builtin_model(str(name_or_path))
+    path = builtin or (folder or Path()) / name_or_path
+    if builtin is None and not path.suffix and not path.exists():
+        why = "there is no such file, and the built-in robots with a stiffness set are"
+        raise ModelError(f"{path}: {why} {', '.join(builtin_models())}")
+    name = str(name_or_path if builtin else path)
+    return _model(name, toml_table(name, path, ModelError, SCHEMA), joints)
 
 
 def robot_of(model: ComplianceModel) -> Robot:
@@ -98,8 +101,12 @@ def robot_of(model: ComplianceModel) -> Robot:
 
 def builtin_model(robot: str) -> Path | None:
     """The published stiffness set of a built-in robot, if there is one."""
-    path = Path(str(resources.files("stiffness") / "model" / "data" / f"{robot}.toml"))
-    return path if path.exists() else None
+    return _DATA / f"{robot}.toml" if robot in builtin_models() else None
+
+
+def builtin_models() -> list[str]:
+    """The built-in robots that a stiffness set comes with."""
+    return sorted(path.stem for path in _DATA.glob("*.toml"))
 
 
 def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:

@@ -17,6 +17,7 @@ import pinocchio as pin
 
 from stiffness.errors import RobotError
 from stiffness.robot.reducer import Reducer
+from stiffness.robot.tips import FormerFlange
 
 Floats = npt.NDArray[np.float64]
 
@@ -42,6 +43,9 @@ class Robot:
         sources: where the figures come from.
         base, tip: names of the frames that poses lead from and to.
         reducers: n data sheets, None for a joint without one; None where the file has none at all.
+        tip_why: why no controller has the tip as its flange, so that no program is made for it; empty where one has.
+        former_flange: what the flange of a built-in robot was in earlier versions.
+        reach: m, as the maker gives it; None: not known.
     """
 
     name: str
@@ -60,6 +64,9 @@ class Robot:
     base: str
     tip: str
     reducers: tuple[Reducer | None, ...] | None = None
+    tip_why: str = ""
+    former_flange: FormerFlange | None = None
+    reach: float | None = None
 
     def __post_init__(self) -> None:
         for array in (self.before, self.axis, self.after, self.lower, self.upper, self.velocity):

@@ -7,7 +7,6 @@ modified (Craig):                    link = Rx(alpha) Tx(a) Rz(offset + sign q) 
 from __future__ import annotations
 
 import math
-import tomllib
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Literal
@@ -19,8 +18,10 @@ from pydantic import Field, ValidationError
 from stiffness.errors import RobotError
 from stiffness.robot.reducer import ARCMIN, Reducer
 from stiffness.robot.robot import Robot, placement
+from stiffness.robot.tips import FLANGE, FormerFlange, Tip, chosen_tip
 from stiffness.rotation import rpy_rotation
 from stiffness.schema import StrictTable, findings
+from stiffness.text_file import toml_table
 
 Floats = npt.NDArray[np.float64]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -39,6 +40,20 @@ class _Placement(StrictTable):
 
     def matrix(self) -> Floats:
         return placement(rpy_rotation(*(math.radians(v) for v in self.rpy)), np.array(self.xyz) * 1e-3)
+
+
+class _Tip(_Placement):
+    why: Annotated[str, Field(min_length=1)]
+
+
+class _Former(StrictTable):
+    tip: Annotated[str, Field(min_length=1)]
+    xyz: tuple[Length, Length, Length]
+    was: str
+    now: str
+
+    def flange(self) -> FormerFlange:
+        return FormerFlange(self.tip, np.array(self.xyz) * 1e-3, self.was, self.now)
 
 
 class _Reducer(StrictTable):
@@ -75,26 +90,25 @@ class _File(StrictTable):
     assumptions: tuple[str, ...] = ()
     base: _Placement = _Placement()
     flange: _Placement = _Placement()
+    tip: Annotated[str, Field(min_length=1)] = FLANGE
+    tips: dict[str, _Tip] = Field(default_factory=dict)
+    former_flange: _Former | None = None
+    reach: Annotated[float, Field(gt=0, le=20_000, allow_inf_nan=False, strict=True)] | None = None
     joints: tuple[_Joint, ...]
 
 
-def read(source: Path | Traversable, *, label: str) -> Robot:
+def read(source: Path | Traversable, *, label: str, tip: str | None = None) -> Robot:
     """Read a robot TOML file.
 
     Args:
         label: what messages call the file.
+        tip: frame on the flange that poses lead to; None: the flange itself.
 
     Raises:
-        RobotError: the file cannot be read, or a key or value in it is wrong.
+        RobotError: the file cannot be read, a key or value in it is wrong, or it has no such tip.
     """
     try:
-        raw = tomllib.loads(source.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RobotError(f"{label}: cannot be read: {error.strerror or error}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise RobotError(f"{label}: is not TOML: {error}") from error
-    try:
-        file = _File.model_validate(raw)
+        file = _File.model_validate(toml_table(label, source, RobotError, "robot/1"))
     except ValidationError as error:
         raise RobotError(f"{label}: " + "; ".join(map(str, findings(error)))) from error
     stem = source.name.removesuffix(".toml")
@@ -104,18 +118,23 @@ def read(source: Path | Traversable, *, label: str) -> Robot:
         low, high = joint.limits
         if not low < high:
             raise RobotError(f"{label}: joints.{k + 1}.limits = [{low}, {high}]: the lower limit comes first, deg")
-    return _robot(file, label)
+    return _robot(file, label, tip)
 
 
-def _robot(file: _File, label: str) -> Robot:
+def _robot(file: _File, label: str, asked: str | None) -> Robot:
+    tips = {name: Tip(name, given.matrix(), given.why) for name, given in file.tips.items()}
+    former = None if file.former_flange is None else file.former_flange.flange()
+    tip = chosen_tip(asked, robot=file.name, flange=file.tip, tips=tips, former=former)
     row = _classic if file.convention == "classic" else _modified
     rows = [row(joint) for joint in file.joints]
     before = np.array([b for b, _ in rows]).reshape(-1, 4, 4)
     after = np.array([a for _, a in rows]).reshape(-1, 4, 4)
     if rows:
         before[0] = file.base.matrix() @ before[0]
-        after[-1] = after[-1] @ file.flange.matrix()
+        after[-1] = after[-1] @ file.flange.matrix() @ tip.placement
     mass, com = _masses(file, label)
+    if com is not None and len(com):
+        com[-1] = (com[-1] - tip.placement[:3, 3]) @ tip.placement[:3, :3]
     reducers = tuple(_reducer(j.reducer, f"{label}: joints.{k + 1}.reducer") for k, j in enumerate(file.joints))
     return Robot(
         name=file.name,
@@ -134,7 +153,10 @@ def _robot(file: _File, label: str) -> Robot:
         + tuple(f"joint {k + 1}: {j.source}" for k, j in enumerate(file.joints) if j.source)
         + tuple(f"reducer of joint {k + 1}: {r.source}" for k, r in enumerate(reducers) if r),
         base="base",
-        tip="flange",
+        tip=tip.name,
+        tip_why=tip.why,
+        former_flange=former,
+        reach=None if file.reach is None else file.reach * 1e-3,
         reducers=reducers if any(reducers) else None,
     )
 

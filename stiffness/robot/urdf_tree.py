@@ -16,6 +16,7 @@ import numpy.typing as npt
 from stiffness.errors import RobotError
 from stiffness.robot.robot import placement
 from stiffness.rotation import rpy_rotation
+from stiffness.text_file import file_bytes
 
 Floats = npt.NDArray[np.float64]
 
@@ -65,10 +66,9 @@ class UrdfTree:
 
 
 def parse(path: Path) -> UrdfTree:
+    raw = file_bytes(str(path), path, RobotError)
     try:
-        root = ET.parse(path).getroot()
-    except OSError as error:
-        raise RobotError(f"{path}: cannot be read: {error.strerror or error}") from error
+        root = ET.fromstring(raw)
     except (ET.ParseError, ValueError) as error:
         raise RobotError(f"{path}: is not XML: {error}") from error
     if root.tag != "robot":

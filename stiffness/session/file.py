@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -13,9 +12,10 @@ import numpy.typing as npt
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from stiffness.rotation import rpy_rotation
-from stiffness.schema import SchemaFinding, StrictTable, findings
-from stiffness.session.table import SessionError, decoded, meant
+from stiffness.schema import SchemaFinding, StrictTable, findings, meant
+from stiffness.session.table import SessionError
 from stiffness.statics.tool import Tool
+from stiffness.text_file import parsed_toml
 
 Floats = npt.NDArray[np.float64]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -165,11 +165,7 @@ def read_file(label: str, raw: bytes) -> SessionFile:
         SessionError: no TOML, an unknown or missing key, a word or number that is not understood.
     """
     try:
-        table = tomllib.loads(decoded(label, raw))
-    except tomllib.TOMLDecodeError as error:
-        raise SessionError(f"{label}: is not TOML: {error}") from error
-    try:
-        file = SessionFile.model_validate(table)
+        file = SessionFile.model_validate(parsed_toml(label, raw, SessionError, "measurement-session/1"))
     except ValidationError as error:
         raise SessionError(f"{label}: " + "; ".join(map(_problem, findings(error)))) from error
     if file.instruments.tracker * file.units.metre > _COARSEST:
@@ -184,7 +180,7 @@ def _problem(found: SchemaFinding) -> str:
     """A finding with the remedy."""
     if found.kind == "unknown":
         return f"{found}{meant(found.key.rpartition('.')[2], _KEYS)}"
-    return f"{found}; add it" if found.kind == "missing" else str(found).replace("Input should be", "expected")
+    return f"{found}; add it" if found.kind == "missing" else str(found)
 
 
 _KEYS = {

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.robot.robot import Robot
+from stiffness.schema import meant
 from stiffness.session.file import Reflector, SessionTool, Units, WrenchTable
-from stiffness.session.table import CsvTable, SessionError, meant
+from stiffness.session.table import CsvTable, SessionError
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -9,9 +9,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.schema import meant
 from stiffness.session.file import SessionTool
 from stiffness.session.loads import WRENCH, Loads, SessionHeader, read_loads, reflector_index
-from stiffness.session.table import CsvTable, SessionError, meant
+from stiffness.session.table import CsvTable, SessionError
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -36,6 +36,7 @@ from stiffness.session.reseat import reseated
 from stiffness.session.samples import Samples, read_samples
 from stiffness.session.table import SessionError, read_table
 from stiffness.session.views import LoadStates, Pairs, load_states, pairs_of
+from stiffness.text_file import file_bytes
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -171,12 +172,12 @@ def load_session(path: str | Path) -> Session:
         SessionError: names file, row (the line in samples.csv), column, value, and what to do.
     """
     label, folder = str(path), Path(path).parent
-    raw = _bytes(label, Path(path))
+    raw = file_bytes(label, Path(path), SessionError)
     file = read_file(label, raw)
     robot = _robot(label, file, folder)
     known, held = reflectors(label, file, robot.n), tool(label, file)
     csv_label = str(folder / file.samples)
-    raw_samples = _bytes(f"{label}: samples = {file.samples!r}", folder / file.samples)
+    raw_samples = file_bytes(f"{label}: samples = {file.samples!r}", folder / file.samples, SessionError)
     table = read_table(csv_label, raw_samples)
     tracker = file.instruments.tracker * file.units.metre
     samples, not_numeric = read_samples(
@@ -231,13 +232,6 @@ def load_session(path: str | Path) -> Session:
         samples=samples,
         not_numeric=not_numeric,
     )
-
-
-def _bytes(label: str, path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise SessionError(f"{label}: cannot be read: {error.strerror or error}") from error
 
 
 def _robot(label: str, file: SessionFile, folder: Path) -> Robot:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import StiffnessError
+from stiffness.text_file import decoded
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -110,7 +110,7 @@ def read_table(label: str, raw: bytes) -> CsvTable:
     Raises:
         SessionError: not UTF-8, not comma-separated, no rows, rows of another length than the header.
     """
-    reader = csv.reader(io.StringIO(decoded(label, raw), newline=None), strict=True)
+    reader = csv.reader(io.StringIO(decoded(label, raw, SessionError), newline=None), strict=True)
     rows: list[list[str]] = []
     lines: list[int] = []
     try:
@@ -132,20 +132,6 @@ def read_table(label: str, raw: bytes) -> CsvTable:
     return CsvTable(label, dict(zip(header, columns, strict=True)), np.array(lines))
 
 
-def decoded(label: str, raw: bytes) -> str:
-    """UTF-8 text, with or without BOM.
-
-    Raises:
-        SessionError: another encoding.
-    """
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = raw[: error.start].count(b"\n") + 1
-        byte = raw[error.start]
-        raise SessionError(f"{label}: row {line}: byte 0x{byte:02x} is not UTF-8; save it as UTF-8") from error
-
-
 def _check_header(label: str, header: list[str]) -> None:
     if not any(header):
         raise SessionError(f"{label}: the first line is empty: expected a header line with column names")
@@ -158,9 +144,3 @@ def _check_header(label: str, header: list[str]) -> None:
     twice = sorted({name for name in header if header.count(name) > 1})
     if twice:
         raise SessionError(f"{label}: row 1: column {', '.join(twice)} stands there twice; take one out")
-
-
-def meant(word: str, known: Iterable[str]) -> str:
-    """'; did you mean ...?', or nothing."""
-    near = get_close_matches(word, list(known), n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""

@@ -55,10 +55,13 @@ class Predictor:
         temperature: float = 0.0,
     ) -> None:
         self.robot = robot
+        self.effects = tuple(effects)
         self.values = values
         self.tool = tool
+        self.gravity = gravity
         self.calibrated_out = calibrated_out
         self.complementary = complementary
+        self.temperature = temperature
         self._functions = ArmFunctions(
             robot,
             effects,
@@ -73,6 +76,26 @@ class Predictor:
 
     def __repr__(self) -> str:
         return f"Predictor({self.statics!r}, tool {self.tool.name!r})"
+
+    def without(self, *, memory: bool = False, weight: bool = False, heat: bool = False) -> Predictor:
+        """The same arm with causes of deflection taken away.
+
+        Args:
+            memory: of effects that remember the way they came: joints are preloaded, without a gap.
+            weight: of arm and tool, and the springs that hold it. heat: it is as warm as the model's reference.
+        """
+        away = [e for e in self.effects if (memory and e.memory) or (weight and e.torque)]
+        kept = [e for e in self.effects if e not in away]
+        return Predictor(
+            self.robot,
+            kept,
+            {e.name: self.values[e.name] for e in kept},
+            self.tool,
+            gravity=np.zeros(3) if weight else self.gravity,
+            calibrated_out=self.calibrated_out,
+            complementary=self.complementary,
+            temperature=0.0 if heat else self.temperature,
+        )
 
     def forward(self, q: Floats, wrench: Floats, state: Floats) -> Prediction:
         """Equilibrium of commanded poses.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from toolpaths.toolpath import CUT, RAPID, Toolpath
+from toolpaths.toolpath import CUT, RAPID, SENSE_OPEN, Toolpath
 
 DOWN = Rotation.from_euler("x", 180, degrees=True).as_matrix()  # TCP z into the table, x along x
 
@@ -34,6 +34,8 @@ def toolpath(
         "feed": np.full(n, 0.02),
         "kind": np.array([CUT if c == "c" else RAPID for c in kind or "c" * n], dtype=np.uint8),
         "tool": np.zeros(n, dtype=np.int32),
+        "spindle": np.full(n, np.nan),
+        "sense": np.full(n, SENSE_OPEN),
         "line": np.arange(2, n + 2, dtype=np.int32),
         "row": np.arange(n, dtype=float),
     }

@@ -49,7 +49,7 @@ def bench(folder: Path, side: float) -> Bench:
         workobject={"xyz": [1450.0, 150.0, 700.0], "rpy": [0.0, 0.0, 0.0]},
         process={"kind": "constant", "frame": "path", "wrench": [-150.0, 90.0, -60.0, 0.0, 0.0, 0.0]},
         start=[0.0, 20.0, 15.0, 0.0, 50.0, 0.0],
-        tool={"xyz": [60.0, 0.0, 230.0], "rpy": [0.0, 35.0, 0.0], "mass": 35.0, "com": [20.0, 5.0, 110.0]},
+        tool={"xyz": [60.0, 0.0, 410.0], "rpy": [0.0, 35.0, 0.0], "mass": 35.0, "com": [20.0, 5.0, 290.0]},
         gravity="calibrated-out",
         extra={"sampling": {"chord": 0.002}},
     )

@@ -23,6 +23,7 @@ WORN = {**MODEL, "effects": {**MODEL["effects"], "preload-softening": {"ratio": 
 CELL: dict[str, Any] = {
     "schema": "cell/1",
     "robot": ABB,
+    "tip": "tool0",
     "model": "model.toml",
     "gravity": "calibrated-out",
     "tool": {"xyz": [30.0, -20.0, 240.0], "rpy": [0.0, 25.0, 0.0], "mass": 30.0, "com": [10.0, 0.0, 110.0]},
@@ -52,6 +53,11 @@ def merged(table: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any
         else:
             out[key] = value
     return out
+
+
+def nothing_but_findings(stderr: str) -> bool:
+    """Whether every line on standard error is a finding: what a run that went well tells there."""
+    return all(line.startswith(("warning: ", "note: ")) for line in stderr.splitlines())
 
 
 @dataclass(frozen=True)

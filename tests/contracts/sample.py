@@ -62,6 +62,7 @@ class WrittenSample:
         feed: share of the feed.
         frame: error of the entries of the work object's (4, 4), m; None: it is not in the file.
         turns: whether the turn about the tool is in the file.
+        in_base: poses are written, and read, in the base of the robot.
         rapid_speed: whether rapids have a speed of their own.
         split: whether long programs become several files.
         files: of a program that is not split.
@@ -78,6 +79,7 @@ class WrittenSample:
     feed: float = 1e-5
     frame: float | None = None
     turns: bool = True
+    in_base: bool = False
     rapid_speed: bool = False
     split: bool = True
     files: int = 1

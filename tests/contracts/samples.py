@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.contracts.languages import apt, csv, fanuc, gcode, inform, krl, rapid, urscript, val3
+from tests.contracts.languages import apt, csv, fanuc, gcode, heidenhain, inform, krl, rapid, siemens, urscript, val3
 from tests.contracts.sample import FilterSample, ReadSample, Sample, WrittenSample
 from toolpaths.languages.table import LANGUAGES
 
 SAMPLES: dict[str, Sample] = {
     "rapid": rapid.SAMPLE, "krl": krl.SAMPLE, "fanuc": fanuc.SAMPLE, "urscript": urscript.SAMPLE, "val3": val3.SAMPLE,
-    "inform": inform.SAMPLE, "gcode": gcode.SAMPLE, "apt": apt.SAMPLE, "csv": csv.SAMPLE,
+    "inform": inform.SAMPLE, "gcode": gcode.SAMPLE, "siemens": siemens.SAMPLE,
+    "heidenhain": heidenhain.SAMPLE, "apt": apt.SAMPLE, "csv": csv.SAMPLE,
 }  # fmt: skip
 READ: dict[str, ReadSample] = {name: s.read for name, s in SAMPLES.items() if s.read is not None}
 WRITTEN: dict[str, WrittenSample] = {name: s.written for name, s in SAMPLES.items() if s.written is not None}

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.oracles.commanded import SHIFT, changed_lines, commanded
-from toolpaths.errors import ReadError, WriteError
-from toolpaths.external_axes import refuse_moving, unmodelled, whole_moves
+from toolpaths.errors import WriteError
+from toolpaths.external_axes import places, unmodelled, whole_moves
 from toolpaths.files import read_toolpath
 from toolpaths.languages.krl import filter as krl_filter
 from toolpaths.languages.krl import reader as krl
@@ -91,21 +91,13 @@ def test_axes_at_zero_or_not_there_are_not_spoken_of(tmp_path: Path, suffix: str
 
 
 @pytest.mark.parametrize("suffix", [".mod", ".src"])
-@pytest.mark.parametrize(
-    ("places", "line", "words"),
-    [
-        ([100, 100, 100, 150, 150], 7, ["moves from 100 to 150 in this cut"]),
-        ([100, 100, 250.5, 250.5, 250.5], 6, ["moves from 100 to 250.5"]),
-        ([0, 100, 100, 100, 100], 5, ["moves from 0 to 100"]),
-        ([0, 0, 0, 0, -0.5], 8, ["from 0 to -0.5"]),
-    ],
-)
-def test_an_axis_that_moves_in_a_cut_is_refused(
-    tmp_path: Path, suffix: str, places: Places, line: int, words: list[str]
-) -> None:
-    with pytest.raises(ReadError) as caught:
-        refuse_moving(read(tmp_path, suffix, places)[1], {NAME[suffix]})
-    assert caught.value.line == line and all(w in str(caught.value) for w in [*words, NAME[suffix]])
+def test_within_a_move_an_axis_is_on_the_way(tmp_path: Path, suffix: str) -> None:
+    """Evenly between the ends of the move, where both are known; arcs and poses put in are such rows."""
+    path = read(tmp_path, suffix, [0, 100, 100, 150, -50])[1]
+    values = path.setting.external[NAME[suffix]]
+    assert places(values, np.array([0.0, 0.25, 1.0, 2.5, 2.75, 4.0])).tolist() == [0, 25, 100, 125, 137.5, -50]
+    part = np.array([np.nan, np.nan, 8.0, 10.0])
+    assert places(part, np.array([0.0, 1.0, 1.5, 2.0, 2.5])).tolist() == [0, 0, 8, 8, 9]
 
 
 @pytest.mark.parametrize("suffix", [".mod", ".src"])
@@ -116,7 +108,6 @@ def test_an_axis_may_move_between_cuts(tmp_path: Path, suffix: str) -> None:
     file = tmp_path / f"M{suffix}"
     file.write_text("\n".join(lines))
     path = read_toolpath(file)
-    refuse_moving(path, {NAME[suffix]})
     told = dict(unmodelled(path.setting.external, whole_moves(path)[1]))
     assert told[NAME[suffix]] == "moves between 0 and 90 in or between the cuts"
 

@@ -69,7 +69,7 @@ def build(kind: str, folder: Path, axes: WrenchAxes) -> Process:
     if kind == "chip":
         return Chip()
     table_of = PROCESSES[kind].model_validate(SAMPLES[kind](folder, axes))
-    return table_of.process(ProcessContext("cell.toml", folder, turn_is_chosen=False))
+    return table_of.process(ProcessContext("cell.toml", folder))
 
 
 def path_of() -> Toolpath:

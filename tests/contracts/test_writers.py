@@ -19,6 +19,7 @@ from toolpaths.errors import ReadError, WriteError
 from toolpaths.files import language_of, read_back, read_toolpath, refuse_own, write_program
 from toolpaths.frame import Frame
 from toolpaths.languages import table
+from toolpaths.program_files import program_files
 from toolpaths.toolpath import CUT
 
 GOLDEN = Path(__file__).parent.parent / "golden"
@@ -80,16 +81,18 @@ def test_what_is_written_is_read(language, tmp_path):
     path, back = read_toolpath(file), read_back(file)
     assert len(path) == len(program) + sample.start
     path = path.take(np.arange(sample.start, len(path)))
-    np.testing.assert_allclose(path.position, back.position, atol=1e-12)
-    np.testing.assert_allclose(path.position, program.position, atol=sample.position)
+    work = program.workobject if sample.in_base else Frame.identity()
+    rotation = work.rotation @ program.rotation
+    np.testing.assert_allclose(path.position, work.at(back.position), atol=1e-12)
+    np.testing.assert_allclose(path.position, work.at(program.position), atol=sample.position)
     np.testing.assert_array_equal(path.kind, CUT if sample.rapid_speed else program.kind)  # lines with a speed are cuts
     feed = np.where(program.kind == CUT, program.feed, program.rapid_speed)
     cut = path.kind == CUT
     np.testing.assert_allclose(path.feed[cut], feed[cut], rtol=sample.feed)
-    np.testing.assert_allclose(-path.axis, program.rotation[:, :, 2], atol=sample.rotation)
+    np.testing.assert_allclose(-path.axis, rotation[:, :, 2], atol=sample.rotation)
     if sample.turns:
         turned = Rotation.from_quat(path.quaternion, scalar_first=True).as_matrix()
-        np.testing.assert_allclose(turned, program.rotation, atol=sample.rotation)
+        np.testing.assert_allclose(turned, rotation, atol=sample.rotation)
     if sample.frame is not None:
         setting, wanted = path.setting, program.tools[1]
         np.testing.assert_allclose(setting.workobject.matrix, program.workobject.matrix, atol=sample.frame)
@@ -165,10 +168,11 @@ def test_all_findings_are_listed_at_once(tmp_path):
 def test_language_of():
     assert language_of("X/PART.MOD").name == "rapid"
     assert language_of("part.txt", "krl").name == "krl"
-    assert language_of("part_c.ngc", like=Path("part.NGC")).name == "gcode"
-    assert language_of("part_c.ngc", "csv", like=Path("part.NGC")).name == "csv"
+    assert language_of("part_c.ngc", like=program_files(["part.NGC"])).name == "gcode"
+    assert language_of("part_c.ngc", "csv", like=program_files(["part.NGC"])).name == "csv"
+    assert language_of("part_c.txt", like=program_files(["part.txt"], "krl")).name == "krl"
     with pytest.raises(WriteError, match="no format 'apt'; known: rapid"):
-        language_of("part_c.cls", like=Path("part.cls"))
+        language_of("part_c.cls", like=program_files(["part.cls"]))
     with pytest.raises(WriteError, match=r"'.txt' is no language's \(.mod rapid"):
         language_of("part.txt")
     with pytest.raises(WriteError, match="no format 'basic'; known: rapid"):

@@ -22,6 +22,8 @@ class Corner:
     rapid: bool
     feed: float
     tool: int
+    rpm: float
+    sense: int
     arc: tuple[np.ndarray, np.ndarray, float] | None = None  # centre, normal, sweep rad
 
 
@@ -34,6 +36,8 @@ class Second:
     axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     tool: int = 0
     rpm: float = float("nan")
+    sense: int = 0
+    stands: bool = False
     feed: tuple[float, str] = (float("nan"), "MMPM")
     first: np.ndarray | None = None
     here: np.ndarray = field(default_factory=lambda: np.eye(4))
@@ -53,7 +57,8 @@ class Second:
         last = self.corners[-1] if self.corners and self.cycle else None
         if last and np.allclose([*last.xyz, *last.axis], [*xyz, *axis], rtol=0, atol=1e-9):
             return  # no move of a cycle goes nowhere
-        self.corners.append(Corner(xyz, axis, rapid, float("nan") if rapid else value, self.tool))
+        rpm = 0.0 if self.stands else self.rpm
+        self.corners.append(Corner(xyz, axis, rapid, float("nan") if rapid else value, self.tool, rpm, self.sense))
 
     def goto(self, local: np.ndarray) -> None:
         target = (self.here @ np.append(local, 1.0))[:3]
@@ -78,7 +83,8 @@ class Second:
         sweep = way * angle % (2 * np.pi)
         sweep = 2 * np.pi if sweep < 1e-6 or sweep > 2 * np.pi - 1e-9 else sweep
         if self.turns:
-            sweep += 2 * np.pi * round(self.turns - sweep / 2 / np.pi)
+            before = self.turns - 1 if self.turns % 1 == 0 else round(self.turns - sweep / 2 / np.pi)
+            sweep += 2 * np.pi * before
         return center, normal, way * sweep
 
     def hole(self, p: np.ndarray) -> None:
@@ -142,7 +148,9 @@ class Second:
         elif head == "FEDRAT":
             self.feed = (float(v[0]), next(w for w in words if w in INCH))
         elif head == "SPINDL":
-            self.rpm = float(v[0])
+            self.rpm = float(v[0]) if len(v) else self.rpm
+            self.sense = {"CLW": 1, "CCLW": -1}.get(words[-1], self.sense)
+            self.stands = "OFF" in words
         elif head in ("LOADTL", "LOAD"):
             self.tool = int(v[0])
         elif head == "UNITS":

@@ -21,18 +21,20 @@ installed = pytest.mark.skipif(
     shutil.which("rs274") is None, reason="rs274 of LinuxCNC is missing (apt-get install linuxcnc-uspace)"
 )
 CALL = re.compile(r"N\S+\s+([A-Z_0-9]+)\((.*)\)\s*$")
+SENSES = {"START_SPINDLE_CLOCKWISE": 1, "START_SPINDLE_COUNTERCLOCKWISE": -1}
 FIRST_AXIS = {"XY": 0, "YZ": 1, "XZ": 2}
 PRINTED_INCH = 4e-3  # mm: rs274 prints 4 decimals, inch blocks in inches, and shifts apart
 
 
 @dataclass
 class Reference:
-    """What LinuxCNC would do, mm: ends (N, 3), cut (N,), feed (N,) mm/min, arcs by move."""
+    """What LinuxCNC would do, mm: ends (N, 3), cut (N,), feed (N,) mm/min, arcs by move, spindle (N, 2) rpm, sense."""
 
     ends: np.ndarray
     cut: np.ndarray
     feed: np.ndarray
     arcs: dict[int, tuple[int, np.ndarray, float]]  # normal axis, centre, turns (sign: about the axis)
+    spindle: np.ndarray
 
 
 def run(file: Path) -> str:
@@ -50,7 +52,8 @@ def run(file: Path) -> str:
 def reference(file: Path) -> Reference:
     """The canonical calls of LinuxCNC as moves."""
     scale, plane, at, shift = 1.0, "XY", np.zeros(3), np.zeros(3)
-    feed, per_turn, speed = 0.0, False, 0.0
+    feed, per_turn, speed = 0.0, False, np.nan
+    sense, stands, spindle = 0, False, []
     ends: list[np.ndarray] = []
     cut: list[bool] = []
     feeds: list[float] = []
@@ -72,11 +75,16 @@ def reference(file: Path) -> Reference:
             per_turn = arguments.split(",")[1].strip() == "1"
         elif name == "SET_SPINDLE_SPEED":
             speed = float(arguments.split(",")[1])
+        elif name in SENSES:
+            sense, stands = SENSES[name], False
+        elif name in ("STOP_SPINDLE_TURNING", "ORIENT_SPINDLE"):
+            stands = True
         elif name in ("STRAIGHT_FEED", "STRAIGHT_TRAVERSE"):
             at = np.array([float(v) for v in arguments.split(",")[:3]]) * scale + shift
             ends.append(at)
             cut.append(name == "STRAIGHT_FEED")
             feeds.append(feed * (speed if per_turn else 1.0))
+            spindle.append((0.0 if stands else speed, sense))
         elif name == "ARC_FEED":
             u, v, cu, cv, turns, w = (float(v) for v in arguments.split(",")[:6])
             first = FIRST_AXIS[plane]
@@ -89,7 +97,8 @@ def reference(file: Path) -> Reference:
             ends.append(at)
             cut.append(True)
             feeds.append(feed * (speed if per_turn else 1.0))
-    return Reference(np.array(ends), np.array(cut), np.array(feeds), arcs)
+            spindle.append((0.0 if stands else speed, sense))
+    return Reference(np.array(ends), np.array(cut), np.array(feeds), arcs, np.array(spindle))
 
 
 def pairs(ours: np.ndarray, arcs: np.ndarray, cut: np.ndarray, ref: Reference, digits: float) -> np.ndarray:
@@ -134,6 +143,9 @@ def check(path: Toolpath, ref: Reference, digits: float) -> None:
     feed, expected = path.feed[poses[i]][cut] * 6e4, ref.feed[j][cut]
     slow = (feed < 2.55) & (expected < 2.55)  # LinuxCNC takes 0.1 a minute as the least of inverse-time feeds
     np.testing.assert_allclose(feed[~slow], expected[~slow], rtol=2e-3, atol=0.5)
+    rpm = path.spindle[poses[i]] * 60 / (2 * np.pi)
+    np.testing.assert_allclose(rpm, ref.spindle[j, 0], rtol=1e-6, atol=1e-4)
+    np.testing.assert_array_equal(path.sense[poses[i]], ref.spindle[j, 1])
     at = dict(zip(j.tolist(), i.tolist(), strict=True))
     for move, (normal, center, turns) in ref.arcs.items():
         a, b = poses[at[move] - 1], poses[at[move]]

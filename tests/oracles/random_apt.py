@@ -16,6 +16,7 @@ class RandomApt:
         self.lines: list[str] = []
         self.at: np.ndarray | None = None  # in the frame in force
         self.axis = np.array([0.0, 0.0, 1.0])
+        self.stopped = False
 
     def put(self, head: str, *values: object) -> None:
         """A statement with random dress: spaces, lower case, exponents, a continued line."""
@@ -79,7 +80,8 @@ class RandomApt:
         end = center + Rotation.from_rotvec(way * angle * normal).apply(start - center) + rise * normal
         turns = int(self.rng.integers(1, 4)) if self.rng.integers(3) == 0 else 0
         more = [radius, 0.06, 0.5, 12.0, 1.0] if self.nx else [radius] * int(self.rng.integers(2))
-        times = ["TIMES", turns - 1 + angle / 2 / np.pi] if turns else []
+        whole = bool(self.rng.integers(2))  # as NX has it: whole turns before the rest, and one
+        times = ["TIMES", float(turns) if whole else turns - 1 + angle / 2 / np.pi] if turns else []
         self.put("CIRCLE", *map(float, center), *map(float, normal), *more, *times)
         self.put("GOTO", *map(float, end))
         self.at = end
@@ -115,7 +117,14 @@ class RandomApt:
         if self.rng.integers(3) == 0:
             self.put(*(("LOAD", "TOOL") if self.nx else ("LOADTL",)), int(self.rng.integers(1, 90)))
         if self.rng.integers(3) == 0:
-            self.put("SPINDL", "RPM", float(self.rng.integers(100, 9000)), "CLW")
+            self.put("SPINDL", "RPM", float(self.rng.integers(100, 9000)), "CLW" if self.rng.integers(2) else "CCLW")
+        elif self.stopped:
+            self.put("SPINDL", "ON")
+        elif self.rng.integers(4) == 0 and feed[1].endswith("M"):
+            self.put("SPINDL", "OFF")
+            self.stopped = True
+            return
+        self.stopped = False
         self.put("PAINT", "COLOR", 31)
 
     def text(self) -> str:

@@ -191,7 +191,8 @@ class RandomProgram:
         self.emit([word])
 
     def noise(self) -> None:
-        self.emit([self.rng.choice(["G4 P0.1", "M8", "M9", "T3", "G64 P0.01", "G61", "G49", "G54", "S900", "G17.0"])])
+        words = ["G4 P0.1", "M8", "M9", "T3", "G64 P0.01", "G61", "G49", "G54", "S900", "G17.0"]
+        self.emit([self.rng.choice([*words, "M3", "M4 S1500", "M5", "T2 M6", "S700 M3 T1 M6"])])
         if self.lines[-1].upper().find("G17") >= 0:
             self.normal = 2
             if self.cycle:

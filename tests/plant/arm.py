@@ -75,7 +75,7 @@ class Arm:
         base: str | None = None,
         tip: str | None = None,
     ) -> Arm:
-        """From a robot .toml or a .urdf (base, tip: URDF links)."""
+        """From a robot .toml (tip: one of its own) or a .urdf (base, tip: its links)."""
         path = Path(path)
-        fields = read_toml(path) if path.suffix == ".toml" else read_urdf(path, base, tip)
+        fields = read_toml(path, tip) if path.suffix == ".toml" else read_urdf(path, base, tip)
         return cls(**fields, tool=tool or Tool(), mount_rpy=np.array(mount_rpy, dtype=float))

@@ -20,6 +20,7 @@ from .geometry import Array
 from .lab import Form, Noise, Notes, Setup, Step, Target, measure
 
 ROBOT = "abb-irb6600-175-255"
+TIP = "paper"  # Table 1 measures to a point 380 mm from the wrist centre
 FILE = Path(__file__).parents[2] / "stiffness" / "robot" / "data" / f"{ROBOT}.toml"
 RATIOS = np.array([1, 0.887, 0.6892, 0.141, 0.048, 0.0187])  # Table 3
 CASES = (1.015, 0.758)  # Table 4: joint 1 pre-loaded and non-loaded, in the unit of Table 3
@@ -31,7 +32,7 @@ SPINDLE = Tool((0.0, 0.0, 0.25), mass=35.0, com=(0.0, 0.0, 0.12))
 MOVE = 0.1  # rad, every joint's last move
 
 # m, in the frame of the link. Link 3: x along the upper arm's end, z along the forearm; link 4: z along axis 5;
-# link 6 is the flange: z out of it, x down at home.
+# link 6 is the frame of the paper: z out of the flange, x down at home.
 POINTS = {
     "base": Target("base", 1, (0.35, 0.2, 0.55)),  # on the turning base
     "pin": Target("pin", 2, (0.0, 0.0, 0.0)),  # middle of axis 3: the rope for joint 2
@@ -74,7 +75,7 @@ def plant(k1: float = K1, ratio: float = 1.0) -> Plant:
     """The paper's robot: stiffness by Table 3, only joint 1 by ``k1``; ``ratio``: non-loaded over pre-loaded."""
     stiffness = RATIOS * K1
     stiffness[0] = k1
-    return Plant(Arm.load(FILE, tool=SPINDLE), stiffness=stiffness, ratio=ratio)
+    return Plant(Arm.load(FILE, tool=SPINDLE, tip=TIP), stiffness=stiffness, ratio=ratio)
 
 
 def table_3(
@@ -133,4 +134,4 @@ def bound(pages: Sequence[Notes], purposes: Sequence[dict[str, Any]]) -> Notes:
     rows = [{**row, "setup": k + 1} for k, page in enumerate(pages) for row in page.rows]
     reflectors = {name: table for page in pages for name, table in page.table["reflectors"].items()}
     setups = {str(k + 1): p for k, p in enumerate(purposes)}
-    return Notes({**pages[0].table, "reflectors": reflectors, "setups": setups}, rows, pages[0].truth)
+    return Notes({**pages[0].table, "tip": TIP, "reflectors": reflectors, "setups": setups}, rows, pages[0].truth)

@@ -12,6 +12,7 @@ from .geometry import Array, placement, rot_x, rot_z, shift
 
 MM = 1e-3
 FILE_KEYS = {"schema", "name", "convention", "sources", "assumptions", "base", "flange", "joints"}
+TOLD = {"tip", "tips", "former_flange", "reach"}  # nothing of them moves the arm with its own flange
 JOINT_KEYS = {"a", "d", "alpha", "offset", "sign", "limits", "speed", "mass", "com", "name", "source"}
 
 
@@ -36,18 +37,22 @@ def row(joint: dict[str, Any], convention: str) -> tuple[Array, Array]:
     raise ValueError(f"convention {convention!r}")
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """The fields of an Arm."""
+def read_toml(path: Path, tip: str | None = None) -> dict[str, Any]:
+    """The fields of an Arm; ``tip``: a frame of the file on the flange, by which its last link then ends."""
     file = tomllib.loads(path.read_text(encoding="utf-8"))
     joints = file["joints"]
-    unknown = set(file) - FILE_KEYS | {key for joint in joints for key in joint} - JOINT_KEYS
+    unknown = set(file) - FILE_KEYS - TOLD | {key for joint in joints for key in joint} - JOINT_KEYS
     if unknown or file["schema"] != "robot/1":
         raise ValueError(f"{path.name}: the plant does not know {sorted(unknown)} of {file['schema']}")
     rows = [row(joint, file["convention"]) for joint in joints]
     before, after = [b for b, _ in rows], [a for _, a in rows]
     before[0] = fixed(file.get("base", {})) @ before[0]
-    after[-1] = after[-1] @ fixed(file.get("flange", {}))
+    beyond = fixed({} if tip is None else file["tips"][tip])
+    after[-1] = after[-1] @ fixed(file.get("flange", {})) @ beyond
     known = all("mass" in joint and "com" in joint for joint in joints)
+    com = MM * np.array([joint["com"] for joint in joints], dtype=float) if known else None
+    if com is not None:
+        com[-1] = beyond[:3, :3].T @ (com[-1] - beyond[:3, 3])
     limits = np.radians([joint["limits"] for joint in joints])
     return {
         "name": file["name"],
@@ -58,5 +63,5 @@ def read_toml(path: Path) -> dict[str, Any]:
         "lower": limits[:, 0],
         "upper": limits[:, 1],
         "mass": np.array([joint["mass"] for joint in joints], dtype=float) if known else None,
-        "com": MM * np.array([joint["com"] for joint in joints], dtype=float) if known else None,
+        "com": com,
     }

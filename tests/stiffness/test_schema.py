@@ -42,7 +42,7 @@ GOOD: dict[str, Any] = {"limits": (0.0, 1.0)}
         ({}, ["key rows is missing"]),
         ({"rows": [], "colour": 3}, ["unknown key colour"]),
         ({"rows": [GOOD, {}]}, ["key rows.2.limits is missing"]),
-        ({"rows": [GOOD | {"kind": "c"}]}, ["rows.1.kind = 'c': Input should be 'a' or 'b'"]),
+        ({"rows": [GOOD | {"kind": "c"}]}, ["rows.1.kind = 'c': expected 'a' or 'b'"]),
         ({"rows": [], "count": 2}, ["count = 2: expected an odd number"]),
         ({"rows": [GOOD | {"x": 1}], "y": 2}, ["unknown key rows.1.x", "unknown key y"]),
     ],

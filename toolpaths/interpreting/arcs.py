@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 import numpy as np
 import numpy.typing as npt
 
@@ -29,21 +31,26 @@ def with_arc_points(toolpath: Toolpath, arcs: Ints64, via: Floats, chord: float)
     turned = toolpath.quaternion
     if turned is None or not len(arcs):
         return toolpath
-    source, line, ends = toolpath.source, toolpath.line, toolpath.position
+    ends = toolpath.position
     center, normal, sweep, _, flat = circle_through(ends[arcs - 1], via, ends[arcs])
     if flat.any():
         problem = "start, via point and end of the arc are on one line"
-        raise ReadError(source, int(line[arcs[np.argmax(flat)]]), problem, "Use a straight move, or two arcs.")
+        _refuse(toolpath, int(arcs[np.argmax(flat)]), problem, "Use a straight move, or two arcs.")
     radius = np.linalg.norm(ends[arcs] - center, axis=1)
     too_wide = not (radius <= LIMIT).all()
     if too_wide or (total := int(chord_count(radius, sweep, chord).sum())) > most_poses(len(ends)):
         at = int(arcs[np.argmax(radius)])
         problem = f"an arc of radius {radius.max():g} m" + ("" if too_wide else f"; all arcs make {total} poses")
-        raise ReadError(source, int(line[at]), problem, "Use a straight move instead.")
+        _refuse(toolpath, at, problem, "Use a straight move instead.")
     points = arc_points(ends[arcs - 1], end=ends[arcs], center=center, normal=normal, sweep=sweep, chord=chord)
     end = arcs[points.arc]
     quaternion = slerp_quaternion(turned[end - 1], turned[end], points.fraction)
     return toolpath.with_points(end, toolpath.row[end] - 1 + points.fraction, points.position, quaternion)
+
+
+def _refuse(toolpath: Toolpath, pose: int, problem: str, remedy: str) -> NoReturn:
+    source = toolpath.source if toolpath.file is None else toolpath.sources[toolpath.file[pose]]
+    raise ReadError(source, int(toolpath.line[pose]), problem, remedy)
 
 
 def with_arcs(toolpath: Toolpath) -> Toolpath:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import Any, NoReturn
 
-from toolpaths.interpreting.program_text import CHOICE, COMMENT, DATA, LOOP, PLAIN, ProgramText, Statement
+from toolpaths.interpreting.program_text import CHOICE, COMMENT, DATA, LOOP, PLAIN, LinkedText, Statement
 from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import Runtime
 from toolpaths.reading.source_text import comment_word, plain_text
@@ -31,7 +31,7 @@ class Interpreter:
 
     lines, routines, remedy = "lines", "routines", ""
 
-    def __init__(self, program: ProgramText, track: RobotTrack) -> None:
+    def __init__(self, program: LinkedText, track: RobotTrack) -> None:
         self.program, self.track = program, track
         self.here = 0
         self._left = _LEAST_STEPS + len(program.text)
@@ -87,9 +87,10 @@ class Interpreter:
             elif s.kind == CHOICE:
                 self._choice(s)
 
-    def remark(self, s: Statement, text: str) -> None:
-        """Keep a remark of the program for its next move."""
-        self.track.event(comment_word(plain_text(text)), self.program.line(s.start))
+    def remark(self, s: Statement, text: str, instruction: str = "") -> None:
+        """Keep a remark of the program for its next move; ``instruction``: what it is, if it acts on the machine."""
+        file = self.program.part(s.start)
+        self.track.event(comment_word(plain_text(text)), self.program.line(s.start), instruction, file)
 
     def loop(self, s: Statement) -> None:
         """FOR."""
@@ -109,7 +110,7 @@ class Interpreter:
             value = self.value(branch.terms[0])
             if isinstance(value, Runtime):
                 if all(self.idle(b.body) for b in s.body):
-                    self.track.event("IF " + comment_word(plain_text(branch.terms[0])), self.program.line(s.start))
+                    self.remark(s, "IF " + branch.terms[0])
                     return
                 problem = f"what runs depends on {value.reason}: known only at run time"
                 self.program.refuse(s.start, problem, self.remedy)

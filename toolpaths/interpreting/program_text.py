@@ -1,4 +1,7 @@
-"""ProgramText: the text of a robot program, and the statements and declarations in it, each with its place."""
+"""ProgramText: the text of a robot program, and the statements and declarations in it, each with its place.
+
+A program of several files is one text, a LinkedText: its files one behind the other.
+"""
 
 from __future__ import annotations
 
@@ -33,6 +36,12 @@ class Statement:
     body: list[Statement] = field(default_factory=list)
     terms: tuple[str, ...] = ()
 
+    def move(self, by: int) -> None:
+        """Count its places, and those of what is in it, from elsewhere."""
+        self.start, self.end = self.start + by, self.end + by
+        for s in self.body:
+            s.move(by)
+
 
 @dataclass(slots=True)
 class Declaration:
@@ -55,6 +64,12 @@ class Declaration:
     storage: str = ""
     array: bool = False
 
+    def move(self, by: int) -> None:
+        """Count its places from elsewhere."""
+        self.start, self.end = self.start + by, self.end + by
+        if self.value[0] >= 0:
+            self.value = self.value[0] + by, self.value[1] + by
+
 
 class ProgramText:
     """The text of a program.
@@ -75,3 +90,45 @@ class ProgramText:
     def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
         """Raise ReadError for a place in the text."""
         raise ReadError(self.source, self.line(at), problem, remedy)
+
+    def file(self, at: int) -> str:
+        """The name of the file that holds a place, in messages."""
+        return self.source
+
+
+class LinkedText(ProgramText):
+    """The texts of the files of a program, one behind the other.
+
+    Attributes:
+        parts: what they are, the main one first; places in them count from their own beginning.
+        begins: where each part begins in the whole.
+    """
+
+    def __init__(self, main: ProgramText) -> None:
+        self.parts: tuple[ProgramText, ...] = (main,)
+        self.source, self.text, self.begins = main.source, main.text, [0]
+
+    def add(self, part: ProgramText) -> None:
+        """One more file; places in the others stay what they are."""
+        self.begins.append(len(self.text) + 1)
+        self.parts = (*self.parts, part)
+        self.text = f"{self.text}\n{part.text}"
+
+    def part(self, at: int) -> int:
+        """Which part holds a place."""
+        return bisect_right(self.begins, at) - 1 if at >= 0 else 0
+
+    def line(self, at: int) -> int:
+        """The line of a place in its file, counted from 1."""
+        k = self.part(at)
+        return self.parts[k].line(at - self.begins[k])
+
+    def file(self, at: int) -> str:
+        """The name of the file that holds a place, in messages."""
+        k = self.part(at)
+        return self.parts[k].file(at - self.begins[k])
+
+    def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
+        """Raise ReadError for a place in the whole."""
+        k = self.part(at)
+        self.parts[k].refuse(at - self.begins[k], problem, remedy)

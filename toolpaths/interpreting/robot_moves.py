@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,7 @@ from toolpaths.interpreting.arcs import with_arc_points
 from toolpaths.reading.track import LIMIT
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
 from toolpaths.tool_frame import ToolFrame
-from toolpaths.toolpath import CUT, Event, Floats, Ints, Setting, Toolpath, tool_axis
+from toolpaths.toolpath import CUT, SENSE_OPEN, Event, Floats, Ints, Setting, Toolpath, tool_axis
 
 LINE, PTP, JOINTS, ARC = 0, 1, 2, 3  # straight line; joint move to a pose; joint move to angles; arc
 MARKS = (
@@ -38,10 +39,11 @@ class RobotMoves:
         feed, zone: (N,) m/s and m.
         mark: name of MARKS -> (N,) integers. ``start`` and ``end`` are the statement's place in the text,
             ``target_*`` and ``via_*`` those of the numbers of its target and via point, ``*ref_*`` those where the
-            statement gives or names them; -1 where there is none.
+            statement gives or names them; -1 where there is none. In a program of several files also ``file``.
         joints: move -> (n,) rad.
         frames: in the base, by number; None: only the controller knows it.
         tools, events, external: as in Setting and Toolpath; events and external axes count moves.
+        sources: as in Toolpath.
     """
 
     source: str
@@ -57,12 +59,21 @@ class RobotMoves:
     tools: dict[int, ToolFrame]
     events: tuple[Event, ...]
     external: Mapping[str, Floats] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.position)
 
     def __repr__(self) -> str:
         return f"RobotMoves({self.source!r}, {len(self)} moves)"
+
+    def file(self, move: int) -> str:
+        """The file of a move."""
+        return self.sources[int(self.mark["file"][move])] if "file" in self.mark else self.source
+
+    def refuse(self, move: int, problem: str, remedy: str = "") -> NoReturn:
+        """Raise ReadError for the line of a move."""
+        raise ReadError(self.file(move), int(self.mark["line"][move]), problem, remedy)
 
     @property
     def main_frame(self) -> int:
@@ -79,11 +90,9 @@ class RobotMoves:
             if number == self.main_frame or not posed.any():
                 out.append(Frame.identity())
             elif frame is None or main is None:
-                at = int(np.argmax(posed))
-                raise ReadError(
-                    self.source, int(self.mark["line"][at]), "another frame, and one of the two is not in the file",
-                    "Give both frames in the program, or one frame for all moves.",
-                )  # fmt: skip
+                problem = "another frame, and one of the two is not in the file"
+                remedy = "Give both frames in the program, or one frame for all moves."
+                self.refuse(int(np.argmax(posed)), problem, remedy)
             else:
                 out.append(Frame.of(np.linalg.inv(frame.matrix) @ main.matrix))
         return out
@@ -118,8 +127,7 @@ class RobotMoves:
         self._check_reach(position)
         arcs = np.flatnonzero(self.mark["word"] == ARC)
         if len(arcs) and arcs[0] == 0:
-            problem = "an arc whose start is not given"
-            raise ReadError(self.source, int(self.mark["line"][0]), problem, "Put a straight move before it.")
+            self.refuse(0, "an arc whose start is not given", "Put a straight move before it.")
         known = np.isfinite(position[arcs - 1]).all(axis=1)
         via, mark = self.in_main(self.via), self.mark
         ends = Toolpath(
@@ -131,10 +139,14 @@ class RobotMoves:
             feed=self.feed,
             kind=mark["kind"].astype(np.uint8),
             tool=mark["tool"].astype(np.int32),
+            spindle=np.full(len(self), np.nan),
+            sense=np.full(len(self), SENSE_OPEN),
             line=mark["line"].astype(np.int32),
             row=np.arange(len(self), dtype=np.float64),
             events=self.events,
             setting=self._setting({int(k): (via[k], chord) for k in arcs[~known]}),
+            sources=self.sources,
+            file=mark["file"].astype(np.int32) if "file" in mark else None,
         )
         return with_arc_points(ends, arcs[known], via[arcs[known]], chord)
 
@@ -149,6 +161,7 @@ class RobotMoves:
             configuration=configuration,
             external=self.external,
             arcs=arcs,
+            straight=np.isin(self.mark["word"], (LINE, ARC)),
         )
 
     def _check_reach(self, position: Floats) -> None:
@@ -157,4 +170,4 @@ class RobotMoves:
             at = int(np.argmax(far))
             x, y, z = position[at]
             problem = f"position {x:g}, {y:g}, {z:g} m is beyond {LIMIT:g} m"
-            raise ReadError(self.source, int(self.mark["line"][at]), problem, "Check the number and the units.")
+            self.refuse(at, problem, "Check the number and the units.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Callable, Sequence
 
@@ -9,10 +10,12 @@ import numpy as np
 
 from toolpaths.errors import ReadError
 from toolpaths.frame import Frame
+from toolpaths.interpreting.program_text import LinkedText
 from toolpaths.interpreting.robot_moves import MARKS, RobotMoves
 from toolpaths.tool_frame import ToolFrame
-from toolpaths.toolpath import Event, Floats
+from toolpaths.toolpath import Event, Floats, MachineCommand
 
+_FIRST_WORD = re.compile(r"\$?\w+")
 NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
 
 
@@ -22,12 +25,14 @@ class RobotTrack:
     Args:
         quaternions: how the language's orientation numbers (N, 4) become quaternions (N, 4).
         external: names of the external axes, in the order of ``stand``.
+        text: that of a program of several files, in which the places of moves count.
     """
 
     def __init__(
-        self, source: str, language: str, quaternions: Callable[[Floats], Floats], external: Sequence[str] = ()
-    ) -> None:
-        self.source, self.language, self._quaternions = source, language, quaternions
+        self, source: str, language: str, quaternions: Callable[[Floats], Floats], external: Sequence[str] = (),
+        text: LinkedText | None = None,
+    ) -> None:  # fmt: skip
+        self.source, self.language, self._quaternions, self._text = source, language, quaternions, text
         self.numbers, self.marks = array("d"), array("q")
         self.joints: dict[int, Floats] = {}
         self.frames: list[Floats | None] = []
@@ -38,9 +43,11 @@ class RobotTrack:
         self.stands: list[tuple[int, tuple[float, ...]]] = []
         self.count = 0
 
-    def event(self, word: str, line: int) -> None:
-        """Keep a remark of the file for its next move."""
-        self.events.append(Event(self.count, word, line))
+    def event(self, word: str, line: int, instruction: str = "", file: int = 0) -> None:
+        """Keep a remark of a file for the next move; ``instruction``: what it is, if it acts on the machine."""
+        named = _FIRST_WORD.match(instruction)
+        commands = (MachineCommand(named[0].upper()),) if named else ()
+        self.events.append(Event(self.count, word, line, commands=commands, file=file))
 
     def stand(self, values: tuple[float, ...]) -> None:
         """Where the external axes stand from the end of the next move on, NaN where it is not given."""
@@ -81,9 +88,14 @@ class RobotTrack:
         table = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, len(NUMBERS))
         marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
         frames = tuple(None if pose is None else Frame.of(pose) for pose in self.frames)
+        mark = {name: marks[:, k] for k, name in enumerate(MARKS)}
+        sources: tuple[str, ...] = ()
+        if self._text is not None and len(self._text.parts) > 1:
+            sources = tuple(part.source for part in self._text.parts)
+            mark["file"] = np.searchsorted(self._text.begins, mark["start"], side="right") - 1
         return RobotMoves(
             source=self.source, language=self.language, position=table[:, :3] * 1e-3,
             quaternion=self._quaternions(table[:, 3:7]), via=table[:, 9:12] * 1e-3,
-            feed=table[:, 7] * 1e-3, zone=table[:, 8] * 1e-3, mark={name: marks[:, k] for k, name in enumerate(MARKS)},
+            feed=table[:, 7] * 1e-3, zone=table[:, 8] * 1e-3, mark=mark, sources=sources,
             joints=self.joints, frames=frames, tools=self.tools, events=tuple(self.events), external=self._external(),
         )  # fmt: skip

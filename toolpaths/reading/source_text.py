@@ -8,6 +8,7 @@ from pathlib import Path
 from toolpaths.errors import ReadError
 
 _CONTROL = re.compile(r"[^\t\n\f\r\x1a\x20-\x7e\x80-\U0010ffff]")
+_PAGE = re.compile(r"<!doctype\s+html|<html|%PDF-|\{\\rtf", re.I)
 _CONFLICT = re.compile(r"^(<{7} |>{7} |={7}$|\|{7} )", re.MULTILINE)
 
 
@@ -25,6 +26,9 @@ def load_lines(path: Path, source: str) -> list[str]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
+    if page := _PAGE.match(text, len(text) - len(text.lstrip())):
+        what = f"{page[0]!r}: a web page, PDF or document, not a toolpath"
+        raise ReadError(source, _line(text, page), what, "Save the file that is behind the link.")
     text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\f", "\n").rstrip("\x1a")
     if bad := _CONTROL.search(text):
         problem = f"character {bad.group()!r}: not a text file"
@@ -41,18 +45,38 @@ def load_lines(path: Path, source: str) -> list[str]:
     return text.split("\n")
 
 
-def _load_bytes(path: Path, source: str) -> bytes:
+def refuse_absent(path: Path, source: str) -> None:
+    """Refuse a folder, standard input, and a file that is not there; the suffix comes after that.
+
+    Raises:
+        ReadError: as it says.
+    """
     try:
         if path.is_dir():
             raise ReadError(source, None, "this is a folder", "Name one toolpath file.")
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise ReadError(source, None, "there is no such file", "Check the name and the folder.") from None
+        there = path.exists()
     except (OSError, ValueError) as problem:
-        raise ReadError(source, None, f"cannot be read: {problem}") from None
+        raise _unread(source, problem) from None
+    if not there and str(path) == "-":
+        raise ReadError(source, None, "standard input is not read", "Name a toolpath file.")
+    if not there:
+        raise ReadError(source, None, "there is no such file", "Check the name and the folder.")
+
+
+def _load_bytes(path: Path, source: str) -> bytes:
+    refuse_absent(path, source)
+    try:
+        data = path.read_bytes()
+    except (OSError, ValueError) as problem:
+        raise _unread(source, problem) from None
     if b"\0" in data:
         raise ReadError(source, None, "binary or UTF-16 (zero bytes), not text", "Save it as UTF-8 text.")
     return data
+
+
+def _unread(source: str, problem: OSError | ValueError) -> ReadError:
+    why = problem.strerror if isinstance(problem, OSError) else str(problem)
+    return ReadError(source, None, f"cannot be read: {why}")
 
 
 def _line(text: str, match: re.Match[str]) -> int:

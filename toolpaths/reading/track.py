@@ -9,7 +9,8 @@ import numpy as np
 from toolpaths.errors import ReadError
 from toolpaths.frame import Vector
 from toolpaths.reading.arc_points import arc_points, chord_count
-from toolpaths.toolpath import CUT, RAPID, Event, Floats, Ints, Toolpath
+from toolpaths.reading.spindle import SpindleTrack
+from toolpaths.toolpath import CUT, RAPID, Event, Floats, Ints, MachineCommand, Toolpath
 
 LIMIT = 1e3  # m; a coordinate beyond it is a mistake, and arcs of such size would fill the memory
 MOST_POSES = 50_000_000
@@ -30,6 +31,7 @@ class Track:
         marks: 3 integers a move: kind, tool, line.
         arcs: 7 numbers an arc: center x, y, z, normal i, j, k, sweep rad.
         arc_moves: which move each arc is.
+        spindle: how it turns; counts moves as ``len`` does.
         events: their ``pose`` counts moves until ``toolpath`` is called.
     """
 
@@ -37,14 +39,15 @@ class Track:
         self.source, self.language = source, language
         self.moves, self.marks = array("d"), array("i")
         self.arcs, self.arc_moves = array("d"), array("q")
+        self.spindle = SpindleTrack()
         self.events: list[Event] = []
 
     def __len__(self) -> int:
         return len(self.marks) // 3
 
-    def event(self, word: str, line: int) -> None:
-        """Keep a remark of the file for its next move."""
-        self.events.append(Event(len(self), word, line))
+    def event(self, word: str, line: int, *commands: MachineCommand) -> None:
+        """Keep a remark of the file for its next move, with what it asks of the machine."""
+        self.events.append(Event(len(self), word, line, commands))
 
     def arc(self, center: Vector, normal: Vector, sweep: float) -> None:
         """Declare that the move appended next is an arc from the last one's end."""
@@ -60,6 +63,7 @@ class Track:
         kind, tool, line = np.frombuffer(self.marks, dtype=np.int32).reshape(n, 3).T
         position = moves[:, :3] * scale
         self._check_reach(position, line)
+        spindle, sense = self.spindle.columns(n)
         ends = Toolpath(
             source=self.source,
             language=self.language,
@@ -69,6 +73,8 @@ class Track:
             feed=moves[:, 6].copy(),
             kind=kind.astype(np.uint8),
             tool=tool.copy(),
+            spindle=spindle,
+            sense=sense,
             line=line.copy(),
             row=np.arange(n, dtype=np.float64),
             events=tuple(self.events),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -25,6 +26,21 @@ def edited(text: str, edits: Iterable[Edit]) -> str:
         pieces += [text[at : e.start], e.new]
         at = e.end
     return "".join([*pieces, text[at:]])
+
+
+def edited_parts(texts: Sequence[str], begins: Sequence[int], edits: Iterable[Edit]) -> list[str]:
+    """The texts of a program's files, which stand one behind the other from ``begins`` on, each with its edits made."""
+    own: list[list[Edit]] = [[] for _ in texts]
+    for e in edits:
+        k = bisect_right(begins, e.start) - 1
+        own[k].append(Edit(e.start - begins[k], e.end - begins[k], e.new))
+    return [edited(text, mine) for text, mine in zip(texts, own, strict=True)]
+
+
+def parts_to_write(begins: Sequence[int], places: Sequence[int], edits: Iterable[Edit]) -> list[int]:
+    """Parts of a program that hold one of ``places`` (of moves), or an edit; the first in any case."""
+    used = {0, *(bisect_right(begins, place) - 1 for place in {*places, *(e.start for e in edits)})}
+    return sorted(used)
 
 
 def respelled(match: re.Match[str], values: Sequence[float], decimals: Sequence[int], first: int = 1) -> str:

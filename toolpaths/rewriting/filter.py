@@ -18,14 +18,16 @@ class Rewritten:
     """A program with other poses.
 
     Attributes:
-        text: the whole file.
+        text: the whole file; of several, the main one.
         changes: what else than pose numbers changed (poses put in, targets split, arcs made lines), as warnings.
-        beside: other files that changed, by suffix: ``((".dat", bytes),)`` for KRL.
+        beside: the other files of the program: those that share its name by suffix (``.dat`` of KRL), else by name.
+        kept: files of the program that hold neither moves nor what changed: they stay where they are.
     """
 
     text: bytes
     changes: tuple[Finding, ...] = ()
     beside: tuple[tuple[str, bytes], ...] = ()
+    kept: tuple[Path, ...] = ()
 
     def __repr__(self) -> str:
         return f"Rewritten({len(self.text)} bytes, {len(self.changes)} changes)"
@@ -45,7 +47,8 @@ class Filter:
 
     Attributes:
         rewrite: (source, program, row, path) -> Rewritten: the file ``source`` (read from ``path``) with the poses of
-            ``program``; ``row`` is theirs in Toolpath.row. Where the language is on a machine, that comes last. A
+            ``program``; ``row`` is theirs in Toolpath.row. Where the language is on a machine, that comes last; where
+            its programs have several files, the paths of the others (None: those beside). A
             WriteError names the line where a pose cannot be put in place.
         check: (source, path): WriteError, before anything is solved, where the file holds what cannot be kept.
         says_turns: (source) -> whether the file has words for the orientation of the tool.

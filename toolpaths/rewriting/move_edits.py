@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from toolpaths.finding import WARNING, Finding
+from toolpaths.finding import NOTE, Finding
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import ProgramArcs
 from toolpaths.rewriting.corrections import Correction
@@ -50,7 +50,7 @@ class MoveEdits:
     def note(self, move: int, what: str, count: int = 1) -> None:
         """Say what else than numbers changed at a move."""
         self.changes.append(
-            Finding(level=WARNING, place=f"{self.path.name}:{self.line(move)}", what=what, remedy="", count=count)
+            Finding(level=NOTE, place=f"{self.path.name}:{self.line(move)}", what=what, remedy="", count=count)
         )
 
     def via_point(self, c: Correction) -> Floats | None:

@@ -1,72 +1,30 @@
 """TargetEdits: edits of a program whose moves give or name targets one by one, as KRL and RAPID do.
 
-A language gives its ``Spelling``: how a pose is spelled, and what a line that is put in looks like.
+A language gives its ``Spelling``.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from toolpaths.errors import WriteError
-from toolpaths.finding import WARNING, Finding
+from toolpaths.finding import NOTE, Finding
 from toolpaths.interpreting.program_text import Declaration
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import ProgramArcs
 from toolpaths.rewriting.edits import Edit
 from toolpaths.rewriting.filter import SAME_PLACE, SAME_TURN
+from toolpaths.rewriting.spelling import Spelling
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.toolpath import CUT
 from toolpaths.writing.program import Floats, Program
 
 _ROW = 1e-9
 _WORDS = re.compile(r"[A-Za-z_$][\w$]*")
-
-
-class Spelling(Protocol):
-    """How a language spells poses and moves."""
-
-    text: str
-    #: A pose made of numbers; groups 1 to 3 are X, Y, Z.
-    literal: re.Pattern[str]
-    #: A line end of the file.
-    newline: str
-
-    def aggregate(self, move: int) -> str:
-        """The target of a move that is computed, as a literal."""
-
-    def turns(self, rotation: Floats) -> Floats:
-        """Rotations (K, 3, 3) as the numbers (K, m) that ``spelled`` takes."""
-
-    def spelled(self, literal: re.Match[str], position: Sequence[float], turn: Sequence[float] | None) -> str:
-        """A literal with other numbers: (3,) mm and (m,); without ``turn`` those of the orientation stay."""
-
-    def standing(self, literal: str, external: Mapping[str, float]) -> str:
-        """A literal with other values of external axes."""
-
-    def branches_differ(self, nominal: Floats, commanded: Floats) -> npt.NDArray[np.bool_]:
-        """(K,) whether a target of the language tells joint angles (K, 6) rad apart."""
-
-    def configured(self, literal: str, nominal: Floats, commanded: Floats) -> str:
-        """A literal for joint angles ``commanded`` (6,), from one that holds for ``nominal``."""
-
-    def inserted(self, move: int, target: str) -> str:
-        """A straight move to ``target`` as it is put in before the move's statement."""
-
-    def straight(self, move: int) -> Iterator[Edit]:
-        """What makes the move a straight one to a target of its own: its word; of an arc the via point goes."""
-
-    def declared(self) -> Sequence[Declaration]:
-        """Declared targets by ``start``."""
-
-    def free_name(self, name: str, taken: set[str]) -> str:
-        """A legal name near ``name`` whose upper case is not in ``taken``."""
 
 
 @dataclass
@@ -151,11 +109,12 @@ class TargetEdits:
             self._settle(place, uses)
 
     def _line(self, r: int) -> str:
-        return f"{self.moves.source}:{int(self.moves.mark['line'][r])}"
+        return f"{self.moves.file(r)}:{int(self.moves.mark['line'][r])}"
 
     def _note(self, r: int, what: str, count: int = 1) -> None:
         line = f"line {int(self.moves.mark['line'][r])}"
-        self.changes.append(Finding(WARNING, line, what, "", count=count))
+        line = self._line(r) if self.moves.file(r) != self.moves.source else line
+        self.changes.append(Finding(NOTE, line, what, "", count=count))
 
     def _spelled(self, literal: re.Match[str], k: int) -> str:
         out = self.spelling.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)
@@ -291,10 +250,13 @@ class TargetEdits:
         if not hasattr(self, "_targets"):
             self._targets = list(self.spelling.declared())
             self._starts = np.array([d.start for d in self._targets])
-            self._counts = Counter(w.upper() for w in _WORDS.findall(self.spelling.text))
-            self._taken = set(self._counts)
+            self._counts: dict[tuple[int, int], Counter[str]] = {}
+            self._taken = {w.upper() for w in _WORDS.findall(self.spelling.text)}
         return self._targets[int(np.searchsorted(self._starts, at, side="right")) - 1]
 
     def _others(self, target: Declaration, uses: int) -> bool:
         """Whether something else than these uses names the target: rapids, Offs(...), other routines."""
-        return self._counts[target.name.upper()] - 1 > uses
+        scope = self.spelling.scope(target)
+        if scope not in self._counts:
+            self._counts[scope] = Counter(w.upper() for w in _WORDS.findall(self.spelling.text[slice(*scope)]))
+        return self._counts[scope][target.name.upper()] - 1 > uses

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from toolpaths.rotation import turn_between
 from toolpaths.toolpath import CUT
+from toolpaths.writing.lines import interrupted
 from toolpaths.writing.program import Floats, Program
 
 #: How far a rounded corner may miss its pose, m: in a cut, and where it begins or ends, as much as sampling.
@@ -61,11 +62,11 @@ def blending(program: Program) -> Blending:
 
 
 def stops(program: Program) -> npt.NDArray[np.bool_]:
-    """(N,) poses where the robot has to stand: first, last, exact ones, and around a tool change."""
+    """(N,) poses where the robot has to stand: first, last, exact ones, around a tool change, before what is done."""
     stop = np.zeros(len(program), dtype=bool) if program.exact is None else program.exact.copy()
     stop[[0, -1]] = True
-    change = np.flatnonzero(np.diff(program.tool))
-    stop[change] = stop[change + 1] = True
+    stop[program.tool_changes] = True
+    stop[[pose - 1 for pose in interrupted(program) if pose > 0]] = True
     return stop
 
 

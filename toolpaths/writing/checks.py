@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +85,22 @@ def _kinds_and_tools(program: Program) -> Iterator[Finding]:
     for number, tool in program.tools.items():
         if tool.mass is not None and tool.mass < 0.0:
             yield Finding(ERROR, f"tool {number}", f"mass {tool.mass:g} kg is negative")
+
+
+def unsaid(program: Program, language: str, says: Callable[[str], bool]) -> Iterator[Finding]:
+    """A warning that lists what the source asks of the machine and the program leaves out.
+
+    Args:
+        language: of the program.
+        says: whether it has a word for a command of G-code.
+    """
+    left = [o for o in program.orders if o.lines is None and o.command.word != "T" and not says(o.command.word)]
+    if left:
+        words = ", ".join(sorted({o.command.word for o in left}, key=lambda word: (len(word), word)))
+        what = f"a program in {language} has no words of its own for {words}: they are comments in it"
+        remedy = '[program.events] of the cell says what the controller does, such as M3 = ["..."], or [] for nothing'
+        places = tuple(dict.fromkeys(f"{o.source or program.source}:{o.line}" for o in left))
+        yield Finding(WARNING, places[0], what, remedy, count=len(left), places=places if len(places) > 1 else ())
 
 
 def six_joints(program: Program, what: str) -> Iterator[Finding]:

@@ -9,7 +9,9 @@ from toolpaths.errors import ReadError
 #: The words of the one comment that such a program carries near its top.
 MARKER = "compensated by toolpath-compensator"
 
-_MARKED = re.compile(rb"compensated by toolpath-compensator|^[ \t]*[!;]\s*Compensated program ", re.M)
+_MARKED = re.compile(
+    rb"compensated by toolpath-compensator|^[ \t]*(?:[!;']|//)[ \t]*Compensated program(?=[ \r\n])", re.M
+)
 _IN_REMARKS = re.compile(
     rb"![ \t]*+(?:Compensated program |compensated by[ \t]*+(?:;[ \t]*+[\r\n]*+[ \t]*+\d*+[ \t]*+:[ \t]*+!)?[ \t]*+"
     rb"toolpath-compensator)"

@@ -11,16 +11,39 @@ import numpy.typing as npt
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.tool_frame import ToolFrame
+from toolpaths.toolpath import MachineCommand
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the source asks of the machine in front of a pose.
+
+    Attributes:
+        pose: of the program; its length: behind the last one.
+        command: what is asked.
+        line: of the source.
+        text: what the source says, as in ``Program.comments``.
+        lines: what the program does for it, in its language; None: nobody said what.
+        source: file of the line, of a source of several files; empty: the program's one.
+    """
+
+    pose: int
+    command: MachineCommand
+    line: int
+    text: str
+    lines: tuple[str, ...] | None = None
+    source: str = ""
 
 
 @dataclass(frozen=True, repr=False)
 class Program:
     """Moves of one robot in the order of execution; every array has N rows.
 
-    The first pose is reached by a joint move, every other by a straight line of the TCP.
+    The first pose is reached by a joint move, and so is the first one of every tool; every other by a straight line of
+    the TCP.
 
     Attributes:
         name: of the program, as the user calls it; each language makes it legal in its own way.
@@ -39,6 +62,7 @@ class Program:
         exact: (N,) poses that have to be reached, not rounded; None: none but the last.
         start_joints: (n,) rad to drive to first, or None: start at the first pose.
         comments: (pose, text): a comment in front of that pose.
+        orders: what the source asks of the machine, in its order.
         robot: name of the robot.
         source: name of the file that the poses come from.
         nominal_position: (N, 3) m, where the TCP has to be; None: where it is commanded.
@@ -64,6 +88,7 @@ class Program:
     exact: npt.NDArray[np.bool_] | None = None
     start_joints: Floats | None = None
     comments: tuple[tuple[int, str], ...] = ()
+    orders: tuple[Order, ...] = ()
     robot: str = ""
     source: str = ""
     nominal_position: Floats | None = None
@@ -91,6 +116,11 @@ class Program:
     def place(self, pose: int) -> str:
         """A pose as messages name it."""
         return f"pose {pose} ({self.source or 'source'}:{int(self.line[pose])})"
+
+    @property
+    def tool_changes(self) -> list[int]:
+        """Poses that another tool goes to than to the pose before."""
+        return [int(k) for k in np.flatnonzero(np.diff(self.tool)) + 1]
 
     def blocks(self, size: int = 4096, first: int = 0, end: int | None = None) -> Iterator[slice]:
         """Ranges of poses to format at one time, so that memory stays bounded."""

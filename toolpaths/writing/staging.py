@@ -57,7 +57,7 @@ class Staging:
         return self._folders[parent]
 
     def write(self, target: Path, pieces: Iterable[bytes]) -> None:
-        """Stage one file, flushed to the disk.
+        """Stage one file.
 
         Raises:
             StagingError: it cannot be written.
@@ -69,8 +69,6 @@ class Staging:
             with open(staged, "wb") as stream:
                 for piece in pieces:
                     stream.write(piece)
-                stream.flush()
-                os.fsync(stream.fileno())
         except OSError as e:
             raise StagingError(target, e) from e
         self.add(staged, target)
@@ -80,11 +78,13 @@ class Staging:
         self._staged.append((staged, target))
 
     def commit(self) -> None:
-        """Rename everything into place; on a failure or an interrupt put back what stood there before.
+        """Flush everything to the disk and rename it into place; a failure or an interrupt puts back what stood there.
 
         Raises:
-            StagingError: a rename failed.
+            StagingError: a rename failed, or the disk is full.
         """
+        for staged, target in self._staged:
+            _flush(staged, target)
         backups = self._set_aside() if len(self._staged) > 1 else {}
         renamed: list[Path] = []
         try:
@@ -113,6 +113,15 @@ class Staging:
                     raise StagingError(target, e) from e
                 backups[target] = backup
         return backups
+
+
+def _flush(staged: Path, target: Path) -> None:
+    """Without it a power failure after the rename may leave an empty file where the old one was."""
+    try:
+        with open(staged, "rb+") as stream:
+            os.fsync(stream.fileno())
+    except OSError as e:
+        raise StagingError(target, e) from e
 
 
 def _second_name(target: Path, backup: Path) -> None:

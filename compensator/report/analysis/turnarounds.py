@@ -23,15 +23,18 @@ class Turnaround:
         joint: counted from 1.
         pose: index of the first pose after it.
         line: of the source file.
+        file: that it is in, where the source has several; else empty.
     """
 
     joint: int
     pose: int
     line: int
+    file: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """As in the JSON report."""
-        return {"where": f"joint-{self.joint}", "source_line": self.line, "pose": self.pose}
+        more = {"source_file": self.file} if self.file else {}
+        return {"where": f"joint-{self.joint}", "source_line": self.line, "pose": self.pose, **more}
 
 
 def reversals(c: Compensation, q: Floats) -> list[Turnaround]:
@@ -47,8 +50,9 @@ def sign_changes(c: Compensation) -> list[Turnaround]:
 
 def _where_signs_change(c: Compensation, sign: Floats) -> list[Turnaround]:
     """In the order of poses; a sign (N, n) of 0 is passed over."""
+    path = c.path.toolpath
     found = [
-        Turnaround(j + 1, int(k), int(c.path.toolpath.line[k]))
+        Turnaround(j + 1, int(k), int(path.line[k]), "" if path.file is None else path.sources[path.file[k]])
         for j in range(sign.shape[1])
         for k in _changes(sign[:, j])
     ]

@@ -60,7 +60,6 @@ def fit_page(fit: Fit, report: Report, warn: Warn = silent) -> str:
         rms=_rms(report),
         not_identified=others,
         shared=len(geometric),
-        lacks=f"{fit.lacks[:1].upper()}{fit.lacks[1:]}." if fit.lacks else "",
         misfit=f"{fit.solution.misfit:.2f}" if fit.solution.misfit > 1 else "",
         overall=tables.overall(report["rms_mm"]),
         parameters=tables.parameters(fit),

@@ -11,12 +11,13 @@ from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT
 from compensator.report.html import path_tables as tables
 from compensator.report.html.page import page
-from compensator.report.html.path_tables import is_compensated
 from compensator.report.json.text import Report
+from compensator.report.words.findings import finding_sentences, note_sentences
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import equilibrium_along
 from stiffness.effects import CATALOGUE
+from toolpaths.finding import ERROR, WARNING
 
 Floats = npt.NDArray[np.float64]
 
@@ -28,9 +29,11 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         report: the JSON report of the run; its ``seconds`` are not shown.
         after: (N,) m, error of every pose with the program as written; without it that of the exact commands.
     """
-    corrected = is_compensated(c)
+    corrected = c.is_corrected
     before = np.linalg.norm(c.error_before, axis=1) * 1e3
     left = _left(c, after) if corrected else None
+    plain = c.uncompensated
+    nominal = np.linalg.norm(plain.error_before, axis=1)
     title = "Compensated toolpath" if corrected else "Predicted deflection, not compensated"
     return page(
         "path",
@@ -38,15 +41,15 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         _figures(c, before, left),
         robot=c.job.arm.robot.name,
         corrected=corrected,
-        before=_errors(c, report, "before", before),
+        before=_errors(plain, report, "before", nominal),
         after=None if left is None else _errors(c, report, "after", left),
         correction=_largest_correction(c, report),
-        unknown_flanks=_unknown_flanks(report),
-        not_applied=report["not_applied"],
-        notes=report["notes"],
+        findings=finding_sentences(report, (ERROR, WARNING)),
+        notes=note_sentences(report),
         lanes=_lanes(),
         thinned={"poses": f"{len(c):,}", "points": f"{LIMIT:,}"} if len(c) > LIMIT else None,
         errors=tables.errors(report, corrected),
+        shares=tables.shares(report),
         facts=tables.facts(report, corrected),
         joints=tables.joints(c),
         turnarounds=tables.turnarounds(c, report),
@@ -88,17 +91,10 @@ def _largest_correction(c: Compensation, report: Report) -> dict[str, str]:
 
 
 def _place(c: Compensation, pose: int) -> str:
-    return f"line {c.path.toolpath.line[pose]}, pose {pose}"
+    return f"{c.path.toolpath.line_words(pose)}, pose {pose}"
 
 
 def _lanes() -> list[dict[str, str]]:
     """What the curves of remembered states mean, effect by effect."""
     memories = {e.name: e.memory.meaning for e in CATALOGUE if e.memory and e.memory.meaning}
     return [{"name": name, "meaning": memories[name]} for name in sorted(memories)]
-
-
-def _unknown_flanks(report: Report) -> dict[str, str] | None:
-    unknown = report["unknown_state"]
-    if not unknown["n_cut"]:
-        return None
-    return {"poses": f"{unknown['n_cut']:,}", "spread": deflection_mm(unknown["max_spread_mm"])}

@@ -10,14 +10,10 @@ import numpy as np
 from compensator.report.html.table import PageTable
 from compensator.report.json.text import Report
 from compensator.report.words.numbers import deflection_mm
+from compensator.report.words.shares import SHARES, direction_words
 from compensator.solve.compensation import Compensation
 
 LISTED = 12  # turnarounds that are written out per joint
-
-
-def is_compensated(c: Compensation) -> bool:
-    """False for what ``preview`` shows: no round of the solve was run."""
-    return c.iterations > 0
 
 
 def errors(report: Report, corrected: bool) -> PageTable:
@@ -27,6 +23,20 @@ def errors(report: Report, corrected: bool) -> PageTable:
     rows = [[name, *(deflection_mm(error[key][s]) for s in ("mean", "p95", "max"))] for name, key in kinds]
     head = ["mm, over cutting poses", "mean", "95 %", "max"]
     return PageTable(rows, head, right=range(1, 4), caption="Predicted TCP error")
+
+
+def shares(report: Report) -> PageTable:
+    """What the deflection is made of."""
+    of = {SHARES[name]: share for name, share in report["deflection_mm"].items()}
+    whole = np.sum([share["mean_xyz"] for share in of.values()], axis=0)
+    of["together"] = {**report["predicted_error_mm"]["before"], "mean_xyz": whole}
+    rows = []
+    for name, share in of.items():
+        mean = ", ".join(f"{v + 0.0:.3f}" for v in np.round(share["mean_xyz"], 3))
+        rows.append([name, *(deflection_mm(share[s]) for s in ("mean", "p95", "max")), mean])
+    head = ["mm, over cutting poses", "mean", "95 %", "max", "mean vector x, y, z"]
+    caption = "What it is made of, uncompensated: vectors add up, sizes do not"
+    return PageTable(rows, head, right=range(1, 5), caption=caption)
 
 
 def facts(report: Report, corrected: bool) -> PageTable:
@@ -41,6 +51,7 @@ def facts(report: Report, corrected: bool) -> PageTable:
             ["poses without a solution", f"{report['solve']['unconverged']}"],
         ]
     rows += [
+        ["tool looks along, base axes", direction_words(report)],
         ["joint reversals", f"{len(report['reversals']):,}"],
         ["torque sign changes", f"{len(report['torque_sign_changes']):,}"],
         ["cutting poses with unknown flanks", f"{unknown['n_cut']:,}"],
@@ -67,8 +78,8 @@ def joints(c: Compensation) -> PageTable:
             _at(c, int(np.argmin(room[:, j])), f"{room[:, j].min():.2f}"),
             _largest(c, torque[:, j], 0),
         ]
-        rows.append([*row, _largest(c, shift[:, j], 5)] if is_compensated(c) else row)
-    if is_compensated(c):
+        rows.append([*row, _largest(c, shift[:, j], 5)] if c.is_corrected else row)
+    if c.is_corrected:
         head.append("largest correction, deg")
     caption = "Angles, torques of gravity and process, and corrections, with their source line"
     return PageTable(rows, head, right=range(2, len(head)), caption=caption)
@@ -80,7 +91,7 @@ def _largest(c: Compensation, values: Any, digits: int) -> str:
 
 
 def _at(c: Compensation, pose: int, text: str) -> str:
-    return f"{text} (line {c.path.toolpath.line[pose]})"
+    return f"{text} ({c.path.toolpath.line_words(pose)})"
 
 
 def turnarounds(c: Compensation, report: Report) -> PageTable:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.json.findings import findings
+from compensator.report.json.findings import findings_report, of_doubts
 from compensator.report.json.fit import station_report
 from compensator.report.json.text import MM, Report
 from stiffness.diagnosis.doubts import session_doubts
@@ -18,7 +18,7 @@ KINDS = ("displacement", "absolute")
 def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
-        "findings": findings(session_doubts(d.fit.sessions, d.outliers)),
+        "findings": findings_report(of_doubts(session_doubts(d.fit.sessions, d.outliers))),
         "verdict": d.verdict,
         "added": [_added(a) for a in d.added],
         "removed": [{"effect": r.effect, "where": list(r.where), "why": r.why} for r in d.removed],

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from compensator.report.json.findings import findings, notes
+from compensator.report.json.findings import findings_report, notes, of_doubts
 from compensator.report.json.text import MM, Report
 from compensator.solve.unlearned_angles import NotLearned
 from stiffness.diagnosis.doubts import session_doubts
@@ -23,10 +23,10 @@ def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()
     session = result.seen.session
     rows = session.samples.line[np.flatnonzero(result.wrong)]
     return {
-        "findings": [
-            *findings(session_doubts([result.seen])),
-            *notes(session.source, (str(part) for part in not_learned)),
-        ],
+        "findings": findings_report([
+            *of_doubts(session_doubts([result.seen])),
+            *notes("model", session.source, (str(part) for part in not_learned)),
+        ]),
         "displacement": _score(result.displacement),
         "absolute": _score(result.absolute),
         "with_outliers": {kind: _score(score) for kind, score in result.with_wrong.items()},

@@ -1,4 +1,4 @@
-"""The findings of a JSON report: what stands first in every output of a verb that reads sessions."""
+"""The findings of a JSON report: the one list that the terminal, standard error and the page show, too."""
 
 from __future__ import annotations
 
@@ -6,16 +6,30 @@ from collections.abc import Iterable
 
 from compensator.report.json.text import Report
 from stiffness.diagnosis.doubt import Doubt
-from toolpaths.finding import NOTE, WARNING
+from toolpaths.finding import NOTE, WARNING, Finding, merged
 
 
-def findings(doubts: Iterable[Doubt]) -> list[Report]:
-    """As the interface has them."""
+def findings_report(found: Iterable[Finding]) -> list[Report]:
+    """As the interface has them, repeats merged, errors first and notes last."""
     return [
-        {"level": WARNING, "what": d.what, "where": d.where, "source_line": d.first, "count": d.count} for d in doubts
+        {
+            "level": f.level,
+            "kind": f.kind,
+            "what": f.what,
+            "remedy": f.remedy,
+            "where": f.place,
+            "source_line": f.source_line,
+            "count": f.count,
+        }
+        for f in merged(found)
     ]
 
 
-def notes(where: str, sentences: Iterable[str]) -> list[Report]:
+def of_doubts(doubts: Iterable[Doubt]) -> list[Finding]:
+    """What is wrong with measurements, or looks so."""
+    return [Finding(WARNING, d.where, d.what, count=d.count, kind="measurement", line=d.first) for d in doubts]
+
+
+def notes(kind: str, where: str, sentences: Iterable[str]) -> list[Finding]:
     """What a result does not know."""
-    return [{"level": NOTE, "what": text, "where": where, "source_line": None, "count": 1} for text in sentences]
+    return [Finding(NOTE, where, text, kind=kind) for text in sentences]

@@ -8,7 +8,7 @@ import numpy as np
 
 from compensator.report.analysis.by_reflector import KINDS
 from compensator.report.analysis.predicted import predicted_sessions
-from compensator.report.json.findings import findings
+from compensator.report.json.findings import findings_report, of_doubts
 from compensator.report.json.text import MM, Report, known_numbers
 from stiffness.diagnosis.doubts import session_doubts
 from stiffness.effects import BASE
@@ -18,6 +18,7 @@ from stiffness.identification.placed_station import placed_reflectors, placed_tr
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.text import local_text
 from stiffness.model.model import ComplianceModel
+from toolpaths.finding import WARNING, Finding
 
 
 def fit_report(fit: Fit) -> Report:
@@ -30,7 +31,7 @@ def fit_report(fit: Fit) -> Report:
     k = fit.values()[BASE.name]["k_nm_per_rad"]
     sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
     return {
-        "findings": findings(session_doubts(fit.sessions)),
+        "findings": findings_report([*of_doubts(session_doubts(fit.sessions)), *_misfit(fit)]),
         "effects": [e.name for e in fit.unknowns.effects],
         "stiffness_nm_per_rad": known_numbers(k, known),
         "stiffness_sd_nm_per_rad": known_numbers(sd, known),
@@ -47,6 +48,12 @@ def fit_report(fit: Fit) -> Report:
         **station_report(fit),
         "notes": list(fit.notes),
     }
+
+
+def _misfit(fit: Fit) -> list[Finding]:
+    """A warning where more is left than the noise explains."""
+    sessions = ", ".join(s.session.source for s in fit.sessions)
+    return [Finding(WARNING, sessions, fit.lacks, kind="model")] if fit.lacks else []
 
 
 def station_report(fit: Fit) -> Report:

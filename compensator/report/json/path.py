@@ -6,47 +6,59 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.report.analysis.turnarounds import reversals, sign_changes
+from compensator.report.json.findings import findings_report
 from compensator.report.json.text import MM, Report
-from compensator.solve.compensation import Compensation
-from compensator.solve.joint_state import spread_of_unknown
-from compensator.solve.unlearned_angles import OpenAngles
+from compensator.solve.assessment import Assessment
 
 Floats = npt.NDArray[np.float64]
 
 
-def path_report(
-    c: Compensation, after: Floats, found: OpenAngles, *, seconds: float, corrected: bool = True
-) -> Report:
+SHARES = ("gravity", "process", "joint_state", "offsets", "temperature", "touched_off", "interaction")
+
+
+def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool = True) -> Report:
     """The numbers of a run.
 
     Args:
         after: (N,) m, error with the commands as written.
-        found: angles that the model did not learn.
         seconds: how long the run took.
         corrected: False where the nominal path is commanded.
     """
-    cut = c.cutting
-    spread = spread_of_unknown(c.job.arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
+    c = a.result
+    cut, plain = c.cutting, c.uncompensated
     q = c.command.q if corrected else c.path.q
     return {
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
         "predicted_error_mm": {
-            "before": statistics(np.linalg.norm(c.error_before[cut], axis=1)),
+            "before": statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1)),
             "after": statistics(after[cut]),
+        },
+        "deflection_mm": {name: _share(a.shares[name]) for name in SHARES if name in a.shares},
+        "tool_direction": {
+            "mean_xyz": a.direction.mean.tolist(),
+            "spread_deg": float(np.degrees(a.direction.spread)),
+            "n_upward": a.direction.upward,
         },
         "max_correction_mm": float(np.linalg.norm(c.correction, axis=1).max() * MM) if corrected else 0.0,
         "reversals": [t.as_dict() for t in reversals(c, q)],
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,
-        "unknown_state": {"n_cut": int(np.sum(spread > 0)), "max_spread_mm": float(spread.max(initial=0.0) * MM)},
-        "not_learned": [part.as_dict() for part in found.not_learned],
-        "left_open_mm": statistics(found.sd),
+        "unknown_state": {"n_cut": int(np.sum(a.spread > 0)), "max_spread_mm": float(a.spread.max(initial=0.0) * MM)},
+        "not_learned": [part.as_dict() for part in a.open.not_learned],
+        "left_open_mm": statistics(a.open.sd),
         "not_applied": list(c.job.arm.not_applied),
-        "notes": [str(note) for note in (*c.job.notes, *found.findings)],
+        "findings": findings_report(a.findings),
+        "notes": [str(f) for f in a.findings if f.kind in ("cell", "model")],
         "seconds": round(seconds, 3),
     }
+
+
+def _share(vectors: Floats) -> Report:
+    """Statistics of the size of vectors (M, 3) m, and their mean, mm: the means of all shares add up."""
+    mean = vectors.mean(axis=0) * MM if len(vectors) else np.zeros(3)
+    return {**statistics(np.linalg.norm(vectors, axis=1)), "mean_xyz": mean.tolist()}
 
 
 def statistics(error: Floats) -> dict[str, float]:

@@ -15,6 +15,7 @@ RATES = {
     "m/s": ("nm/s", 1e9),
     "rad/s": ("nrad/s", 1e9),
 }
+ROUNDING = 1e-9  # mm: what is smaller comes from rounding, and is none
 _TAILS = (
     *("_nm_per_rad", "_m_per_n", "_rad_per_nm", "_rad_per_k", "_m_per_s", "_rad_per_s"),
     *("_per_k", "_rad", "_nm", "_kg", "_m", "_n"),
@@ -22,13 +23,8 @@ _TAILS = (
 
 
 def deflection_mm(value: float) -> str:
-    """Millimetres with four decimals; below 1 µm with two significant digits, down to 1 nm."""
-    if value == 0 or value >= 1e-3:
-        return f"{value:.4f}"
-    if value < 1e-6:
-        return "< 0.000001"
-    digits = 1 - int(np.floor(np.log10(value)))
-    return f"{value:.{min(digits, 6)}f}"
+    """Millimetres to the micrometre: no model of a robot tells more, and no robot repeats that well."""
+    return "< 0.001" if ROUNDING < value < 5e-4 else f"{value:.3f}"
 
 
 def residual_mm(value: float) -> str:

@@ -15,7 +15,6 @@ from compensator.errors import CompensatorError
 from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator.small_job import CELL, WORN, files, merged
 from tests.oracles.robot_programs import RAPID, TURN
-from toolpaths.errors import ToolpathError
 from toolpaths.files import read_toolpath
 
 WORK = np.array([1500.0, -150.0, 800.0])
@@ -121,8 +120,6 @@ def test_a_table_turns_the_part(tmp_path: Path) -> None:
     preview_file(tmp_path / "plain" / "part.mod", tmp_path / "plain" / "cell.toml", csv=tmp_path / "q.csv")
     shown, plain = (np.genfromtxt(tmp_path / n, delimiter=",", skip_header=1, usecols=range(2, 15)) for n in QP)
     np.testing.assert_allclose(shown, plain, atol=1e-5)
-    with pytest.raises(CompensatorError, match="turns the work object"):
-        compensate_file(source, cell(tmp_path, {"eax_b": TABLE}), tmp_path / "d.mod")
 
 
 def test_places_may_differ_between_cuts(tmp_path: Path) -> None:
@@ -150,17 +147,102 @@ def test_places_may_differ_between_cuts(tmp_path: Path) -> None:
     np.testing.assert_allclose(shown[-1, :3], [100, 60, -2], atol=2.0)
 
 
-@pytest.mark.parametrize("carries", ["robot", "part"])
-def test_what_carries_robot_or_part_stands_still_in_cuts(tmp_path: Path, carries: str) -> None:
-    axis = {"robot": RAIL, "part": TABLE, "nothing": {"carries": "nothing"}}
-    source = part(tmp_path, 0, WORK, WORK_TURN)
-    lines = source.read_text().split("\n")
-    at = next(k for k, line in enumerate(lines) if "MoveC" in line)
-    lines[at] = lines[at].replace("[9E9,0,", "[9E9,10,")
-    source.write_text("\n".join(lines))
-    with pytest.raises(ToolpathError, match=rf"part.mod:{at + 1}: external axis eax_b moves from 0 to 10"):
-        compensate_file(source, cell(tmp_path, {"eax_b": axis[carries]}, BASE_WRENCH), tmp_path / "c.mod")
-    compensate_file(source, cell(tmp_path, {"eax_b": axis["nothing"]}), tmp_path / "c.mod")
+def along(folder: Path, ends: np.ndarray, axis: np.ndarray | None, home: np.ndarray) -> Path:
+    """A straight run over ``ends`` (K, 3) mm in the work object, with eax_b at ``axis`` (K,), from a rapid before."""
+    folder.mkdir(exist_ok=True)
+    shown = ["9E9"] * len(ends) if axis is None else [f"{v:.10f}" for v in axis]
+    poses = [
+        f"[[{','.join(f'{v:.10f}' for v in p)}],[0,1,0,0],[0,0,0,0],[9E9,{e},9E9,9E9,9E9,9E9]]"
+        for p, e in zip([home, *ends], [shown[0], *shown], strict=True)
+    ]
+    moves = [f"    MoveJ {poses[0]},v1000,fine,t\\WObj:=w;"] + [f"    MoveL {p},v20,z1,t\\WObj:=w;" for p in poses[1:]]
+    tool = "  PERS tooldata t:=[TRUE,[[30,-20,240],[1,0,0,0]],[30,[10,0,110],[1,0,0,0],0,0,0]];"
+    work = f"  PERS wobjdata w:=[FALSE,TRUE,\"\",[[1500,-150,800],[{TURN}]],[[0,0,0],[1,0,0,0]]];"
+    text = "\n".join(["MODULE run", tool, work, "  PROC main()", *moves, "  ENDPROC", "ENDMODULE", ""])
+    (folder / "run.mod").write_text(text)
+    return folder / "run.mod"
+
+
+def commands(file: Path, table: Path, out: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Positions of the straight moves as written, and the table of the nominal poses: mm."""
+    compensate_file(file, table, out)
+    preview_file(file, table, csv=out.with_suffix(".csv"))
+    rows = np.genfromtxt(out.with_suffix(".csv"), delimiter=",", names=True, dtype=None, encoding="ascii")
+    columns = {k: np.stack([rows[f"{v}"] for v in names], axis=1) for k, names in COLUMNS.items()}
+    written = read_toolpath(out)
+    whole = np.abs(written.row - np.rint(written.row)) < 1e-9
+    return written.position[whole & (written.kind == 1)] * 1e3, columns
+
+
+COLUMNS = {
+    "q": [f"q{k}_deg" for k in range(1, 7)], "force": ["fx_n", "fy_n", "fz_n"],
+}  # fmt: skip
+PATH_WRENCH = {"process": {"kind": "constant", "frame": "path", "wrench": [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0]}}
+
+
+def test_a_rail_that_moves_in_every_cut(tmp_path: Path) -> None:
+    """The arm sees each pose less what the rail is at, as if the part went the other way; the feed is that on it."""
+    ends = np.array([[k * 20.0, 5.0 * (k % 2), -2.0] for k in range(6)])
+    rail = np.linspace(-40.0, 260.0, 6)
+    step = WORK_TURN.inv().apply(np.outer(rail, RAIL["direction"]))
+    home = np.array([0.0, 0.0, 40.0])
+    change = {"tool": None, **BASE_WRENCH}
+    file = along(tmp_path / "rail", ends, rail, home)
+    got, on_rail = commands(file, cell(tmp_path / "rail", {"eax_b": RAIL}, change), tmp_path / "rail" / "c.mod")
+    plain = along(tmp_path / "plain", ends - step, None, home - step[0])
+    expected, alone = commands(plain, cell(tmp_path / "plain", {}, change), tmp_path / "plain" / "c.mod")
+    np.testing.assert_allclose(got[[0, -1]], (expected + 0.0)[[0, -1]] + step[[0, -1]], atol=3e-4)
+    np.testing.assert_allclose(on_rail["q"][-1], alone["q"][-1], atol=1e-6)
+    written = read_toolpath(tmp_path / "rail" / "c.mod")
+    np.testing.assert_allclose(written.setting.external["eax_b"][[0, -1]], rail[[0, -1]], atol=1e-9)
+    assert (np.diff(written.setting.external["eax_b"]) >= -1e-9).all()  # poses put in have their place on the rail
+    by_feed = cell(tmp_path / "rail", {"eax_b": RAIL}, {"tool": None, **PATH_WRENCH})
+    _, turned = commands(file, by_feed, tmp_path / "d.mod")
+    feed = WORK_TURN.apply((ends[-1] - ends[-2]) / np.linalg.norm(ends[-1] - ends[-2]))  # not that of the arm
+    down = np.array([0.0, 0.0, -1.0])
+    np.testing.assert_allclose(turned["force"][-1], -120 * feed + 80 * np.cross(down, feed) - 60 * down, atol=1e-3)
+
+
+def test_a_table_that_turns_under_a_tool_at_rest(tmp_path: Path) -> None:
+    """The arm stands still, the part turns: the correction is the same all along, the feed is against the turn."""
+    center, axis = np.array([1400.0, 100.0, 798.0]), np.array([0.0, 0.0, 1.0])
+    table = {"carries": "part", "direction": axis.tolist(), "center": center.tolist()}
+    tip = np.array([1500.0, -100.0, 798.0])
+    angle = np.linspace(0.0, 40.0, 81)
+    turns = Rotation.from_rotvec(np.radians(angle)[:, None] * axis)
+    ends = WORK_TURN.inv().apply(turns.inv().apply(tip - center) + center - WORK)  # of one point in the base
+    file = along(tmp_path / "t", ends, angle, ends[0])
+    text = file.read_text().split("\n")
+    turned = WORK_TURN.inv() * turns.inv() * WORK_TURN * Rotation.from_quat([0, 1, 0, 0], scalar_first=True)
+    q = iter([turned[0], *turned])
+    lines = [x.replace("[0,1,0,0]", f"[{quaternion(next(q))}]") if "    Move" in x else x for x in text]
+    file.write_text("\n".join(lines))
+    by_feed = cell(tmp_path / "t", {"eax_b": table}, {"tool": None, **PATH_WRENCH})
+    _, seen = commands(file, by_feed, tmp_path / "c.mod")
+    cut = np.abs(seen["force"]).max(axis=1) > 0
+    np.testing.assert_allclose(np.ptp(seen["q"][cut], axis=0), 0.0, atol=2e-3)  # what lies between two poses is a chord
+    feed = np.cross(-axis, tip - center)
+    feed /= np.linalg.norm(feed)
+    wanted = -120 * feed + 80 * np.cross([0, 0, -1.0], feed) + [0, 0, 60.0]
+    np.testing.assert_allclose(seen["force"][cut][:-1], np.tile(wanted, (cut.sum() - 1, 1)), atol=0.6)
+    written = read_toolpath(tmp_path / "c.mod")
+    whole = np.flatnonzero((np.abs(written.row - np.rint(written.row)) < 1e-9) & (written.kind == 1))
+    stands = written.setting.external["eax_b"][written.row[whole].astype(int)]
+    on_table = WORK_TURN.apply(written.position[whole] * 1e3) + WORK - center
+    back = Rotation.from_rotvec(np.radians(stands)[:, None] * axis).apply(on_table) + center
+    assert np.ptp(back, axis=0).max() < 0.02 and np.linalg.norm(back[0] - tip) > 0.05
+
+
+def test_a_wrench_in_work_object_axes_turns_with_the_table(tmp_path: Path) -> None:
+    place = 70.0
+    turn = Rotation.from_rotvec(np.radians(place) * np.array(TABLE["direction"]))
+    center = np.array(TABLE["center"])
+    source = part(tmp_path, place, turn.inv().apply(WORK - center) + center, turn.inv() * WORK_TURN)
+    preview_file(source, cell(tmp_path, {"eax_b": TABLE}), csv=tmp_path / "p.csv")
+    (tmp_path / "plain").mkdir()
+    preview_file(part(tmp_path / "plain", None, WORK, WORK_TURN), cell(tmp_path / "plain", {}), csv=tmp_path / "q.csv")
+    shown, plain = (np.genfromtxt(tmp_path / n, delimiter=",", skip_header=1, usecols=range(23, 29)) for n in QP)
+    np.testing.assert_allclose(shown, plain, atol=1e-9)
 
 
 def test_another_language_would_lose_them(tmp_path: Path) -> None:
@@ -173,17 +255,14 @@ def test_another_language_would_lose_them(tmp_path: Path) -> None:
         assert any("without external axes" in str(f) for f in done.findings)
 
 
-@pytest.mark.parametrize(
-    ("axis", "words"),
-    [
-        ({"carries": "robot"}, "length 1"),
-        ({"carries": "robot", "direction": [2.0, 0.0, 0.0]}, "length 1"),
-        ({"carries": "part", "direction": [0.0, 0.0, 1.0]}, "center is missing"),
-        ({"carries": "part", "direction": [0.0, 0.0, 1.0], "center": [1.4, 0.1, 0.7]}, "mm"),
-        ({**RAIL, "center": [0.0, 0.0, 0.0]}, "a rail has none"),
-        ({"carries": "table"}, "carries"),
-    ],
-)
+@pytest.mark.parametrize(("axis", "words"), [
+    ({"carries": "robot"}, "length 1"),
+    ({"carries": "robot", "direction": [2.0, 0.0, 0.0]}, "length 1"),
+    ({"carries": "part", "direction": [0.0, 0.0, 1.0]}, "center is missing"),
+    ({"carries": "part", "direction": [0.0, 0.0, 1.0], "center": [1.4, 0.1, 0.7]}, "mm"),
+    ({**RAIL, "center": [0.0, 0.0, 0.0]}, "a rail has none"),
+    ({"carries": "table"}, "carries"),
+])  # fmt: skip
 def test_declarations_are_checked(tmp_path: Path, axis: dict[str, Any], words: str) -> None:
     source = part(tmp_path, 300, WORK, WORK_TURN)
     with pytest.raises(CompensatorError, match=words):
@@ -197,26 +276,23 @@ def test_the_axes_of_the_page(tmp_path: Path) -> None:
     page = (Path(__file__).parents[3] / "docs" / "filter.md").read_text()
     block = page[page.index("    [external.E1]") :].split("\n\nThen")[0]
     expected = without_axis(tmp_path, BASE_WRENCH)
-    source = part(tmp_path, None, WORK, WORK_TURN)
     table = cell(tmp_path, {}, BASE_WRENCH)
     table.write_text(table.read_text() + "\n" + re.sub("^    ", "", block, flags=re.M))
-    compensate_file(source, table, tmp_path / "c.mod")
+    compensate_file(part(tmp_path, None, WORK, WORK_TURN), table, tmp_path / "c.mod")
     np.testing.assert_allclose(poses(tmp_path / "c.mod"), expected, atol=1e-9)
 
 
 def test_two_work_objects_that_cut_equally_often(tmp_path: Path) -> None:
     """Lines put in make the second one that of most cuts: the written program is still checked in the first."""
     source = part(tmp_path, None, WORK, WORK_TURN)
-    head = source.read_text().split("PROC cut2()")[0]
-    frame = quaternion(WORK_TURN)
+    head, frame = source.read_text().split("PROC cut2()")[0], quaternion(WORK_TURN)
     two = f'  PERS wobjdata two:=[FALSE,TRUE,"",[[1500,-150,800],[{frame}]],[[50,0,0],[1,0,0,0]]];\n'
     corner = "[[{},{},{}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     near, wide = [(0, 0, -2), (20, 0, -2), (20, 20, -2)], [(0, 0, -2), (300, 0, -2), (300, 0, 50)]
     lines = "".join(f"MoveL {corner.format(*p)},v20,z1,spindle\\WObj:=table;\n" for p in near)
     far = "".join(f"MoveL {corner.format(*p)},v20,z1,spindle\\WObj:=two;\n" for p in wide)
     head = head.split("  PROC main()")[0].replace("  CONST robtarget p10", f"{two}  CONST robtarget p10", 1)
-    safe = corner.format(0, 0, 50)
-    rapids = [f"MoveJ {safe},v500,fine,spindle\\WObj:={w};\n" for w in ("table", "two")]
+    rapids = [f"MoveJ {corner.format(0, 0, 50)},v500,fine,spindle\\WObj:={w};\n" for w in ("table", "two")]
     source.write_text(f"{head}  PROC main()\n{rapids[0]}{lines}{rapids[1]}{far}  ENDPROC\nENDMODULE\n")
     done = compensate_file(source, cell(tmp_path, {}), tmp_path / "c.mod")
     assert done.report["predicted_error_mm"]["after"]["max"] < 0.006

@@ -79,6 +79,15 @@ def test_systems_and_pivot_in_mm(tmp_path: Path) -> None:
     np.testing.assert_allclose(ends, [[1, 2, 3], [101, -5, 6], [101 - 230, -5, 236]], rtol=0, atol=1e-10)
 
 
+def test_radii_in_mm(tmp_path: Path) -> None:
+    """A side cut by a cutter of 5 mm radius in D1: its centre runs beside the contour."""
+    machine = load_cell(files(tmp_path, {"machine": {"radii": {"1": 5, "2": 0.0}}}).cell).posted_for()
+    text = "G21 G90\nG0 X0 Y-20 Z3\nG41 D1 G1 Y0 F100\nX-40\nG40 G0 Y30\nG41 D2 G1 X0\nM30\n"
+    path = read_toolpath(rotary(tmp_path, text), machine=machine)
+    expected = [[-5, -5], [-40, -5], [-40, 30], [0, 30]]
+    np.testing.assert_allclose(path.position[1:5, :2] * 1e3, expected, atol=1e-10)
+
+
 def test_systems_are_filtered_in_place(tmp_path: Path) -> None:
     """The numbers of the file are those of its own systems; read with the same machine it is what was commanded."""
     systems = {"G54": [0.0, 0.0, 0.0], "G55": [60.0, 10.0, -3.0]}
@@ -116,19 +125,23 @@ def test_other_languages_do_not_need_it(tmp_path: Path) -> None:
 A, C = TABLES["axis"]
 WRONG: list[tuple[str, dict[str, Any], str]] = [
     ("unknown key", {"tilt": 3}, r"unknown key machine\.tilt = 3"),
-    ("unknown key of an axis", {"axis": [{**A, "centre_mm": 1.0}, C]}, r"unknown key machine\.axis\.0\.centre_mm"),
+    ("unknown key of an axis", {"axis": [{**A, "centre_mm": 1.0}, C]}, r"unknown key machine\.axis\.1\.centre_mm"),
     ("nothing", {"kinematics": None, "axis": None}, r"machine: nothing is declared"),
     ("kinematics", {"kinematics": "table-head"}, r"machine\.kinematics = 'table-head'.*head-table"),
     ("one axis", {"axis": [A]}, r"machine: kinematics 'table-table' needs 2 axes, 1 are given"),
     ("twice", {"axis": [A, A]}, r"machine: axes A, A: different ones"),
-    ("letter", {"axis": [A, {**C, "letter": "U"}]}, r"machine\.axis\.1\.letter = 'U'"),
-    ("no direction", {"axis": [A, {"letter": "C"}]}, r"machine\.axis\.1\.direction is missing"),
+    ("letter", {"axis": [A, {**C, "letter": "U"}]}, r"machine\.axis\.2\.letter = 'U'"),
+    ("no direction", {"axis": [A, {"letter": "C"}]}, r"machine\.axis\.2\.direction is missing"),
     ("direction 0", {"axis": [A, {**C, "direction": [0.0, 0.0, 0.0]}]}, r"direction of machine\.axis C is 0 0 0"),
-    ("text", {"axis": [A, {**C, "centre": ["25 mm", 0.0, 0.0]}]}, r"machine\.axis\.1\.centre\.0 = '25 mm'"),
+    ("text", {"axis": [A, {**C, "centre": ["25 mm", 0.0, 0.0]}]},
+     r"machine\.axis\.2\.centre = .*item 1 is '25 mm': text; write the number alone"),
     ("pivot of a table", {"pivot": 200.0}, r"machine: pivot = 200: .* has no head"),
     ("pivot in metres", {"kinematics": "head-table", "pivot": 0.2}, r"machine\.pivot is 0\.2 mm long"),
     ("system", {"systems": {"G53": [0.0, 0.0, 0.0]}}, r"machine\.systems\.G53"),
-    ("system of two", {"systems": {"G55": [0.0, 0.0]}}, r"machine\.systems\.G55\.2 is missing"),
+    ("radius", {"radii": {"1": -2.0}}, r"machine\.radii\.1 = -2"),
+    ("register", {"radii": {"D1": 2.0}}, r"machine\.radii\.D1"),
+    ("system of two", {"systems": {"G55": [0.0, 0.0]}},
+     r"machine\.systems\.G55 = \[0\.0, 0\.0\]: there are 2, expected 3"),
 ]  # fmt: skip
 
 

@@ -110,7 +110,7 @@ def test_start_picks_configuration_and_turns(tmp_path: Path, turns: tuple[float,
     job = job_at(tmp_path, ABB, degrees, {"start": {"joints": flipped}})
     path, loaded = planned(job)
     assert np.allclose(np.degrees(path.q[0]), flipped, atol=1e-6)
-    assert path.branch == int(loaded.inverse.configuration(np.radians([flipped]))[0])
+    assert np.unique(path.branch) == int(loaded.inverse.configuration(np.radians([flipped]))[0])
 
 
 @pytest.mark.parametrize("seed", [3, 7, 11])

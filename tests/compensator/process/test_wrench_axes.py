@@ -15,6 +15,7 @@ from compensator.path.free_turn import about_z
 from compensator.process.constant import ConstantProcess
 from compensator.process.path_axes import path_axes
 from compensator.process.process import ProcessContext, ToolMotion
+from compensator.tasks.compensate import preview_file
 from tests.compensator.handmade_toolpaths import DOWN, toolpath
 from tests.compensator.small_job import files
 from toolpaths.frame import Frame
@@ -144,9 +145,24 @@ def test_the_four_frames(tmp_path: Path) -> None:
     assert np.allclose(got[2:], twice(work @ along_y))
 
 
+def test_orientations_in_the_file_fix_the_turn(tmp_path: Path) -> None:
+    """Whatever free_tool_axis says, which is about what the file leaves open: robot programs always give them."""
+    fixed, work = in_base(tmp_path, "tool", free_tool_axis=True)
+    assert np.allclose(fixed[1:], twice(work @ DOWN @ about_z(0.4)))
+    (tmp_path / "p.src").write_text(
+        "DEF p()\n$TOOL={X 0,Y 0,Z 250,A 0,B 0,C 0}\n$BASE={X 1500,Y 0,Z 800,A 0,B 0,C 0}\n$VEL.CP=0.02\n"
+        "PTP {X 0,Y 0,Z 50,A 30,B 0,C 180}\nLIN {X 0,Y 0,Z 0,A 30,B 0,C 180}\nLIN {X 50,Y 0,Z 0,A 30,B 0,C 180}\nEND\n"
+    )
+    process = {"kind": "constant", "frame": "tool", "wrench": WRENCH}
+    cell = files(tmp_path, {"process": process, "tool": None, "workobject": None}).cell
+    result = preview_file(tmp_path / "p.src", cell).result
+    turn = Rotation.from_euler("ZYX", [30, 0, 180], degrees=True).as_matrix()
+    assert np.allclose(result.wrench[result.cutting], twice(turn))
+
+
 def test_the_wrench_stays_with_the_feed_up_to_the_end_of_a_cut(tmp_path: Path) -> None:
     """A rapid is no feed: the way it leaves does not turn the load on the last pose of the cut before it."""
-    process = ConstantProcess(ProcessContext("cell.toml", tmp_path, True), "path", tuple(WRENCH))
+    process = ConstantProcess(ProcessContext("cell.toml", tmp_path), "path", tuple(WRENCH))
     path = toolpath([[0, 0, 0], [50, 0, 0], [100, 0, 0], [100, 80, 0]], "rccr")
     base = Frame(np.eye(3), np.zeros(3))
     got = process.load(ToolMotion(path, base, Frame(np.tile(DOWN, (4, 1, 1)), path.position))).wrench

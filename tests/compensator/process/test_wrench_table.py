@@ -63,11 +63,15 @@ def test_refused(tmp_path: Path, header: Sequence[str], rows: list[list[Any]], m
 def test_no_table(tmp_path: Path) -> None:
     """The file of the cell is not there, or empty, or no text."""
     job = files(tmp_path, CELL)
-    assert re.search(r"wrenches\.csv: cannot read the wrench table", refusal(job))
+    assert re.search(r"wrenches\.csv: there is no such file", refusal(job))
     (tmp_path / "wrenches.csv").write_bytes(b"")
     assert re.search(r"wrenches\.csv:1: columns are missing", refusal(job))
     (tmp_path / "wrenches.csv").write_bytes(b"\xff\xfe\xff")
-    assert re.search(r"wrenches\.csv: cannot read the wrench table", refusal(job))
+    assert re.search(r"wrenches\.csv: is UTF-16 text; save it as UTF-8", refusal(job))
+    (tmp_path / "wrenches.csv").write_text("index;fx;fy;fz;mx;my;mz\n2;1,5;0;0;0;0;0\n")
+    assert re.search(r"wrenches\.csv:1: .*; cells are separated by commas, the decimal sign is a point", refusal(job))
+    (tmp_path / "wrenches.csv").write_text("index,fx,fy,fz,mx,my,mz\n2,1,5,0,0,0,0,0\n")
+    assert re.search(r"wrenches\.csv:2: .*; the decimal sign is a point", refusal(job))
 
 
 def test_rows_of_a_csv_path(tmp_path: Path) -> None:

@@ -42,13 +42,13 @@ def test_the_written_program_stands_where_it_should(tmp_path: Path, suffix: str)
     source, out = tmp_path / f"part{suffix}", tmp_path / f"part_c{suffix}"
     done = compensate_file(source, job(tmp_path), out, json=tmp_path / "s.json")
     error = done.report["predicted_error_mm"]
-    assert error["before"]["mean"] > 1.5 and error["after"]["max"] < 0.006  # half of sampling.chord, and printing
+    assert error["before"]["mean"] > 0.9 and error["after"]["max"] < 0.006  # half of sampling.chord, and printing
     told = json.loads((tmp_path / "s.json").read_text())["changes"]
     assert any("became numbers" in c["what"] for c in told) and all(c["where"].startswith("line ") for c in told)
     before, after = read_toolpath(source), read_toolpath(out)
     ends = [p.position[np.abs(p.row - np.rint(p.row)) < 1e-9] for p in (before, after)]
     assert len(ends[1]) >= len(ends[0])
-    assert np.linalg.norm(ends[1][-1] - ends[0][-1]) * 1e3 == pytest.approx(1.8, abs=0.2)
+    assert np.linalg.norm(ends[1][-1] - ends[0][-1]) * 1e3 == pytest.approx(1.0, abs=0.1)
     assert out.read_bytes().count(MARKER.encode()) == 1
     assert (tmp_path / "part_c.dat").exists() == (suffix == ".src")
 
@@ -91,7 +91,7 @@ def test_rapids_stay_and_the_flanks_behind_them_are_known(tmp_path: Path) -> Non
     (tmp_path / "two.mod").write_text(TWO)
     done = compensate_file(tmp_path / "two.mod", cell, tmp_path / "c.mod")
     error = done.report["predicted_error_mm"]
-    assert error["before"]["mean"] > 0.5 and error["after"]["max"] < 0.006  # 0.04 and more with another rapid
+    assert error["before"]["mean"] > 0.4 and error["after"]["max"] < 0.006  # 0.04 and more with another rapid
     joint_moves = [
         [line for line in f.read_text().split("\n") if "MoveJ" in line] for f in (tmp_path / "two.mod", done.files[0])
     ]
@@ -154,9 +154,9 @@ def test_a_program_brings_its_tool_and_work_object(tmp_path: Path) -> None:
     del bare["tool"], bare["workobject"]
     cell.write_text(tomli_w.dumps(bare))
     done = compensate_file(tmp_path / "part.mod", cell, tmp_path / "b.mod")
-    assert done.report["predicted_error_mm"]["before"]["mean"] > 1.5
+    assert done.report["predicted_error_mm"]["before"]["mean"] > 0.9
     assert (tmp_path / "a.mod").read_bytes() == (tmp_path / "b.mod").read_bytes()
-    with pytest.raises(CompensatorError, match=r"cell\.toml: workobject is missing$"):
+    with pytest.raises(CompensatorError, match=r"cell\.toml: workobject is missing; to copy"):
         preview_file(tmp_path / "path.csv", cell)
     cell.write_text(tomli_w.dumps({**bare, "workobject": {"xyz": [1500.0, -150.0, 800.0]}}))
     with pytest.raises(CompensatorError, match=r"give either \[tool\] or \[tools\.1\]"):
@@ -171,6 +171,36 @@ def test_tools_by_name_and_another_language(tmp_path: Path) -> None:
     done = compensate_file(tmp_path / "part.mod", cell, tmp_path / "c.csv")
     assert done.report["predicted_error_mm"]["after"]["max"] < 1e-4 and "changes" not in done.report
     assert preview_file(tmp_path / "part.mod", cell).report["n_cut"] == done.report["n_cut"]
+
+
+LINKS = """DEF PART()
+$TOOL={X 0,Y 0,Z 250,A 0,B 0,C 0}
+$BASE={X 1500,Y 0,Z 800,A 0,B 0,C 0}
+$VEL.CP=0.02
+PTP {X 0,Y 0,Z 50,A 0,B 0,C 180}
+LIN {X 0,Y 0,Z -5,A 0,B 0,C 180}
+LIN {X 100,Y 0,Z -5,A 0,B 0,C 180}
+PTP {X 100,Y 0,Z 100,A 0,B 0,C 180}
+PTP {X 0,Y 100,Z 100,A 0,B 0,C 180}
+PTP {X 0,Y 100,Z 3,A 0,B 0,C 180}
+LIN {X 0,Y 100,Z -5,A 0,B 0,C 180}
+LIN {X 100,Y 100,Z -5,A 0,B 0,C 180}
+PTP {X 100,Y 100,Z 100,A 0,B 0,C 180}
+END
+"""
+
+
+def test_another_language_keeps_the_retracts(tmp_path: Path) -> None:
+    """Written anew, the arm goes between two cuts where the source goes, not through the part, and leaves it."""
+    (tmp_path / "links.src").write_text(LINKS)
+    cell = files(tmp_path, {"tool": None, "workobject": None}, STIFF).cell
+    compensate_file(tmp_path / "links.src", cell, tmp_path / "o.csv")
+    rows = np.genfromtxt(tmp_path / "o.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
+    x, y, z = (rows[f"{c}_mm"] for c in "xyz")
+    between = (y > 1.0) & (y < 99.0)
+    assert between.sum() > 5 and z[between].min() > 99.0 and z[-1] > 99.0
+    high = np.flatnonzero((z > 99.0) & (y < 1.0))
+    assert x[high].min() > 99.0 and rows["kind"][high].tolist() == ["rapid"] * len(high)
 
 
 def test_moves_in_joint_angles_go_through_the_robot(tmp_path: Path) -> None:

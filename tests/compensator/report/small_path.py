@@ -22,6 +22,7 @@ gap_rad = [6.0e-5, 5.0e-5, 6.0e-5, 1.1e-4, 0.0, 2.2e-4]
 CELL = """
 schema = "cell/1"
 robot = "abb-irb6600-175-255"
+tip = "tool0"
 model = "model.toml"
 [tool]
 xyz = [0.0, 0.0, 250.0]

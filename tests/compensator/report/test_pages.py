@@ -32,7 +32,7 @@ from tests.compensator.report.conftest import Run
 from tests.compensator.report.page_reader import Walk, figures_in, own
 
 HOSTILE = "</script><img src=x onerror=alert(1)>&amp;\"'{{ 7 * 7 }}{% raw %}"
-NAMES_OF_A_PATH = 17  # title, heading, robot, not applied, note; 6 joints; path, cell, robot, 2 of the model, tool
+NAMES_OF_A_PATH = 21  # title, heading, robot, 3 + 3 of findings; 6 joints; path, cell, robot, 2 of the model, tool
 TEMPLATES = sorted((Path(compensator.report.html.__file__).parent / "templates").iterdir())
 
 
@@ -63,7 +63,8 @@ def with_hostile_names(run: Run) -> Run:
     job = replace(result.job, arm=named, placement=replace(placement, source=HOSTILE, tools=tools))
     path = replace(result.path, toolpath=replace(result.path.toolpath, source=HOSTILE))
     hostile = replace(result, job=job, path=path)
-    return hostile, {**report, "notes": [HOSTILE], "not_applied": [HOSTILE]}
+    found = {"kind": HOSTILE, "where": HOSTILE, "what": HOSTILE, "remedy": HOSTILE, "count": 3}
+    return hostile, {**report, "findings": [{**found, "level": "warning"}, {**found, "level": "note"}]}
 
 
 def compensated(ask: Callable[[str], Any]) -> Page:

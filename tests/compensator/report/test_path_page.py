@@ -10,6 +10,7 @@ import pytest
 from compensator.report.html.path import path_page
 from compensator.report.html.path_tables import LISTED
 from compensator.report.words.numbers import deflection_mm
+from compensator.report.words.shares import SHARES
 from compensator.solve.compensation import Compensation
 from tests.compensator.report.page_reader import Walk, figures_in
 
@@ -29,30 +30,39 @@ def test_numbers_of_the_summary_are_in_words_and_tables(
     for key in ("before", "after"):
         for value in error[key].values():
             assert deflection_mm(value) in said
-    assert f"{report['max_correction_mm']:.4f} mm" in said
+    assert f"{report['max_correction_mm']:.3f} mm" in said
     assert f"poses {report['n_poses']} of these cutting {report['n_cut']} " in said
     assert f"joint reversals {len(report['reversals'])} " in said
     assert f"torque sign changes {len(report['torque_sign_changes'])} " in said
     assert f"of these put in at flank changes {report['inserted_poses']} " in said
-    for note in report["notes"]:
-        assert note in said
-    cut = np.flatnonzero(result.cutting)
-    worst = cut[np.argmax(np.linalg.norm(result.error_before[cut], axis=1))]
-    assert f"line {result.path.toolpath.line[worst]}, pose {worst}" in said
+    assert len(report["findings"]) > 5
+    for finding in report["findings"]:
+        assert finding["what"] in said
+    plain = result.uncompensated
+    cut = np.flatnonzero(plain.cutting)
+    worst = cut[np.argmax(np.linalg.norm(plain.error_before[cut], axis=1))]
+    assert f"line {plain.path.toolpath.line[worst]}, pose {worst}" in said
+
+
+def test_what_the_deflection_is_made_of(text: str, run: tuple[Compensation, dict[str, Any]]) -> None:
+    """A row per cause, and where the tool looks."""
+    _, report = run
+    said = Walk(text).said
+    for name, share in report["deflection_mm"].items():
+        assert f"{SHARES[name]} {deflection_mm(share['mean'])} {deflection_mm(share['p95'])}" in said
+    assert "tool looks along, base axes (0.00, 0.00, -1.00) " in said
 
 
 def test_warnings_appear_only_with_a_cause(run: tuple[Compensation, dict[str, Any]]) -> None:
     result, report = run
-    quiet = {**report, "unknown_state": {"n_cut": 0, "max_spread_mm": 0.0}, "not_applied": [], "notes": []}
+    note = {"level": "note", "kind": "cell", "where": "a <b>", "what": "so so", "remedy": "", "count": 1}
+    quiet = {**report, "findings": [note]}
     assert "warn" not in {v for _, name, v in Walk(path_page(result, quiet)).attributes if name == "class"}
-    loud = {
-        **quiet,
-        "unknown_state": {"n_cut": 1234, "max_spread_mm": 0.0625},
-        "not_applied": ["tool-<b>compliance"],
-    }
-    said = Walk(path_page(result, loud)).said
-    assert "At 1,234 cutting poses" in said and "0.0625 mm at the TCP" in said
-    assert "instruments): tool-<b>compliance." in said
+    assert "Assumptions and limits a <b>: so so" in Walk(path_page(result, quiet)).said
+    loud = {**report, "findings": [{**note, "level": "warning", "remedy": "look", "count": 3}]}
+    page = Walk(path_page(result, loud))
+    assert "warn" in {v for _, name, v in page.attributes if name == "class"}
+    assert "warning: a <b> (and 2 more places): so so. look" in page.said
 
 
 def test_after_is_what_the_caller_measured(run: tuple[Compensation, dict[str, Any]]) -> None:

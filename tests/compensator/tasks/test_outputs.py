@@ -39,7 +39,7 @@ def test_no_such_folder(job: Files) -> None:
     """The folder of an output is not made."""
     for others in ({}, {"json": job.out / "a.json"}, {"report": job.out / "a.html"}):
         text = refused(job, job.folder / "none" / "out.mod", **others)
-        assert re.search(r"none/out\.mod: cannot write there: No such file", text)
+        assert re.search(r"none/out\.mod: cannot write there: there is no folder", text)
         assert job.left() == [] and not (job.folder / "none").exists()
 
 

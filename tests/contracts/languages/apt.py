@@ -40,7 +40,12 @@ REFUSED: dict[str, tuple[int, str]] = {
     "CUTCOM": (3, "LEFT, RIGHT, ON or OFF"),
     "GODLTA/1,2": (3, "1 or 3 or 6 numbers"),
     "GOHOME": (3, "the place of home"),
-    "MOVARC/0,0,0,0,0,1,5,ANGLE,90": (3, "arcs in this form"),
+    "MOVARC/0,0,0,0,0,1,5": (3, "x,y,z,i,j,k,r,ANGLE,a is expected"),
+    "ARCMOV/0,0,0,0,0,1,5": (3, "arcs in this form"),
+    "MODE/TURN": (3, "a lathe's word"),
+    "SETUP/3": (3, "words such as START"),
+    "CALSUB/HOLES": (3, "not in the file"),
+    "CYCLE/DRILL,5.,10.,MMPM": (3, "values without words"),
     "SET/MODE,INCR": (3, "absolute coordinates"),
     "PARTNO/TWO": (3, "Two programs?"),
     "GOFWD/C1,PAST,L1": (3, "APT source"),
@@ -80,7 +85,7 @@ REFUSED: dict[str, tuple[int, str]] = {
     "CIRCLE/0,0,0,0,0": (3, "5 values"),
     "CIRCLE/0,0,0,0,0,1,1,.1,.1,1,1,TIMES,0": (3, "TIMES with a number above 0"),
     "CIRCLE/0,0,0,0,0,1,1,.1,.1,1,1,TIMES,101": (3, "TIMES with a number above 0"),
-    "CIRCLE/0,2,3,0,0,1,1,.1,.1,1,1,TIMES,2\nGOTO/-1,2,5": (3, "TIMES,2, but the end lies 0.5 of a turn"),
+    "CIRCLE/0,2,3,0,0,1,1,.1,.1,1,1,TIMES,2.2\nGOTO/-1,2,5": (3, "TIMES,2.2, but the end lies 0.5 of a turn"),
     "CIRCLE/0,2,3,0,0,1,TIMES,5E-4\nGOTO/1,2,3": (3, "TIMES,0.0005, but the end lies 1 of a turn"),
     "CIRCLE/0,2,3,0,0,1\nGOTO/-1.1,2,3": (3, "the ends lie 1 and 1.1 from its centre"),
     "CIRCLE/1,2,3,0,0,1\nGOTO/1,2,3": (3, "the ends lie 0 and 0"),
@@ -125,7 +130,9 @@ SAMPLE = Sample(
     read=ReadSample(
         text="UNITS/MM\nRAPID\nGOTO/0,0,5\nFEDRAT/600,MMPM\nGOTO/10,0,0\nGOTO/10,-4,0\nRAPID\nGOTO/10,-4,5\nFINI\n",
         pieces="GOTO/ 1,2,3 ,0,0,1 CIRCLE/0,0,0,0,0,1,1,1,1,1,1 FEDRAT/ MMPM , 5 RAPID $ $$ MSYS/0,0,0,1,0,0,0,1,0"
-        " UNITS/MM FINI TOOL END-OF-PATH LOAD/TOOL, 1E999 nan SPINDL/",
+        " UNITS/MM FINI TOOL END-OF-PATH LOAD/TOOL, 1E999 nan SPINDL/ MODE/MILL PARTNO/'A'"
+        " MOVARC/0,0,0,0,0,1,1,ANGLE,90 CYCLE/DRILL,1.,MMPM,5.,9.,RAPTO,2. CYCLE/OFF CSYS/1,0,0,0,0,1,0,0,0,0,1,0"
+        " TRNTYP/WORLD,0,0,0 ,TIMES,3 SETUP/START",
         refused=(
             *((f"UNITS/MM\nGOTO/1,2,3\n{text}\nFINI\n", *expected) for text, expected in REFUSED.items()),
             *HEAD_AND_END,

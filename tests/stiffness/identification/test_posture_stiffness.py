@@ -45,11 +45,14 @@ def test_several_postures_tell(tmp_path: Path) -> None:
     sd = dict(zip(map(str, fit.unknowns.free), np.ravel(fit.sd), strict=False))
     waves = dict.fromkeys(("cos2", "sin2", "cos3", "sin3"), np.zeros(6))
     expectations = {"softer": SOFTER, "stiffest_rad": STIFFEST, **waves}
-    for name, expected in expectations.items():
-        for joint in (1, 2):
-            assert abs(found[name][joint] - expected[joint]) < 3 * sd[f"posture-stiffness.{name}[{joint + 1}]"]
-    k = fit.values()["joint-stiffness"]["k_nm_per_rad"]
-    assert np.abs(k / lab.stiffness - 1)[:3].max() < 0.02
+    near = {(name, j): sd[f"posture-stiffness.{name}[{j + 1}]"] for name in expectations for j in (1, 2)}
+    near = {key: s for key, s in near.items() if s < 0.25}  # beyond, the valley of chi-square is no parabola
+    assert len(near) >= 8
+    for (name, joint), s in near.items():
+        assert abs(found[name][joint] - expectations[name][joint]) < 3 * s
+    spring = np.abs(1 / fit.values()["joint-stiffness"]["k_nm_per_rad"] - 1 / lab.stiffness)[:3]
+    assert np.all(spring < 3 * np.array([sd[f"joint-stiffness.k_nm_per_rad[{j}]"] for j in (1, 2, 3)]))
+    assert spring[0] < 0.02 / lab.stiffness[0]
 
 
 def compliance(fit: Fit, q: np.ndarray) -> np.ndarray:

@@ -215,3 +215,30 @@ def test_refusals(ur: Robot, inverse: IterativeInverse) -> None:
     with pytest.raises(RobotError, match="seed has the shape"):
         inverse.along(PoseArray(rotation, origin), 0, np.zeros((2, 6)))
     assert inverse.along(PoseArray(rotation[:0], origin[:0]), 0, START).q.shape == (0, 6)
+
+
+@pytest.mark.parametrize("name", ["ur10", "abb-irb6600-175-255", "kuka-kr210-r2700"])
+def test_what_is_reached_has_a_posture(name: str) -> None:
+    """Both kinds of arm, from well inside to well outside, against all postures within the limits."""
+    robot = load_robot(name)
+    inverse = inverse_kinematics(robot)
+    g = np.random.default_rng(4)
+    low, high = np.maximum(robot.lower, -3.1), np.minimum(robot.upper, 3.1)
+    poses = np.array([robot.pose(g.uniform(low, high)) for _ in range(40)])
+    poses[:, :3, 3] *= np.linspace(0.7, 1.5, 40)[:, None]
+    expected = [len(inverse.all(pose)) > 0 for pose in poses]
+    assert 8 < sum(expected) < 36
+    path = PoseArray(poses[:, :3, :3], poses[:, :3, 3])
+    np.testing.assert_array_equal(inverse.reached(path), expected)
+    assert inverse.reached(path, thorough=False)[~np.array(expected)].sum() == 0
+
+
+def test_no_flange_is_farther_away_than_the_links_are_long(ur: Robot) -> None:
+    """A bound that costs nothing: it may not shut out what an arm reaches."""
+    inverse = inverse_kinematics(ur)
+    assert isinstance(inverse, IterativeInverse)
+    centre, farthest = inverse._postures._outermost
+    q = np.random.default_rng(5).uniform(-np.pi, np.pi, (500, 6))
+    q[:100, 1:] = [0.0, 0.0, 0.0, 0.0, 0.0]  # stretched
+    away = [np.linalg.norm(ur.pose(row)[:3, 3] - centre) for row in q]
+    assert max(away) <= farthest < 1.3 * max(away)

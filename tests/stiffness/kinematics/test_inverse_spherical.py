@@ -137,14 +137,14 @@ def test_unreachable_poses_are_said(abb: Robot) -> None:
     forward = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float)
     # axis 2 stands at x = 0.32, z = 0.78; the wrist centre reaches 1.075 + hypot(0.2, 1.142) m from it
     origin = np.array(
-        [[1.842, 0, 2.055], [4.0, 0, 0.78], [0.38, 0.0, 3.0], [0.38 + 0.4, 0, 0.8], [1.5, 0.2, 1.2]]
+        [[1.662, 0, 2.055], [4.0, 0, 0.78], [0.2, 0.0, 3.0], [0.2 + 0.4, 0, 0.8], [1.5, 0.2, 1.2]]
     )
     batch = inverse.along(PoseArray(np.tile(forward, (5, 1, 1)), origin), 0, np.zeros(6))
     assert np.isfinite(batch.q).all()
     assert batch.ok.tolist() == [False, False, False, False, True]
     assert "axes 4 and 6 in line" in batch.why(0)
     assert "too far away" in batch.why(1)
-    assert batch.reach[1] == pytest.approx(1.075 + np.hypot(0.2, 1.142) - (4.0 - 0.38 - 0.32), abs=1e-12)
+    assert batch.reach[1] == pytest.approx(1.075 + np.hypot(0.2, 1.142) - (4.0 - 0.2 - 0.32), abs=1e-12)
     assert "wrist centre on axis 1" in batch.why(2)
     assert "too close" in batch.why(3)
     assert batch.why(4) == ""
@@ -160,7 +160,7 @@ def test_near_the_edge_of_reach(abb: Robot) -> None:
     full = 1.075 + np.hypot(0.2, 1.142)
     down = np.diag([1.0, -1, -1])
     for gap, solved in ((1e-9, True), (-1e-9, False)):
-        origin = np.array([[0.32 + full - gap, 0, 0.78 - 0.38]])
+        origin = np.array([[0.32 + full - gap, 0, 0.78 - 0.2]])
         batch = inverse.along(PoseArray(down[None], origin), 0, np.zeros(6))
         assert batch.ok[0] == solved
         assert batch.reach[0] == pytest.approx(gap, abs=1e-14)
@@ -189,7 +189,7 @@ def test_singularity_measures_vanish_where_the_arm_is_singular(abb: Robot) -> No
 def test_jacobian_measure_is_the_smallest_singular_value(abb: Robot) -> None:
     """Linear rows in units of half the chain, on Pinocchio's Jacobian."""
     q = np.radians([[20.0, 10, 15, 30, 50, 10], [-40, 30, -60, 100, -80, 10]])
-    length = (np.hypot(0.78, 0.32) + 1.075 + 0.2 + 1.142 + 0.38) / 2
+    length = (np.hypot(0.78, 0.32) + 1.075 + 0.2 + 1.142 + 0.2) / 2
     for row, value in zip(q, inverse_kinematics(abb).singularity(q)["jacobian"], strict=True):
         scaled = abb.jacobian(row) / np.array([length] * 3 + [1.0] * 3)[:, None]
         assert value == pytest.approx(np.linalg.svd(scaled)[1][-1], rel=1e-9)

@@ -113,6 +113,7 @@ def write_by_hand(folder: Path, spoil: Callable[[dict[str, Any], list[dict[str, 
     table: dict[str, Any] = {
         "schema": "measurement-session/1",
         "robot": "light.toml",
+        "tip": paper.TIP,
         "samples": "samples.csv",
         "gravity": "calibrated-out",
         "units": {"length": "m", "angle": "deg"},
@@ -223,7 +224,7 @@ def test_units_and_frames_of_the_wrench(tmp_path: Path, frame: Any, about: Any) 
 
 
 def test_sag_that_the_controller_knows(tmp_path: Path) -> None:
-    arm = Arm.load(paper.FILE, tool=paper.SPINDLE)
+    arm = Arm.load(paper.FILE, tool=paper.SPINDLE, tip=paper.TIP)
     session = written(tmp_path, on=Plant(arm, stiffness=TRUTH, calibrated_out=True))
     assert session.gravity == "calibrated-out"
     np.testing.assert_allclose(identify_local(session).stiffness, TRUTH, rtol=2e-4)

@@ -302,7 +302,7 @@ def test_postures_in_which_the_clamp_holds_nothing_are_refused(tmp_path: Path) -
 
 
 def test_a_missing_file_and_a_wrong_share(tmp_path: Path) -> None:
-    with pytest.raises(ClampedError, match=r"none.csv: cannot read the readings: No such file"):
+    with pytest.raises(ClampedError, match=r"none.csv: there is no such file"):
         read_clamped(tmp_path / "none.csv", arms.robot())
     with pytest.raises(ClampedError, match="--above 1: expected a share"):
         fitted(tmp_path, GOOD, above=1.0)

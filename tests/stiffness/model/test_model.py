@@ -48,7 +48,7 @@ def refused(folder: Path, content: dict[str, Any] | str) -> str:
     with pytest.raises(ModelError) as caught:
         load_model(path)
     text = str(caught.value)
-    assert text.startswith(f"{path}: ") and "\n" not in text.split("at line")[0]
+    assert text.startswith(f"{path}: ") and "\n" not in text.split(", to copy and to adapt:\n")[0]
     return text
 
 
@@ -190,7 +190,10 @@ def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
         assert model.robot == name and (model.base, model.tip) == (robot.base, robot.tip)
         assert model.provenance["kind"] in ("static", "modal", "assumption") and model.provenance["source"]
         same(load_model(path), replace(model, source="x"))
+        same(load_model(path), replace(load_model(name), source="x"))
     assert builtin_model("no-such-robot") is None
+    with pytest.raises(ModelError, match=r"kuka-kr999: there is no such file, .* kuka-kr210-r2700, "):
+        load_model("kuka-kr999")
 
 
 # ------------------------------------------------------------------------------------ refusals
@@ -200,8 +203,8 @@ def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
     ("changes", "expected"),
     [
         ({"schema": None}, "schema = None; expected 'model/1'"),
-        ({"schema": "model/2"}, "schema = 'model/2'; expected 'model/1'"),
-        ({"schema": 1}, "schema = 1; expected 'model/1'"),
+        ({"schema": "model/2"}, "schema = 'model/2', expected 'model/1'; is it the right file?"),
+        ({"schema": 1}, "schema = 1, expected 'model/1'"),
         ({"robot": None}, "robot = None; expected the name"),
         ({"robot": 6600}, "robot = 6600; expected the name"),
         ({"gravity": "compensated"}, "gravity = 'compensated'; expected one of uncompensated, calibrated-out"),
@@ -217,7 +220,7 @@ def test_the_published_sets_can_be_read_and_belong_to_their_robots() -> None:
         ({"effects": None}, "no [effects.*] table"),
         ({"effects": {}}, "no [effects.*] table"),
         ({"effects": 5}, "no [effects.*] table"),
-        ({"effects": {"joint-stifness": {"k_nm_per_rad": K}}}, "unknown effect joint-stifness; known are joint-st"),
+        ({"effects": {"joint-stifness": {"k_nm_per_rad": K}}}, "unknown effect joint-stifness; did you mean joint-"),
         ({"effects": {"backlash": {"gap_rad": [0.0] * 6}}}, "[effects.joint-stiffness] is missing"),
         ({"effects": {"joint-stiffness": K}}, "effects.joint-stiffness is not a table"),
     ],
@@ -273,16 +276,16 @@ def test_bounds_are_included(tmp_path: Path, value: float, ok: bool) -> None:
 
 @pytest.mark.parametrize("text", ["schema = ", "[effects\n", "a = 1\na = 2\n", "schema = 'model/1' junk"])
 def test_broken_toml(tmp_path: Path, text: str) -> None:
-    assert "not a TOML file" in refused(tmp_path, text)
+    assert "is not TOML: line " in refused(tmp_path, text)
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    for path in (tmp_path / "absent.toml", tmp_path):
-        with pytest.raises(ModelError, match=r"cannot read the model") as caught:
+    for path, why in ((tmp_path / "absent.toml", "there is no such file"), (tmp_path, "is a folder")):
+        with pytest.raises(ModelError, match=why) as caught:
             load_model(path)
         assert str(path) in str(caught.value)
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00schema")
-    with pytest.raises(ModelError, match="cannot read the model"):
+    with pytest.raises(ModelError, match="is UTF-16 text; save it as UTF-8"):
         load_model(tmp_path / "binary.toml")
     assert issubclass(ModelError, StiffnessError)
 

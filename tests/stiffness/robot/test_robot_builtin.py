@@ -104,27 +104,25 @@ def test_gravity_torque_is_what_the_weights_do(name: str) -> None:
 
 
 def test_irb6600_home_points_forward() -> None:
-    """x = 320 + 1142 + 380, z = 780 + 1075 + 200 mm; ABB's tool0: z forward, x down."""
+    """x = 320 + 1142 + 200, z = 780 + 1075 + 200 mm; ABB's tool0: z forward, x down."""
     home = load_robot("abb-irb6600-175-255").pose(np.zeros(6))
-    np.testing.assert_allclose(home[:3, 3], [1.842, 0, 2.055], atol=1e-12)
+    np.testing.assert_allclose(home[:3, 3], [1.662, 0, 2.055], atol=1e-12)
     np.testing.assert_allclose(home[:3, :3], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], atol=1e-12)
 
 
 def test_irb6600_isolates_joints_as_table_2_says() -> None:
     """Joint 4 is tested at q4 = 90, q5 = -90, q6 = 90 deg by a force along -z: it must have a lever there."""
-    robot = load_robot("abb-irb6600-175-255")
+    robot = load_robot("abb-irb6600-175-255", tip="paper")
     torque = robot.jacobian(np.radians([0, 0, 0, 90, -90, 90])).T @ [0, 0, -197, 0, 0, 0]
     assert abs(torque[3]) == pytest.approx(197 * 0.380, rel=1e-9)
 
 
-def test_irb6600_is_its_sister_with_a_longer_flange(shared: Path) -> None:
-    """The ROS-Industrial 225/2.55 has the same arm; its tool0 stands 180 mm further back."""
+def test_irb6600_is_its_sister(shared: Path) -> None:
+    """The ROS-Industrial 225/2.55 has the same arm, and ABB's tool0 at its end."""
     sister = load_robot(str(shared / "data/robots/abb_irb6600_225_255.urdf"), tip="tool0")
     robot = load_robot("abb-irb6600-175-255")
-    shift = np.eye(4)
-    shift[2, 3] = 0.180
     for q in random_postures(50, seed=5):
-        np.testing.assert_allclose(robot.pose(q), sister.pose(q) @ shift, atol=1e-11)
+        np.testing.assert_allclose(robot.pose(q), sister.pose(q), atol=1e-11)
     np.testing.assert_allclose(robot.lower, sister.lower, atol=1e-6)
     np.testing.assert_allclose(robot.upper, sister.upper, atol=1e-6)
 
@@ -164,6 +162,29 @@ def test_against_the_urdf_of_the_same_robot(name: str, urdf: str, shared: Path) 
         np.testing.assert_allclose(robot.velocity, other.velocity, rtol=1e-3)
 
 
+#: mm from the wrist centre (of the UR10 from axis 5) to the flange, and the reach: ABB's tool0 by ROS-Industrial and
+#: the name of the arm; KUKA's drawings as kuka_robot_descriptions has them (215, 240) and as two models of the KR 500
+#: R2830 have it (290); UR's table of DH parameters.
+FLANGES = {
+    "abb-irb6600-175-255": (200.0, 2550), "kuka-kr210-r2700": (215.0, 2701), "kuka-kr240-class": (240.0, 2701),
+    "kuka-kr500": (290.0, 2826), "ur10": (92.2, 1300),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_flange_and_reach_are_the_makers(name: str) -> None:
+    """The reach is that of the wrist centre, and the chain gives it to half a per cent; UR counts otherwise."""
+    robot = load_robot(name)
+    flange, reach = FLANGES[name]
+    last = robot.before[-1, :3, 3] + robot.before[-1, :3, :3] @ robot.after[-1, :3, 3]
+    assert np.linalg.norm(last) * 1e3 == pytest.approx(flange, abs=1e-9)
+    assert robot.reach == pytest.approx(reach / 1e3)
+    if name != "ur10":
+        lengths = [np.linalg.norm(robot.after[k, :3, 3] + robot.before[k + 1, :3, 3]) for k in (1, 2, 3)]
+        ahead = np.linalg.norm(robot.after[0, :2, 3]) if name.startswith("abb") else abs(robot.after[0, 0, 3])
+        assert ahead + lengths[0] + np.hypot(*lengths[1:]) == pytest.approx(reach / 1e3, rel=0.005)
+
+
 def test_ur10_weighs_what_its_maker_says() -> None:
     """At zero the arm lies level along -x: levers of the five outer links about the shoulder, by hand."""
     robot = load_robot("ur10")
@@ -193,7 +214,7 @@ def test_arrays_are_read_only_and_repr_is_one_line() -> None:
 def test_refusals() -> None:
     with pytest.raises(RobotError, match="abb-irb6600-175-255, kuka-kr210"):
         load_robot("kuka-kr999")
-    with pytest.raises(RobotError, match=r"has the tip 'flange', not 'gripper'"):
+    with pytest.raises(RobotError, match=r"ur10 has no tip 'gripper'; it has flange"):
         load_robot("ur10", tip="gripper")
     assert load_robot("ur10", tip="tool0").tip == "flange"  # ROS's name of the one flange there is
     with pytest.raises(RobotError, match="6 finite joint angles"):

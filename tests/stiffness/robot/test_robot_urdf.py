@@ -263,7 +263,7 @@ def test_frames_that_do_not_serve(tmp_path: Path) -> None:
 
 def test_not_a_urdf(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
-    with pytest.raises(RobotError, match="cannot be read: No such file"):
+    with pytest.raises(RobotError, match="there is no such file"):
         load_robot(str(path))
     path.write_text('<?xml version="1.0"?><robot name="x"></robot>')
     with pytest.raises(RobotError, match="has no <link>"):

@@ -209,7 +209,7 @@ TEXTS: list[tuple[str, str, str]] = [
     ("[setups.2]", "[setups.two]", "[setups.two]"),
     ('A = "tcp"', 'A = "tip"', "setups.2.points.A = 'tip'"),
     ('A = "tcp"', 'D = "tcp"', "setups.2.points.D"),
-    ('samples = "samples.csv"', 'samples = "sample.csv"', "samples = 'sample.csv': cannot be read"),
+    ('samples = "samples.csv"', 'samples = "sample.csv"', "samples = 'sample.csv': there is no such file"),
     ("[units]", "[units", "is not TOML"),
 ]
 
@@ -411,7 +411,7 @@ def test_harmless_differences_of_text(desk: Path, change: Callable[[bytes], byte
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    assert "session.toml: cannot be read: No such file" in message(tmp_path / "session.toml")
+    assert "session.toml: there is no such file" in message(tmp_path / "session.toml")
 
 
 def test_line_numbers_count_blank_lines(desk: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 from stiffness.statics.stiffness_map import LIMIT, NO_EQUILIBRIUM, OK, SINGULAR, StiffnessMap, stiffness_map
 from stiffness.statics.tool import Tool
@@ -195,7 +196,7 @@ def test_nu_by_hand() -> None:
 def figure_7(k1: float, literal: bool, force: float = 1.0, up: float = -1.0) -> StiffnessMap:
     """q2 -65 ... 75, q3 -180 ... 60 deg, others 0, 45, 45, 45. ``literal`` has the paper's +90 deg on joint 5.
     Section 4 has Fz up (``up = 1``), section 5 has it down."""
-    arm = arms.robot()
+    arm = load_robot(arms.NAMES[0], tip="paper")
     if literal:  # 135 deg is beyond the limit of joint 5
         arm = replace(arm, lower=np.full(6, -7.0), upper=np.full(6, 7.0))
     first, second = np.meshgrid(np.arange(-65, 76, 5), np.arange(-180, 61, 5), indexing="ij")
@@ -227,7 +228,7 @@ def test_figure_7_with_the_papers_table_taken_literally(k1: float) -> None:
 
 @pytest.mark.parametrize("k1", [1e6, 5e6])
 def test_figure_7_with_the_zero_of_joint_5_settled(k1: float) -> None:
-    """The built-in robot (docs/robots.md): a little less in proportion, more in mm. Regression values."""
+    """The built-in robot to the paper's frame (docs/robots.md): less in proportion, more in mm. Regression values."""
     got = figure_7(k1, False)
     np.testing.assert_allclose(got.nu_p.max() * k1 / 1e6, 0.0182, rtol=0.02)
     np.testing.assert_allclose(got.shift.max() * (k1 / 1e6) ** 2, 1.78e-4, rtol=0.02)

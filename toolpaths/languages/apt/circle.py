@@ -1,7 +1,8 @@
-"""CIRCLE of APT/CL and NX CLSF: an arc that ends at the next GOTO.
+"""CIRCLE of APT/CL and NX CLSF: an arc that ends at the next GOTO; the sweep of any arc between two places.
 
 Turning direction: counterclockwise about i, j, k as in ISO 4343; in the 11 numbers of NX clockwise. Both follow
-from real files: drawn the other way, the path turns back on itself at most arcs.
+from real files: drawn the other way, the path turns back on itself at most arcs. TIMES,n of NX is n - 1 whole turns
+and the rest: so six helices of a real file end where their next move begins.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ class AptCircle(NamedTuple):
     axis: Vector
     radius: float | None
     clockwise: bool
-    turns: float | None
+    turns: float | None = None
+    angle: float | None = None  # rad, where the file gives it: then it tells the sense as well
 
 
 def circle(s: AptStatement, source: str) -> AptCircle:
@@ -65,8 +67,7 @@ def sweep(
     n = (axis[0] / norm, axis[1] / norm, axis[2] / norm)
     u, v = _beside(start, center, n), _beside(end, center, n)
     _check_radius(s, arc, (math.hypot(*u), math.hypot(*v)), source)
-    angle = _angle(s, arc=arc, u=u, v=v, n=n, source=source)
-    return center, n, -angle if arc.clockwise else angle
+    return center, n, _angle(s, arc=arc, u=u, v=v, n=n, source=source)
 
 
 # Plain numbers: there is one circle a move in some files, and arrays of three take twenty times as long.
@@ -80,20 +81,45 @@ def _beside(p: Vector, center: Vector, n: Vector) -> Vector:
 
 
 def _angle(s: AptStatement, arc: AptCircle, u: Vector, v: Vector, n: Vector, source: str) -> float:
-    """How far the arc turns its way round from u to v, rad; more than one turn with TIMES."""
+    """How far the arc turns from u to v, rad, right-handed about n; more than one turn with TIMES or ANGLE."""
     (a, b, c), (x, y, z) = u, v
     across = (b * z - c * y) * n[0] + (c * x - a * z) * n[1] + (a * y - b * x) * n[2]
     left = math.atan2(across, a * x + b * y + c * z)
-    angle = (-left if arc.clockwise else left) % math.tau
-    if angle < FULL_CIRCLE:
-        angle += math.tau
-    if arc.turns is None:
-        return angle
-    more = arc.turns - angle / math.tau
+    if arc.angle is not None:
+        return _given(s, arc.angle, left, source)
+    angle = _whole(-left if arc.clockwise else left)
+    if arc.turns is not None:
+        angle += math.tau * _more_turns(s, arc.turns, angle, source)
+    return -angle if arc.clockwise else angle
+
+
+def _whole(angle: float) -> float:
+    """Above 0, up to a turn."""
+    angle %= math.tau
+    return angle if angle >= FULL_CIRCLE else angle + math.tau
+
+
+def _more_turns(s: AptStatement, turns: float, angle: float, source: str) -> int:
+    """Whole turns of TIMES before the rest: one less than a whole number of times (NX), or as many as fit the end."""
+    if turns == round(turns):
+        return round(turns) - 1
+    more = turns - angle / math.tau
     if abs(more - round(more)) > TURN_SHARE or round(more) < 0:
-        problem = f"TIMES,{arc.turns:g}, but the end lies {angle / math.tau:.4g} of a turn behind the start"
+        problem = f"TIMES,{turns:g}, but the end lies {angle / math.tau:.4g} of a turn behind the start"
         raise refusal(source, s, problem, "Output one CIRCLE a turn, or GOTO points.")
-    return angle + math.tau * round(more)
+    return round(more)
+
+
+def _given(s: AptStatement, angle: float, left: float, source: str) -> float:
+    """The sweep of an arc with an angle of its own: the way round that fits the end, counterclockwise if both do."""
+    for way in (1.0, -1.0):
+        sweep = _whole(way * left)
+        sweep += math.tau * max(round((angle - sweep) / math.tau), 0)
+        if abs(sweep - angle) <= TURN_SHARE * math.tau:
+            return way * sweep
+    ends = [math.degrees(_whole(way * left)) for way in (1.0, -1.0)]
+    problem = f"ANGLE,{math.degrees(angle):.6g}, but the end lies {ends[0]:.6g} or {ends[1]:.6g} degrees on"
+    raise refusal(source, s, problem, "Output GOTO points.")
 
 
 def _check_radius(s: AptStatement, arc: AptCircle, found: tuple[float, float], source: str) -> None:

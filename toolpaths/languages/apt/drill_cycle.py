@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from toolpaths.frame import Vector
+from toolpaths.languages.apt.cycle_values import by_place
 from toolpaths.languages.apt.feed import FEED_WORDS, AptFeeds, FeedRate
 from toolpaths.languages.apt.words import LARGEST, AptStatement, number, refusal
 
@@ -26,6 +27,7 @@ _KEYS = {*_DEPTH, *_CLEAR, *_RETRACT, "STEP", "INCR", "1STPECK", "SUBPECK", "DWE
 MOST_PECKS = 200
 BACK = 0.1  # share of a peck: how far above the last depth feeding begins again, and how far a chip break backs off
 SAME = 1e-9  # file units; nearer than this a move goes nowhere
+ROUNDING = 2e-3  # file units, by which heights of one file may contradict each other
 
 
 class DrillCycle(NamedTuple):
@@ -37,8 +39,9 @@ class DrillCycle(NamedTuple):
         clear: height where feeding begins.
         retract: height left at; None: ``clear``; infinite: as high as the tool was before the cycle.
         pecks: first peck and the others, both counted from ``clear``; None: in one go.
-        dwell: of DWELL, as the event shows it; empty for none.
+        dwell: of DWELL, as DELAY has it; empty for none.
         rate: feed, None: the one in force.
+        depth: of a GOTO at the bottom of the hole (Fusion 360), with heights along the tool axis; else None.
     """
 
     kind: str
@@ -48,6 +51,7 @@ class DrillCycle(NamedTuple):
     pecks: tuple[float, float] | None
     dwell: str
     rate: FeedRate | None
+    depth: float | None = None
 
 
 class DrillMove(NamedTuple):
@@ -58,42 +62,84 @@ class DrillMove(NamedTuple):
     bottom: bool = False
 
 
-def cycle(s: AptStatement, feeds: AptFeeds, *, nx: bool) -> DrillCycle:
+def cycle(s: AptStatement, feeds: AptFeeds, *, nx: bool, bottoms: bool = False) -> DrillCycle:
     """Read CYCLE/kind,...
+
+    Args:
+        s: the statement.
+        feeds: feed and units in force.
+        nx: a CLSF file.
+        bottoms: GOTO names the bottoms of holes, as Fusion 360 has it where values have no words.
 
     Raises:
         ReadError: a kind or word that is not read, a height that is missing, or heights that do not fit.
     """
     kind, rest = _kind(s, feeds.source)
-    given = _pairs(s, rest, feeds)
-    depth, clear = _one(given, _DEPTH), _one(given, _CLEAR)
+    placed = by_place(s, rest, feeds.source)
+    given = _pairs(s, rest, feeds) if placed is None else placed
+    depth, clear, retract = _one(given, _DEPTH), _one(given, _CLEAR), _one(given, _RETRACT)
     if depth is None or clear is None:
         raise refusal(feeds.source, s, "FEDTO (or DEPTH) and RAPTO (or CLEAR) are expected", "Name both heights.")
     bottom = depth if nx and "FEDTO" in given else -depth
     if bottom > 0.0:
         sign = "above 0 lies above the point in CLSF" if nx else "below 0 lies above the point"
         raise refusal(feeds.source, s, f"a depth {sign}")
-    if clear < bottom:
+    if "CLEAR" in given and "RAPTO" in given:  # ISO 4343, Creo: further on from CLEAR, in rapid
+        clear, retract = given["CLEAR"] - given["RAPTO"], max(given["CLEAR"], retract or 0.0)
+    at_bottom = bottoms and placed is not None
+    if clear < bottom and not at_bottom:
         raise refusal(feeds.source, s, "RAPTO lies below the bottom of the hole")
     found = DrillCycle(
         kind=kind,
-        bottom=bottom,
+        bottom=0.0 if at_bottom else bottom,
         clear=clear,
-        retract=_one(given, _RETRACT),
+        retract=retract,
         pecks=_pecks(s, given, feeds.source),
         dwell="",
         rate=None,
+        depth=depth if at_bottom else None,
     )
+    found = found._replace(rate=_rate(s, given, feeds), dwell=_dwell(s, given, rest, feeds.source))
+    if not at_bottom:
+        refuse_many(s, found, feeds.source)
+    return found
+
+
+def _rate(s: AptStatement, given: dict[str, float], feeds: AptFeeds) -> FeedRate | None:
     word = next((w for w in FEED_WORDS if w in given), None)
-    rate = feeds.rate_of(s, given[word], word) if word else None
+    return feeds.rate_of(s, given[word], word) if word else None
+
+
+def _dwell(s: AptStatement, given: dict[str, float], rest: list[str], source: str) -> str:
     stay = given.get("DWELL", 0.0)
     if stay < 0.0:
-        raise refusal(feeds.source, s, "a dwell of 0 or more is expected")
+        raise refusal(source, s, "a dwell of 0 or more is expected")
     unit = "REV," if "REV" in rest else ""
-    found = found._replace(rate=rate, dwell=f"DELAY/{unit}{stay:g}" if stay > 0.0 else "")
-    if len(_depths(found)) > MOST_PECKS:
-        raise refusal(feeds.source, s, f"more than {MOST_PECKS} pecks a hole", "Check the step.")
+    return f"{unit}{stay:g}" if stay > 0.0 else ""
+
+
+def at_hole(s: AptStatement, c: DrillCycle, point: Vector, axis: Vector, source: str) -> DrillCycle:
+    """The cycle with heights measured from this point, where they are places along the tool axis.
+
+    Raises:
+        ReadError: the tool would feed from below the top of the hole.
+    """
+    if c.depth is None:
+        return c
+    height = sum(p * n for p, n in zip(point, axis, strict=True))
+    clear, retract = c.clear - height, None if c.retract is None else c.retract - height
+    if clear < c.depth - ROUNDING:
+        problem = f"feeding begins {clear:g} above the bottom of the hole, which is {c.depth:g} deep"
+        raise refusal(source, s, problem, "In files of Fusion 360 the GOTO of a cycle is the bottom of the hole.")
+    found = c._replace(clear=clear, retract=retract)
+    refuse_many(s, found, source)
     return found
+
+
+def refuse_many(s: AptStatement, c: DrillCycle, source: str) -> None:
+    """Refuse a cycle of too many pecks."""
+    if len(_depths(c)) > MOST_PECKS:
+        raise refusal(source, s, f"more than {MOST_PECKS} pecks a hole", "Check the step.")
 
 
 def _kind(s: AptStatement, source: str) -> tuple[str, list[str]]:
@@ -128,7 +174,8 @@ def _pairs(s: AptStatement, rest: list[str], feeds: AptFeeds) -> dict[str, float
             problem = f"{key[:20]},{text[:20]}: each of {', '.join(sorted(_KEYS))} once, with a number, is read"
             raise refusal(feeds.source, s, problem, "Output the drilling moves as GOTO.")
         given[key] = value
-    if sum(word in given for word in FEED_WORDS) > 1 or any(sum(w in given for w in g) > 1 for g in _GROUPS):
+    groups = [g for g in _GROUPS if g is not _CLEAR or "DEPTH" not in given]  # Creo has CLEAR and RAPTO
+    if sum(word in given for word in FEED_WORDS) > 1 or any(sum(w in given for w in g) > 1 for g in groups):
         raise refusal(feeds.source, s, "two words for the same thing")
     return given
 

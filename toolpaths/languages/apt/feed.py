@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 from toolpaths.errors import ReadError
 from toolpaths.languages.apt.words import INCH, MM, UNIT_WORDS, AptStatement, number, refusal
+from toolpaths.reading.spindle import SpindleTrack
+from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE
 
 FEED_WORDS: dict[str, tuple[float | None, bool]] = {  # m of the length unit (None: of UNITS), per revolution?
     "MMPM": (MM, False),
@@ -17,6 +19,8 @@ FEED_WORDS: dict[str, tuple[float | None, bool]] = {  # m of the length unit (No
     "PERREV": (None, True),
 }
 _SURFACE = {"SFM", "SMM", "SURFACE"}
+_SENSES = {"CLW": int(CLOCKWISE), "CCLW": int(COUNTERCLOCKWISE)}
+_STANDS = {"OFF", "LOCK", "ORIENT", "NEUTRL"}
 _OTHER_NUMBERS = {"RANGE", "MAXRPM", "RADIUS"}  # words of SPINDL whose number is not the speed
 
 
@@ -30,12 +34,11 @@ class FeedRate(NamedTuple):
 class AptFeeds:
     """Units, feed and speed in force while a file is read."""
 
-    def __init__(self, source: str) -> None:
-        self.source = source
+    def __init__(self, source: str, spindle: SpindleTrack) -> None:
+        self.source, self._spindle = source, spindle
         self.unit: float | None = None  # m, from UNITS
         self.told: dict[float, int] = {}  # m, line: length units that feeds are given in
         self.rate = FeedRate(math.nan, False)
-        self.speed, self.turning = math.nan, False  # rev/min as last given, and whether it is on
 
     def units(self, s: AptStatement, *, poses: bool) -> None:
         """UNITS/MM or UNITS/INCHES, once, before the first of the ``poses``."""
@@ -79,25 +82,33 @@ class AptFeeds:
             raise refusal(self.source, s, problem, "Write UNITS/MM or UNITS/INCHES on top.")
         return FeedRate(value * length, per_turn)
 
-    def spindle(self, s: AptStatement) -> None:
-        """SPINDL with the speed in rev/min, ON, OFF; a cutting speed leaves the rev/min unknown."""
+    def spindle(self, s: AptStatement, moves: int) -> None:
+        """SPINDL with the speed in rev/min, its sense, ON, OFF; a cutting speed leaves the rev/min unknown.
+
+        Args:
+            moves: how many stand before it.
+        """
         minor = s.minor
         values = [
             v for before, m in zip(["", *minor], minor, strict=False)
             if before not in _OTHER_NUMBERS and (v := number(m)) is not None
         ]  # fmt: skip
-        if _SURFACE & set(minor):
-            self.speed = math.nan
-        elif values:
-            self.speed = values[0] if 0 < values[0] < 1e9 else math.nan
-        self.turning = "OFF" not in minor
+        if values or _SURFACE & set(minor):
+            known = values and 0 < values[0] < 1e9 and not _SURFACE & set(minor)
+            self._spindle.say(values[0] if known else math.nan, moves)
+        senses = [sense for word, sense in _SENSES.items() if word in minor]
+        if not _STANDS.isdisjoint(minor):
+            self._spindle.stop(moves)
+        else:
+            self._spindle.turn(senses[0] if senses else self._spindle.sense, moves)
 
     def now(self, s: AptStatement, rate: FeedRate | None = None) -> float:
         """m/s of ``rate``, or of the feed in force; NaN where the file gave none."""
         value, per_turn = rate or self.rate
         if not per_turn:
             return value / 60.0
-        if not (self.turning and self.speed > 0):
+        speed = self._spindle.speed
+        if self._spindle.stands or not speed > 0:
             problem = "the feed is per revolution, but no speed in RPM is in force"
             raise refusal(self.source, s, problem, "Add SPINDL/RPM,n.")
-        return value * self.speed / 60.0
+        return value * speed / math.tau

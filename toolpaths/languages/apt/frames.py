@@ -26,7 +26,7 @@ class CamFrames:
         self.first: Frame | None = None
         self.msys: Frame | None = None
         self.system: list[float] | None = None  # CSYS
-        self.world = self.turned = False  # TRNTYP/WORLD was given; the last CSYS turned the part
+        self.world = False  # TRNTYP/WORLD was given
         self.named: dict[str, list[float]] = {}  # the first systems that comments of Creo and CATIA name
         self.rows: list[float] | None = None  # numbers of *CATIA0 so far
 
@@ -64,11 +64,15 @@ class CamFrames:
         if self.system is None and poses:
             raise refusal(self.source, s, "the first CSYS comes after poses: their frame is not known")
         changed = self.system not in (None, values)
-        self.turned = changed and not np.allclose(rows, np.array(self.system).reshape(3, 4)[:, :3], rtol=0, atol=1e-9)
         if changed and not self.world:
             raise refusal(self.source, s, "a second coordinate system without TRNTYP/WORLD", _REMEDY)
         self.system = values
         return changed
+
+    def up(self, axis: Vector) -> bool:
+        """Whether a tool axis is the z axis of the last CSYS, be it given as a row or as a column."""
+        rows = np.eye(3) if self.system is None else np.array(self.system).reshape(3, 4)[:, :3]
+        return any(np.allclose(axis, z, rtol=0, atol=UNIT_TOLERANCE) for z in (rows[2], rows[:, 2]))
 
     def comment(self, s: AptStatement) -> None:
         """``$$-> CSYS / 12 numbers`` of Creo and ``$$*CATIA0`` of CATIA: one system a file."""

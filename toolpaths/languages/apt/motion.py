@@ -6,9 +6,11 @@ import math
 
 from toolpaths.frame import Vector
 from toolpaths.languages.apt.circle import AptCircle, circle, sweep
-from toolpaths.languages.apt.drill_cycle import SAME, DrillCycle, cycle, hole
+from toolpaths.languages.apt.drill_cycle import SAME, DrillCycle, at_hole, cycle, hole
 from toolpaths.languages.apt.feed import AptFeeds
 from toolpaths.languages.apt.frames import CamFrames, point, vector
+from toolpaths.languages.apt.machine_commands import commands_of
+from toolpaths.languages.apt.moved_arc import MovedArcs
 from toolpaths.languages.apt.tangent_arc import direction, tlon
 from toolpaths.languages.apt.tool import AptTool
 from toolpaths.languages.apt.words import UNIT_TOLERANCE, AptStatement, numbers, refusal
@@ -26,14 +28,17 @@ class AptMotion:
     def __init__(self, source: str) -> None:
         self.source = source
         self.track = Track(source, "apt")
-        self.feeds, self.frames, self.tool = AptFeeds(source), CamFrames(source), AptTool(source)
+        self.feeds, self.frames, self.tool = AptFeeds(source, self.track.spindle), CamFrames(source), AptTool(source)
         self.axis, self.axis_stale = UPRIGHT, False  # in the frame in force
         self.at: Vector | None = None  # in the first frame, as what follows
         self.at_axis = UPRIGHT
         self.rapid = False
         self.circle: tuple[AptStatement, AptCircle] | None = None
+        self.moved_arcs = MovedArcs(source)
         self.way: tuple[AptStatement, Vector] | None = None  # INDIRV, in the frame in force
         self.cycle: DrillCycle | None = None
+        self.unclosed: AptStatement | None = None  # what ended a cycle without CYCLE/OFF
+        self.fusion = False  # the stock post of Fusion 360
         self.before: tuple[Vector | None, Vector] = None, UPRIGHT  # place and axis when the cycle began
         self.drilled = 0
         self.paths = self.open = False  # the file has paths (NX), and one is open
@@ -61,6 +66,10 @@ class AptMotion:
             raise refusal(self.source, s, "a move outside a path", "Is TOOL PATH missing, or the file cut?")
 
     def _move(self, s: AptStatement, end: Vector, axis: Vector, *, rapid: bool) -> None:
+        if self.unclosed and not rapid:
+            before = f"no CYCLE/OFF before line {self.unclosed.line}, neither CYCLE nor FEDRAT after it"
+            problem = f"{before}: whether a hole is drilled here is not known"
+            raise refusal(self.source, s, problem, "Write CYCLE/OFF behind the last hole, and the CYCLE of this one.")
         feed = math.nan if rapid else self.feeds.now(s, self.cycle.rate if self.cycle else None)
         self.track.moves.extend((*end, *axis, feed))
         self.track.marks.extend((RAPID_MARK if rapid else CUT_MARK, self.tool.number, s.line))
@@ -115,7 +124,7 @@ class AptMotion:
             raise refusal(self.source, self.circle[0], "no GOTO follows with the end of the circle")
         if self.rapid:
             raise refusal(self.source, s, "RAPID between a circle and its end")
-        found = circle(s, self.source)
+        found = self.moved_arcs.read(s, fusion=self.fusion) if s.word == "MOVARC" else circle(s, self.source)
         if self.at is None:
             raise refusal(self.source, s, "a circle, but no GOTO before it says where it starts")
         self.circle = (s, found)
@@ -126,7 +135,9 @@ class AptMotion:
         begun, found = self.circle
         if math.dist(axis, self.at_axis) > SAME_AXIS:
             raise refusal(self.source, begun, "the tool axis turns along a circle", "Output GOTO points.")
-        self.track.arc(*sweep(begun, arc=found, start=self.at, end=end, frame=self.frames.way, source=self.source))
+        arc = sweep(begun, arc=found, start=self.at, end=end, frame=self.frames.way, source=self.source)
+        self.moved_arcs.note(begun, found, arc[2])
+        self.track.arc(*arc)
 
     def _direction(self, s: AptStatement) -> None:
         self._no_cycle(s)
@@ -158,9 +169,10 @@ class AptMotion:
         if self.circle or self.rapid:
             raise refusal(self.source, s, "a cycle between RAPID or CIRCLE and the GOTO that belongs to it")
         if s.minor in (["OFF"], ["INIT"], ["CLEAR"]):  # the last two of SolidWorks CAM, before the cycle itself
-            self.cycle = None
+            self.cycle = self.unclosed = None
             return
-        self.cycle = cycle(s, self.feeds, nx=self.paths)
+        self.unclosed = None
+        self.cycle = cycle(s, self.feeds, nx=self.paths, bottoms=self.fusion)
         self.before = self.at, self.at_axis
         self._event(s)
 
@@ -168,15 +180,21 @@ class AptMotion:
         known = self.at is not None and math.dist(axis, self.at_axis) <= SAME_AXIS
         before = self.before[0] if math.dist(axis, self.before[1]) <= SAME_AXIS else None
         begun = len(self.track)
+        found = at_hole(s, found, point=point, axis=axis, source=self.source)
         for step in hole(found, point=point, axis=axis, at=self.at if known else None, before=before):
             if self.at is None or math.dist(self.at, step.end) > SAME or not known:
                 self._move(s, step.end, axis, rapid=step.rapid)
                 known = True
             if step.bottom and found.dwell:
-                self.track.event(found.dwell, s.line)
+                self._event(AptStatement("DELAY", found.dwell, s.line))
         self.drilled += len(self.track) - begun
         if self.drilled > MOST_DRILLED:
             raise refusal(self.source, s, f"the cycles make more than {MOST_DRILLED} poses", "Check the step.")
+
+    def _next_operation(self, s: AptStatement) -> None:
+        """SolidWorks CAM leaves CYCLE/OFF out before some operations; each begins with TRNTYP/WORLD."""
+        if self.cycle and self.frames.world:
+            self.cycle, self.unclosed = None, s
 
     def _no_cycle(self, s: AptStatement) -> None:
         self._no_way()
@@ -185,4 +203,5 @@ class AptMotion:
             raise refusal(self.source, s, problem, "CYCLE/OFF is missing before this line?")
 
     def _event(self, s: AptStatement) -> None:
-        self.track.event(comment_word(str(s)), s.line)
+        commands = commands_of(s, self.track.spindle, self.tool.number)
+        self.track.event(comment_word(str(s)), s.line, *commands)

@@ -8,10 +8,22 @@ from pathlib import Path
 
 from toolpaths.errors import ReadError
 from toolpaths.languages.apt.motion import UPRIGHT, AptMotion
-from toolpaths.languages.apt.words import EVENTS, PASSED, REFUSED, AptStatement, numbers, refusal, statements
+from toolpaths.languages.apt.words import (
+    EVENTS,
+    LATHE,
+    PASSED,
+    REFUSED,
+    AptStatement,
+    number,
+    numbers,
+    refusal,
+    statements,
+)
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.toolpath import Toolpath
 
+_QUOTED = re.compile(r"\s*'.*'\s*")  # PARTNO of Fusion 360's post, behind MODE/MILL
+_HOOK = re.compile(r"(?:^|_)(?:START|END|STOP|BEGIN|FINISH)(?:_|$)")
 GCODE = re.compile(r"[GMNTSFO]\d+(?:[A-Z].*)?")
 
 
@@ -32,7 +44,7 @@ class AptReader(AptMotion):
 
     def __init__(self, source: str) -> None:
         super().__init__(source)
-        self.ended = self.closed = False
+        self.ended = self.closed = self.milled = False
         self.acts: dict[str, Callable[[AptStatement], None]] = {
             "$$": self._comment,
             "GOTO": self._goto,
@@ -41,6 +53,7 @@ class AptReader(AptMotion):
             "GODLTA": self._relative,
             "RAPID": self._rapid,
             "CIRCLE": self._circle,
+            "MOVARC": self._circle,
             "INDIRV": self._direction,
             "TLON,GOFWD": self._tlon,
             "CYCLE": self._cycle,
@@ -60,6 +73,9 @@ class AptReader(AptMotion):
             "TLDATA": self._cutter,
             "CUTCOM": self._cutcom,
             "PARTNO": self._part,
+            "MODE": self._mode,
+            "SETUP": self._setup,
+            "CALSUB": self._called,
             "TOOL PATH": self._tool_path,
             "END-OF-PATH": self._end,
             "END": self._end,
@@ -89,12 +105,13 @@ class AptReader(AptMotion):
         return self.track.toolpath(chord, scale=self.feeds.scale())
 
     def _feedrate(self, s: AptStatement) -> None:
-        if self.cycle and self.cycle.rate:
-            raise refusal(self.source, s, "another feed within a cycle that has its own", "Is CYCLE/OFF missing?")
         self.feeds.feedrate(s)
+        self.unclosed = None
+        if self.cycle and self.cycle.rate not in (None, self.feeds.rate):
+            raise refusal(self.source, s, "another feed within a cycle that has its own", "Is CYCLE/OFF missing?")
 
     def _spindle(self, s: AptStatement) -> None:
-        self.feeds.spindle(s)
+        self.feeds.spindle(s, len(self.track))
         self._event(s)
 
     def _units(self, s: AptStatement) -> None:
@@ -102,12 +119,20 @@ class AptReader(AptMotion):
 
     def _frame(self, s: AptStatement) -> None:
         """MSYS, CSYS, TRNTYP."""
-        if self.frames.read(s, poses=len(self.track) > 0):
+        self._next_operation(s)
+        changed = self.frames.read(s, poses=len(self.track) > 0)
+        if changed:
             self._no_cycle(s)
             if self.circle:
                 raise refusal(self.source, s, "the frame changes between a circle and its end")
-            self.axis_stale = self.axis_stale or self.frames.turned or self.axis != UPRIGHT
             self._event(s)
+        if s.word == "CSYS" and self.frames.world:  # at the begin of each operation of SolidWorks CAM
+            if self.frames.up(UPRIGHT):
+                self.axis, self.axis_stale = UPRIGHT, False
+            else:
+                self.axis_stale = self.axis_stale or changed or not self.frames.up(self.axis)
+        elif changed:
+            self.axis_stale = self.axis_stale or self.axis != UPRIGHT
 
     def _comment(self, s: AptStatement) -> None:
         self.frames.comment(s)
@@ -120,10 +145,13 @@ class AptReader(AptMotion):
     def _multax(self, s: AptStatement) -> None:
         if s.minor not in ([], ["ON"], ["OFF"]):
             raise refusal(self.source, s, "MULTAX, MULTAX/ON or MULTAX/OFF is expected")
-        if s.minor == ["OFF"] and self.axis != UPRIGHT:
+        if s.minor == ["OFF"] and self.fusion:  # its section is upright then
+            self.axis, self.axis_stale = UPRIGHT, False
+        elif s.minor == ["OFF"] and self.axis != UPRIGHT:
             self.axis_stale = True
 
     def _load(self, s: AptStatement) -> None:
+        self._next_operation(s)
         self._no_cycle(s)
         self.tool.load(s)
         self._event(s)
@@ -133,12 +161,36 @@ class AptReader(AptMotion):
         self._event(s)
 
     def _cutcom(self, s: AptStatement) -> None:
+        if self.fusion and s.minor[:1] != ["OFF"]:
+            problem = "cutter compensation by Fusion 360: the path may be the part's outline, not the cutter's"
+            raise refusal(self.source, s, problem, "Set the compensation type of the operation to 'in computer'.")
         self.tool.compensation(s)
         self._event(s)
 
     def _part(self, s: AptStatement) -> None:
         if len(self.track):
             raise refusal(self.source, s, "a part begins after moves of another", "Two programs? Give one file each.")
+        self.fusion = self.milled and _QUOTED.fullmatch(s.text) is not None
+        self._event(s)
+
+    def _mode(self, s: AptStatement) -> None:
+        """MODE/MILL: what the machine does, not what numbers mean."""
+        if s.minor != ["MILL"]:
+            raise refusal(self.source, s, LATHE if s.minor == ["TURN"] else "only MODE/MILL is read")
+        self.milled = True
+
+    def _setup(self, s: AptStatement) -> None:
+        """SETUP/START of SolidWorks CAM."""
+        if not s.minor or any(number(m) is not None for m in s.minor):
+            raise refusal(self.source, s, "words such as START are expected, no numbers")
+        self._next_operation(s)
+        self._event(s)
+
+    def _called(self, s: AptStatement) -> None:
+        """CALSUB of hyperMILL: lines of the post processor's own at the begin and end of program, job and the like."""
+        if len(s.minor) != 1 or not _HOOK.search(s.minor[0]):
+            problem = "a subprogram that is not in the file; read are names such as START_PROG, END_JOB"
+            raise refusal(self.source, s, problem, "Output its moves in the file.")
         self._event(s)
 
     def _tool_path(self, s: AptStatement) -> None:

@@ -11,6 +11,7 @@ from toolpaths.errors import ReadError
 # Text for people or for the machine between two moves: kept as events.
 EVENTS = frozenset(
     {"PPRINT", "TPRINT", "INSERT", "REMARK", "MACHIN", "COOLNT", "STOP", "OPSTOP", "DELAY", "AUXFUN", "PREFUN", "CLAMP"}
+    | {"SEQUENCE"}
 )
 # Words that neither move the tool nor change what a later word means: let pass on purpose.
 PASSED = frozenset(
@@ -23,20 +24,19 @@ _TABLE = "a turning table; output the tool axis i, j, k instead"
 _MACRO = "a macro: it is computed when the program is processed"
 _SOURCE = "a motion along geometry: this is APT source; give the CL file that its processor writes"
 _COORDINATES = "it changes the coordinates; output in one coordinate system"
-_LATHE = "a lathe's word; read are paths of a tool that mills or drills"
+LATHE = "a lathe's word; read are paths of a tool that mills or drills"
 REFUSED: dict[str, str] = (
-    dict.fromkeys(("ARCMOV", "MOVARC", "ARC", "TLON", "ARCDAT"), _ARC)
+    dict.fromkeys(("ARCMOV", "ARC", "TLON", "ARCDAT"), _ARC)
     | dict.fromkeys(("ROTABL", "ROTATE", "ROTHED", "INDEX"), _TABLE)
     | dict.fromkeys(("CALL", "MACRO", "TERMAC", "IF", "JUMPTO", "LOOPST", "LOOPND", "READ"), _MACRO)
     | dict.fromkeys(("GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "GO", "PSIS", "POCKET"), _SOURCE)
     | dict.fromkeys(("ORIGIN", "TRANS", "TRACUT", "SCALE", "MCS"), _COORDINATES)
-    | dict.fromkeys(("TURRET", "THREAD", "PITCH"), _LATHE)
+    | dict.fromkeys(("TURRET", "THREAD", "PITCH"), LATHE)
     | {
         "NURBS": "splines are not read; output GOTO points",
         "COPY": "copied moves are not read; output them in full",
         "RETRCT": "the retract plane is the machine's; output a GOTO",
         "OPSKIP": "what is skipped at the machine is not known here; output without optional blocks",
-        "MODE": "it changes what numbers mean; output absolute coordinates",
         "SET": "it changes what numbers mean; output absolute coordinates",
     }
 )

@@ -10,16 +10,27 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.errors import ReadError
+from toolpaths.languages.csv.header import AXIS, POSITION, QUATERNION, UNIT_TOLERANCE, refuse_headerless
 from toolpaths.reading.source_text import load_lines
 from toolpaths.reading.track import LIMIT
-from toolpaths.toolpath import CUT, RAPID, Floats, Ints, Toolpath, tool_axis
+from toolpaths.toolpath import (
+    CLOCKWISE,
+    COUNTERCLOCKWISE,
+    CUT,
+    RAPID,
+    SENSE_OPEN,
+    Floats,
+    Ints,
+    Senses,
+    Toolpath,
+    tool_axis,
+)
 
-POSITION = ("x_mm", "y_mm", "z_mm")
-AXIS = ("i", "j", "k")
-QUATERNION = ("qw", "qx", "qy", "qz")
-OPTIONAL = ("feed_mm_min", "kind")
+OPTIONAL = ("feed_mm_min", "kind", "spindle_rpm", "spindle")
+TEXT = ("kind", "spindle")
+MAY_BE_EMPTY = ("feed_mm_min", "spindle_rpm")  # as at rapids: 0
 KINDS = ("rapid", "cut")
-UNIT_TOLERANCE = 1e-3
+SENSES = {"m3": CLOCKWISE, "m4": COUNTERCLOCKWISE, "m5": SENSE_OPEN}
 
 
 def read(path: Path, source: str, chord: float) -> Toolpath:
@@ -33,6 +44,7 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
     line = np.array(rows, dtype=np.int32) + 1
     _check_numbers(table, columns, line, source)
     kind = _kinds(table, line=line, lines=lines, columns=columns, source=source)
+    spindle, sense = _spindle(table, line, source)
     quaternion = None
     if "qw" in columns:
         quaternion = _unit(table, QUATERNION, line, source)
@@ -48,6 +60,8 @@ def read(path: Path, source: str, chord: float) -> Toolpath:
         feed=_feeds(table, kind, line, source),
         kind=kind,
         tool=np.zeros(len(line), dtype=np.int32),
+        spindle=spindle,
+        sense=sense,
         line=line,
         row=np.arange(len(line), dtype=np.float64),
     )
@@ -58,6 +72,7 @@ def _columns(header: str, source: str) -> list[str]:
     if len(names) == 1 and any(name.strip(' "') in POSITION for name in re.split(r"[;\t]", header)):
         problem = "the columns are not separated by commas"
         raise ReadError(source, 1, problem, "Export with ',' between columns and '.' in numbers.")
+    refuse_headerless(header, source)
     known = (*POSITION, *AXIS, *QUATERNION, *OPTIONAL)
     for name in names:
         if name not in known:
@@ -76,23 +91,25 @@ def _columns(header: str, source: str) -> list[str]:
 
 def _parse(lines: list[str], rows: list[int], columns: list[str], source: str) -> npt.NDArray[Any]:
     """The body as a structured array; numpy's C parser reads it, a slow look finds the cell it stops at."""
-    dtype = [(name, "U12" if name == "kind" else "f8") for name in columns]
+    dtype = [(name, "U12" if name in TEXT else "f8") for name in columns]
     body = lines[rows[0] : rows[-1] + 1] if len(rows) == rows[-1] - rows[0] + 1 else [lines[n] for n in rows]
     try:
         return np.atleast_1d(np.loadtxt(body, dtype=dtype, delimiter=",", comments=None, quotechar='"'))
     except (ValueError, OverflowError) as problem:
-        if "feed_mm_min" in columns and (filled := _filled(body, columns.index("feed_mm_min"))) != body:
+        optional = [columns.index(name) for name in MAY_BE_EMPTY if name in columns]
+        if optional and (filled := _filled(body, optional)) != body:
             return _parse([*lines[: rows[0]], *filled], list(range(rows[0], rows[0] + len(filled))), columns, source)
         _blame(lines, rows=rows, columns=columns, source=source, problem=str(problem))
 
 
-def _filled(body: list[str], feed: int) -> list[str]:
-    """Rows with 0 where the feed is left empty, as rapids may."""
+def _filled(body: list[str], optional: list[int]) -> list[str]:
+    """Rows with 0 where a cell of these columns is left empty."""
     rows = [line.split(",") for line in body]
-    return [
-        ",".join([*cells[:feed], "0", *cells[feed + 1 :]]) if len(cells) > feed and not cells[feed].strip() else line
-        for cells, line in zip(rows, body, strict=True)
-    ]
+    for cells in rows:
+        for k in optional:
+            if k < len(cells) and not cells[k].strip():
+                cells[k] = "0"
+    return [",".join(cells) for cells in rows]
 
 
 def _blame(lines: list[str], rows: list[int], columns: list[str], source: str, problem: str) -> NoReturn:
@@ -104,7 +121,7 @@ def _blame(lines: list[str], rows: list[int], columns: list[str], source: str, p
             remedy = "Numbers need '.' as decimal sign; the last row may be cut off."
             raise ReadError(source, n + 1, f"{len(cells)} values, the header has {len(columns)}", remedy)
         for name, cell in zip(columns, cells, strict=True):
-            if name == "kind":
+            if name in TEXT:
                 continue
             try:
                 float(cell)
@@ -116,7 +133,7 @@ def _blame(lines: list[str], rows: list[int], columns: list[str], source: str, p
 
 def _check_numbers(table: npt.NDArray[Any], columns: list[str], line: Ints, source: str) -> None:
     for name in columns:
-        if name == "kind":
+        if name in TEXT:
             continue
         value = table[name]
         if (bad := np.flatnonzero(~np.isfinite(value))).size:
@@ -161,3 +178,19 @@ def _feeds(table: npt.NDArray[Any], kind: npt.NDArray[np.uint8], line: Ints, sou
         problem = f"column feed_mm_min: {feed[bad[0]]:g}, above 0 expected"
         raise ReadError(source, int(line[bad[0]]), problem)
     return np.where(feed > 0, feed, np.nan) / 60e3
+
+
+def _spindle(table: npt.NDArray[Any], line: Ints, source: str) -> tuple[Floats, Senses]:
+    """rad/s and sense; an empty cell gives none, m5 is a spindle that stands."""
+    given = table.dtype.names or ()
+    word = np.char.lower(np.char.strip(table["spindle"])) if "spindle" in given else np.full(len(table), "")
+    if (bad := np.flatnonzero(~np.isin(word, ["", *SENSES]))).size:
+        problem = f"column spindle: {str(word[bad[0]])!r}"
+        raise ReadError(source, int(line[bad[0]]), problem, "Write m3, m4 or m5, or leave it empty.")
+    rpm = table["spindle_rpm"] if "spindle_rpm" in given else np.zeros(len(table))
+    if (bad := np.flatnonzero(rpm < 0)).size:
+        problem = f"column spindle_rpm: {rpm[bad[0]]:g}, a speed from 0 on is expected"
+        raise ReadError(source, int(line[bad[0]]), problem, "The sense is m3 or m4 in the column spindle.")
+    speed = np.where(rpm > 0, rpm, np.nan) * (2.0 * np.pi / 60.0)
+    sense = np.select([word == name for name in SENSES], list(SENSES.values()), SENSE_OPEN)
+    return np.where(word == "m5", 0.0, speed), sense.astype(np.int8)

@@ -9,11 +9,27 @@ from pathlib import Path
 from toolpaths.languages.fanuc.scan import Listing, TpStatement
 
 #: Instructions that move nothing and change no frame.
-HARMLESS = re.compile(
-    r"(?:DO|RO|AO|GO|SO|UO|F|M|SR|TIMER|UALM|MESSAGE|PAYLOAD|LBL)\[|WAIT\b(?!.*TIMEOUT)|PAUSE$|OVERRIDE\s*=|"
-    r"COL (?:DETECT|GUARD)|(?:JOINT|LINEAR)_MAX_SPEED|(?:OFFSET|TOOL_OFFSET|SKIP) CONDITION|(?:Arc|Weld) (?:Start|End)|"
-    r"(?:UN)?LOCK PREG"
-)
+_INDEXED = "DO RO AO GO SO UO F M SR TIMER UALM MESSAGE PAYLOAD LBL"
+#: As the page shows them -> pattern.
+REMARKS: dict[str, str] = {f"{word}[n]": rf"{word}\[" for word in _INDEXED.split()} | {
+    "WAIT": r"WAIT\b(?!.*TIMEOUT)",
+    "PAUSE": "PAUSE$",
+    "OVERRIDE=": r"OVERRIDE\s*=",
+    "COL DETECT": "COL DETECT",
+    "COL GUARD": "COL GUARD",
+    "JOINT_MAX_SPEED": "JOINT_MAX_SPEED",
+    "LINEAR_MAX_SPEED": "LINEAR_MAX_SPEED",
+    "OFFSET CONDITION": "OFFSET CONDITION",
+    "TOOL_OFFSET CONDITION": "TOOL_OFFSET CONDITION",
+    "SKIP CONDITION": "SKIP CONDITION",
+    "Arc Start, End": "Arc (?:Start|End)",
+    "Weld Start, End": "Weld (?:Start|End)",
+    "LOCK PREG": "LOCK PREG",
+    "UNLOCK PREG": "UNLOCK PREG",
+}
+HARMLESS = re.compile("|".join(REMARKS.values()))
+#: Of these the ones that act on more than the program itself.
+ACTS = re.compile(r"(?:DO|RO|AO|GO|SO|UO)\[|WAIT\b|PAUSE$|(?:Arc|Weld) (?:Start|End)")
 _REGISTER = re.compile(r"P?R\[")
 _CHOICE = re.compile(r"U(?:FRAME|TOOL)_NUM")
 _FRAME = re.compile(r"U(?:FRAME|TOOL)\[")

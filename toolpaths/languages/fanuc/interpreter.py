@@ -16,7 +16,7 @@ from toolpaths.frame import Frame
 from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP
 from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import Runtime
-from toolpaths.languages.fanuc.called_program import HARMLESS, CalledProgram, called
+from toolpaths.languages.fanuc.called_program import ACTS, HARMLESS, CalledProgram, called
 from toolpaths.languages.fanuc.config import model_joints
 from toolpaths.languages.fanuc.registers import CONSTANT, Registers
 from toolpaths.languages.fanuc.scan import FREE, Listing, TpRecord, TpStatement
@@ -99,7 +99,7 @@ class TpInterpreter:
         elif m := _CALL.fullmatch(s.text):
             self._call(s, m[1])
         elif HARMLESS.match(s.text) or (self.inside and s.text in ("ELSE", *_ENDS)):
-            self.track.event(comment_word(s.text), s.line)
+            self.track.event(comment_word(s.text), s.line, s.text if ACTS.match(s.text) else "")
         elif self.inside:
             self._decided(s, s.text)
         elif m := _CHOOSE.fullmatch(s.text):
@@ -149,7 +149,7 @@ class TpInterpreter:
             self._decided(s, s.text)
         self.lost = f"{s.text[:40]!r} (line {s.line})"
         self._stand(dict.fromkeys(self.axes, float("nan")))
-        self.track.event(comment_word(s.text), s.line)
+        self.track.event(comment_word(s.text), s.line, s.text)
 
     def _set_frame(self, s: TpStatement, word: str, number: int, register: int) -> None:
         pose = self.registers.pose(register)
@@ -167,7 +167,7 @@ class TpInterpreter:
 
     def _call(self, s: TpStatement, name: str) -> None:
         """A called program: where it lies beside, what it may do is known; where it does not, it is let pass."""
-        self.track.event(f"CALL {name}", s.line)
+        self.track.event(f"CALL {name}", s.line, f"CALL {name}")
         if name not in self.programs:
             self.programs[name] = None if self.checked else called(self.path.parent, name)
         found = self.programs[name]

@@ -23,7 +23,7 @@ from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.checks import six_joints
-from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.lines import Between, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain
 from toolpaths.writing.numbers import printed
 from toolpaths.writing.program import Program
@@ -75,11 +75,10 @@ _JOINTS = (
 
 @dataclass(frozen=True)
 class _Words:
-    """Per pose: how speed and termination are written, and the instructions in front of the move."""
+    """Per pose: how speed and termination are written."""
 
     speed: list[str]
     termination: list[str]
-    before: dict[int, str]
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
@@ -89,15 +88,20 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
     if program.configuration is None:
         what = "no spherical wrist: the CONFIG of its positions is not known"
         yield Finding(ERROR, robot, what, "write CSV for this arm")
-    limit = _NAME_LIMIT - (4 if len(program) > MOVES_PER_FILE else 0)
-    if not is_legal(path.stem, limit, ()):
-        what = f"{path.stem!r} is no TP program name: a letter, then letters, digits and _, at most {limit} characters"
-        yield Finding(ERROR, path.name, what, "name the file so: the controller calls programs by their file's name")
+    yield from name_findings(program.name, path, len(program))
     if program.start_joints is not None:
         what = "J3 of the start is written as q3 - q2: Fanuc counts J3 from the horizontal"
         yield Finding(WARNING, "start", what, "run the first move slowly; the model needs Fanuc's signs and zeros")
     yield from _speed_findings(program)
     yield from part_findings(program, MOVES_PER_FILE, "check the mark that a stop leaves")
+
+
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """What a controller does not take as the name of a file."""
+    limit = _NAME_LIMIT - (4 if moves > MOVES_PER_FILE else 0)
+    if not is_legal(path.stem, limit, ()):
+        what = f"{path.stem!r} is no TP program name: a letter, then letters, digits and _, at most {limit} characters"
+        yield Finding(ERROR, path.name, what, "name the file so: the controller calls programs by their file's name")
 
 
 def _speed_findings(program: Program) -> Iterator[Finding]:
@@ -126,7 +130,8 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     name, blocks = path.stem.upper(), parts(program, MOVES_PER_FILE)
     words = _words(program)
     if len(blocks) == 1:
-        lines = [*_to_start(program, 1, len(program) + 1), *_instructions(program, words, blocks[0])]
+        moves = _instructions(program, words, blocks[0])
+        lines = [*_ordered_at_start(program), *_to_start(program, 1, len(program) + 1), *moves]
         yield (
             path.name,
             with_crlf(
@@ -135,7 +140,7 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
         )
         return
     calls = [f"  CALL {name}_{i:03d}" for i in range(1, len(blocks) + 1)]
-    lines = [*_frames(program), *_to_start(program, 1, 2), *calls]
+    lines = [*_frames(program), *_ordered_at_start(program), *_to_start(program, 1, 2), *calls]
     yield path.name, with_crlf(_text(program, name=name, lines=lines, block=slice(0, 1), start=2))
     for i, block in enumerate(blocks, 1):
         lines = [f"  UFRAME_NUM={FRAME}", f"  UTOOL_NUM={FRAME}", *_instructions(program, words, block)]
@@ -148,16 +153,26 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
 def _words(program: Program) -> _Words:
     speed = np.where(program.kind == CUT, program.feed, program.rapid_speed)
     texts, written = speed_texts(speed)
-    before = lines_before(program, lambda text: _joined(_remarks(text)), lambda tool: _joined(_change(program, tool)))
-    return _Words(texts, terminations(program, written), before)
+    return _Words(texts, terminations(program, written))
+
+
+def _between(program: Program, first: int) -> Between:
+    """Instructions between the moves of a program whose positions are counted from pose ``first`` on."""
+    return Between(
+        comment=lambda text: _joined(_remarks(text)),
+        line=lambda line: f"  {line.removesuffix(';').rstrip()}\n",
+        halt=lambda text: _joined([*_remarks(text), "  PAUSE"]),
+        mount=lambda tool: _joined(_mount(program.tools[tool])),
+        go=lambda pose: f"J P[{pose - first + 1}] 10% FINE\n",
+    )
 
 
 def _joined(lines: list[str]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def _change(program: Program, tool: int) -> list[str]:
-    return [*_remarks(f"mount tool {tool}, then go on"), "  PAUSE", *_mount(program.tools[tool])]
+def _ordered_at_start(program: Program) -> list[str]:
+    return lines_at_start(program, _between(program, 0)).splitlines()
 
 
 def _remarks(text: str) -> list[str]:
@@ -202,11 +217,12 @@ def _to_start(program: Program, first: int, start: int) -> list[str]:
 
 def _instructions(program: Program, words: _Words, block: slice) -> list[str]:
     lines: list[str] = []
+    before = lines_before(program, _between(program, block.start), block)
     for pose in range(block.start, block.stop):
-        if pose in words.before:
-            lines += words.before[pose].splitlines()
+        if pose in before:
+            lines += before[pose].splitlines()
         lines.append(f"L P[{pose - block.start + 1}] {words.speed[pose]} {words.termination[pose]}")
-    return lines
+    return lines + before.get(len(program), "").splitlines()
 
 
 def _text(program: Program, name: str, lines: list[str], block: slice, start: int | None) -> Iterator[str]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from toolpaths.errors import WriteError
-from toolpaths.finding import WARNING, Finding
+from toolpaths.finding import NOTE, WARNING, Finding
 from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
 from toolpaths.languages.gcode.filter_checks import refuse_moved
 from toolpaths.languages.gcode.motion import MovedBlock
@@ -60,6 +60,7 @@ class BlockRewriter:
         refuse_moved(program, row, self.moves[:, :3], path)
         self.first = np.searchsorted(move, np.arange(len(self.moves) + 1))
         self.place = ToolPlace(self.spelling)  # where the rewritten file is
+        self.place.go(blocks.start)
         self.nominal: Sequence[float] = self.place.at  # where the file is
         self.position: list[list[float]] = program.position.tolist()
         self.cut: list[bool] = (program.kind == CUT).tolist()
@@ -99,7 +100,7 @@ class BlockRewriter:
             if new:
                 changed[k + 1] = [with_words(self.texts[k], self.spelling, new, words=words)]
                 what = "G92 names the corrected place, so that the origin stays"
-                self.changes.append(Finding(WARNING, f"{self.path}:{k + 1}", what))
+                self.changes.append(Finding(NOTE, f"{self.path}:{k + 1}", what))
 
     def _unit_at(self, line: int) -> float:
         """G20 or G21 in force in a line."""
@@ -265,7 +266,7 @@ class BlockRewriter:
     # --- findings ---------------------------------------------------------------------------------------------
 
     def _changed(self, step: MovedBlock, what: str, count: int = 1) -> None:
-        self.changes.append(Finding(level=WARNING, place=f"{self.path}:{step.line}", what=what, remedy="", count=count))
+        self.changes.append(Finding(level=NOTE, place=f"{self.path}:{step.line}", what=what, remedy="", count=count))
 
     def _check_tilt(self) -> None:
         """Without G43.4 a file has no words for the tilt of a corrected tool."""

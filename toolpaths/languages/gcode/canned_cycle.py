@@ -1,4 +1,4 @@
-"""Canned drilling cycles G73, G81, G82, G83, G85 as the moves they stand for.
+"""Canned drilling cycles G73, G81 to G86, G89 as the moves they stand for.
 
 Order of the moves, sticky words and the chip clearance: LinuxCNC G-code reference, "Canned Cycles".
 """
@@ -24,6 +24,11 @@ class CannedCycle:
         self._words: dict[str, float] = {}
         self._level = 0.0
         self._normal = 2
+
+    @property
+    def dwell(self) -> float | None:
+        """P of a cycle that waits at the bottom of each hole, as the file has it."""
+        return self._words.get("P")
 
     def end(self) -> None:
         """Another motion word ends the series."""
@@ -119,7 +124,7 @@ class CannedCycle:
             level = here[normal] = r
             yield RAPID_MARK, (here[0], here[1], here[2])
         clear = max(initial, r) if back else r
-        out = [(CUT_MARK, r)] if self.key is G.BORING else []
+        out = [(CUT_MARK, r)] if self.key in (G.BORING, G.TAPPING, G.BORING_WITH_DWELL) else []
         for _ in range(repeats):
             for k in ((normal + 1) % 3, (normal + 2) % 3):
                 value = words.get("XYZ"[k], 0.0 if relative else here[k])

@@ -17,6 +17,7 @@ class G(IntEnum):
     SMOOTHING = 51  # G5.1 Q
     LOOK_AHEAD = 80
     EXACT_STOP_HERE = 90
+    OFFSETS_SET = 100  # G10 L2 with zeros
     POLAR_INTERPOLATION_OFF = 131
     POLAR_COORDINATES_OFF = 150
     PLANE_XY = 170
@@ -27,6 +28,10 @@ class G(IntEnum):
     HOME = 280
     OTHER_HOME = 300
     CUTTER_COMPENSATION_OFF = 400
+    CUTTER_LEFT = 410
+    CUTTER_LEFT_BY_DIAMETER = 411  # G41.1 D: the diameter stands in the file
+    CUTTER_RIGHT = 420
+    CUTTER_RIGHT_BY_DIAMETER = 421
     TOOL_LENGTH = 430
     TIP_CONTROL = 434  # with rotary words or tool vectors
     TIP_CONTROL_VECTORS = 435
@@ -35,6 +40,7 @@ class G(IntEnum):
     MIRROR_OFF = 501
     LOCAL_ORIGIN = 520
     MACHINE_PLACE = 530
+    TOOL_INTO_PLANE = 531
     SYSTEM_1 = 540
     SYSTEM_MORE = 541  # G54.1 P
     SYSTEM_2 = 550
@@ -49,13 +55,17 @@ class G(IntEnum):
     EXACT_STOP = 611
     BLENDING = 640
     MODAL_MACRO_OFF = 670
+    TILTED_PLANE = 682
     ROTATION_OFF = 690
     CHIP_BREAKING = 730
     CYCLE_OFF = 800
     DRILLING = 810
     DRILLING_WITH_DWELL = 820
     PECKING = 830
+    TAPPING = 840
     BORING = 850
+    BORING_WITH_STOP = 860
+    BORING_WITH_DWELL = 890
     ABSOLUTE = 900
     ABSOLUTE_CENTRE = 901
     RELATIVE = 910
@@ -79,7 +89,9 @@ class G(IntEnum):
 
 
 ARCS = frozenset((G.ARC_CLOCKWISE, G.ARC_COUNTERCLOCKWISE))
-CYCLES = frozenset((G.CHIP_BREAKING, G.DRILLING, G.DRILLING_WITH_DWELL, G.PECKING, G.BORING))
+#: Cycles that do something with the spindle, or wait, at the bottom: they are read, but not put in other words.
+SPINDLE_CYCLES = frozenset((G.TAPPING, G.BORING_WITH_STOP, G.BORING_WITH_DWELL))
+CYCLES = frozenset((G.CHIP_BREAKING, G.DRILLING, G.DRILLING_WITH_DWELL, G.PECKING, G.BORING)) | SPINDLE_CYCLES
 MOTIONS = frozenset((G.RAPID, G.LINE, *ARCS, *CYCLES))
 FEED_MODES = frozenset((G.INVERSE_TIME, G.PER_MINUTE, G.PER_TURN))
 TIP_CONTROLS = frozenset((G.TIP_CONTROL, G.TIP_CONTROL_VECTORS))
@@ -89,7 +101,9 @@ SYSTEMS = frozenset(
     (G.SYSTEM_1, G.SYSTEM_2, G.SYSTEM_3, G.SYSTEM_4, G.SYSTEM_5, G.SYSTEM_6, G.SYSTEM_7, G.SYSTEM_8, G.SYSTEM_9)
 ) | {G.SYSTEM_MORE}
 #: They count in their block only.
-SINGLE = RETRACTS | SHIFTS | {G.DWELL}
+SINGLE = RETRACTS | SHIFTS | {G.DWELL, G.OFFSETS_SET, G.TILTED_PLANE, G.TOOL_INTO_PLANE}
+BY_DIAMETER = frozenset((G.CUTTER_LEFT_BY_DIAMETER, G.CUTTER_RIGHT_BY_DIAMETER))
+COMPENSATIONS = frozenset((G.CUTTER_COMPENSATION_OFF, G.CUTTER_LEFT, G.CUTTER_RIGHT)) | BY_DIAMETER
 RETURNS = frozenset((G.RETURN_TO_START, G.RETURN_TO_R))
 
 #: Modal group, as messages name it -> its words; a block may hold one of each.
@@ -102,7 +116,7 @@ GROUPS: dict[str, frozenset[G]] = {
     "distance": frozenset((G.ABSOLUTE, G.RELATIVE)),
     "arc distance": frozenset((G.ABSOLUTE_CENTRE, G.RELATIVE_CENTRE)),
     "feed mode": FEED_MODES,
-    "cutter compensation": frozenset((G.CUTTER_COMPENSATION_OFF,)),
+    "cutter compensation": COMPENSATIONS,
     "tool length": TIP_CONTROLS | {G.TOOL_LENGTH, G.TOOL_LENGTH_OFF},
     "work offset": SYSTEMS,
     "path control": frozenset((G.EXACT_PATH, G.EXACT_STOP, G.BLENDING)),
@@ -119,8 +133,15 @@ GROUPS: dict[str, frozenset[G]] = {
 }
 GROUP = {g: name for name, words in GROUPS.items() for g in words}
 
-# Let pass on purpose: they choose what this reader does anyway (G13.1, G15, G40, G50, G50.1, G67, G69, G97), what the
-# cell file gives (G43 H: tool length), or how a machine rounds corners (G5 P, G5.1 Q, G8 P, G9, G61, G64, G187).
+#: Let pass on purpose: they choose what this reader does anyway (G10 L2 with zeros, G13.1, G15, G50, G50.1, G67, G97),
+#: what the cell file gives (G43 H: tool length), or how a machine rounds corners (G5 P, G5.1 Q, G8 P, G9, G61, ...).
+SETTINGS = frozenset(
+    (
+        G.OFFSETS_SET, G.POLAR_INTERPOLATION_OFF, G.POLAR_COORDINATES_OFF, G.SCALING_OFF, G.MIRROR_OFF,
+        G.MODAL_MACRO_OFF, G.SPINDLE_IN_TURNS, G.TOOL_LENGTH, G.TOOL_LENGTH_OFF, G.SMOOTHING_LEVEL, G.SMOOTHING,
+        G.LOOK_AHEAD, G.EXACT_STOP_HERE, G.EXACT_PATH, G.EXACT_STOP, G.BLENDING, G.ACCURACY,
+    )
+)  # fmt: skip
 #: Of them those that stand without coordinates.
 LONE = frozenset((G.SMOOTHING_LEVEL, G.LOOK_AHEAD, G.POLAR_INTERPOLATION_OFF, G.MIRROR_OFF, G.ACCURACY))
 
@@ -133,16 +154,14 @@ def _tenths(words: str) -> tuple[int, ...]:
 REFUSED: dict[int, str] = {
     key: why
     for words, why in (
-        ("G41 G42 G41.1 G42.1", "cutter compensation; let CAM compensate ('in computer')"),
         (
-            "G74 G76 G84 G86 G87 G88 G89",
-            "a canned cycle other than G73, G81, G82, G83, G85; post with expanded cycles",
+            "G74 G76 G87 G88",
+            "a canned cycle other than G73, G81 to G86, G89; post with expanded cycles",
         ),
-        ("G10", "it writes offsets or data into the controller; post without it"),
         ("G5.2 G5.3", "a spline; post arcs or lines"),
         ("G65 G66 G66.1", "a macro call"),
         ("G68 G51 G51.1 G16 G68.1", "it turns, scales or bends the coordinates; post without it"),
-        ("G68.2 G68.3 G68.4 G53.1", "a tilted work plane; post with tool vectors (G43.4 I J K) or APT/CL"),
+        ("G68.3 G68.4 G53.6", "a tilted work plane of another kind than G68.2 with G53.1; post with that, or APT/CL"),
         ("G43.1 G43.2 G44", "a tool length that this reader does not know; post with G43 H"),
         ("G38.2 G38.3 G38.4 G38.5 G31", "probing"),
         ("G7", "diameter mode of lathes"),

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 from toolpaths.frame import Vector
 from toolpaths.languages.gcode.arc import arc_geometry
 from toolpaths.languages.gcode.codes import ARCS, CYCLES, G
-from toolpaths.languages.gcode.modal_state import UP, ModalState
+from toolpaths.languages.gcode.drilled_holes import DrilledHoles
+from toolpaths.languages.gcode.modal_state import UP
+from toolpaths.languages.gcode.placed_moves import NORMALS
+from toolpaths.languages.gcode.programmed_move import ProgrammedMove
+from toolpaths.languages.gcode.retract import Clearance
 from toolpaths.languages.gcode.words import Words
 from toolpaths.machine import Machine
-from toolpaths.reading.track import CUT_MARK, RAPID_MARK
+from toolpaths.reading.track import CUT_MARK
 
-NORMALS: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 MOST_TURNS = 100  # of one arc: more is a mistake, and would fill the memory
 
 
@@ -32,16 +36,18 @@ class MovedBlock(NamedTuple):
     end: Vector
 
 
-class GcodeMotion(ModalState):
+class GcodeMotion(DrilledHoles):
     """The tool of one file; positions in m in the work object, nan where not known.
 
     Attributes:
         trace: the blocks that moved, for whoever writes them again; None where nobody does.
+        clearances: feeds to a height before the position is known.
     """
 
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         super().__init__(source, machine)
         self.trace: list[MovedBlock] | None = [] if trace else None
+        self.clearances: list[Clearance] = []
 
     def shift(self, g: G, values: Words) -> None:
         """G52, G92, G92.1, G92.2, G92.3."""
@@ -50,6 +56,9 @@ class GcodeMotion(ModalState):
         if others:
             raise ValueError(f"{name} with {', '.join(sorted(others))}: it shifts X, Y and Z only")
         named = {k: values[a] * self.scale() for k, a in enumerate("XYZ") if a in values}
+        self.refuse_open(name)
+        if self.plane is not None:
+            raise ValueError(f"{name} under G68.2", "Write G69 before it.")
         if g in (G.LOCAL_ORIGIN, G.SHIFT) and not named:
             raise ValueError(f"{name} without X, Y or Z")
         if g is G.LOCAL_ORIGIN:
@@ -66,28 +75,43 @@ class GcodeMotion(ModalState):
             self.origin.drop(keep=g is G.SHIFT_SET_ASIDE)
         self.cycle.forget()
 
-    def retract(self, g: G, values: Words) -> str:
-        """G28, G30, G53: a place of the machine, not of the work object; the words of the event."""
+    def retract(self, g: G, values: Words, line: int, *, feeding: bool) -> str:
+        """G28, G30, G53: a place of the machine, not of the work object; the words of the event.
+
+        ``feeding``: G1 or its like stands in the block. Without it G53 is a rapid, as Fanuc has it.
+        """
         name = g.word
         axes = [a for a in "XYZABC" if a in values]
         self.rotary.check(values)
-        if not values.keys().isdisjoint("IJKR") or (g is G.MACHINE_PLACE and (self.motion is not G.RAPID or not axes)):
+        self.refuse_open(name)
+        if feeding or not values.keys().isdisjoint("IJKR") or (g is G.MACHINE_PLACE and not axes):
             raise ValueError(f"{name}: read only as a rapid retract", f"Write G53 G0 Z.. or {name} G91 Z0.")
         if g is not G.MACHINE_PLACE and axes and not (self.relative and all(values[a] == 0 for a in axes)):
-            raise ValueError(f"{name} by way of a point", f"Read is only the pure retract: {name} G91 Z0.")
+            self._go_by_way(name, values, line)
         x, y, z = (math.nan if a in (axes or "XYZ") else v for a, v in zip("XYZ", self.at, strict=True))
         self.at = x, y, z
         self.rotary.lose(axes)
         return " ".join([name, *(f"{a}{values[a]:g}" for a in axes)])
+
+    def _go_by_way(self, name: str, values: Words, line: int) -> None:
+        """The point that G28 and G30 pass on their way, at a rapid."""
+        if not values.keys().isdisjoint("ABC"):
+            raise ValueError(f"{name} by way of a point with rotary axes", f"Write {name} G91 and zeros.")
+        end = self._target(values)
+        if all(v == v for v in end) and not self.rotary.lost():
+            self.place(self.rapid(end, line))
+        self.at = end
 
     def move(self, values: Words, line: int) -> None:
         """One block with G0, G1, G2, G3 or a canned cycle in force."""
         motion = self.motion
         if motion is None:
             raise ValueError("coordinates, but no G0, G1, G2 or G3 is in force", "Is the head of the file missing?")
+        if motion is not G.RAPID and not len(self.track):
+            self._begin(line)
         first = len(self.track)
         if motion in CYCLES:
-            self._drill(motion, values, line)
+            self.drill(motion, values, line)
         else:
             self._go(motion, values, line)
         if self.trace is not None:
@@ -97,15 +121,21 @@ class GcodeMotion(ModalState):
                 inverse=self.feed.mode is G.INVERSE_TIME, vectors=self.tip and not self.rotary.used, end=self.at,
             ))  # fmt: skip
 
+    def _begin(self, line: int) -> None:
+        """The file begins with a cut: where the tool stands before it is a pose, if that is known."""
+        if all(v == v for v in self.at) and not self.rotary.lost():
+            self.place(self.rapid(self.at, line))
+
     def _go(self, motion: G, values: Words, line: int) -> None:
-        start, end = self.at, self._target(values)
+        move = self.rapid(self._target(values), line)
         feed = time = math.nan
         if motion is not G.RAPID:
             feed = self.feed.rate(self.scale(), "F" in values, motion)
-        length = -1.0
+            move = replace(move, mark=CUT_MARK)
+        start, end, length = move.start, move.end, -1.0
         before = self.rotary.angles
         if motion in ARCS:
-            length = self._arc(motion, values, start, end)
+            move, length = self._arc(motion, values, move)
         elif not values.keys().isdisjoint("IJKRABC"):
             self._point_tool(motion, values)
         if motion is not G.RAPID and (self.rotary.used or self.feed.mode is G.INVERSE_TIME):
@@ -115,25 +145,28 @@ class GcodeMotion(ModalState):
             raise ValueError("a move while the tool stands tilted and G43.4 is off: where its tip is depends on the "
                              "machine", "Move only in G43.4, or retract with G53 or G28.")  # fmt: skip
         self.at = end
+        move = self.round_corner(replace(move, feed=feed))
+        if self.keep_corner(move, values):
+            return
         if end[0] == end[0] and end[1] == end[1] and end[2] == end[2] and not self.rotary.lost():
-            self._append(RAPID_MARK if motion is G.RAPID else CUT_MARK, end=end, feed=feed, line=line, time=time)
+            self.place(move, time)
         else:
-            self._unknown(motion, values, line)
+            if motion is not G.RAPID:
+                self._feed_from_nowhere(values, line)
+            self.track.event(f"{_words(values)}, before the position is known", line)
 
-    def _append(self, mark: int, end: Vector, feed: float, line: int, time: float = math.nan) -> None:
-        track = self.track
-        track.moves.extend((*end, *self.axis, feed))
-        track.marks.extend((mark, self.tool, line))
-        if self.rotary.used:
-            self.rotary.note(self.tip, time)
-
-    def _unknown(self, motion: G, values: Words, line: int) -> None:
-        words = " ".join(f"{a}{values[a]:g}" for a in "XYZABC" if a in values)
-        if motion is not G.RAPID and len(self.track):
-            names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v] or ["a rotary axis"]
-            problem = f"{words}: a cutting move, but where {', '.join(names)} is, is not known after the retract"
-            raise ValueError(problem, "Approach with a rapid that names all axes.")
-        self.track.event(f"{words}, before the position is known", line)
+    def _feed_from_nowhere(self, values: Words, line: int) -> None:
+        """A cut is never left out: where it runs has to be known; a feed to a clearance height is no cut."""
+        names = [a for a, v in zip("XYZ", self.at, strict=True) if v != v]
+        known = "after the retract" if len(self.track) else "from the lines before it"
+        problem = f"a cutting move, but where {', '.join(names) or 'a rotary axis'} is, is not known {known}"
+        remedy = "Approach with a rapid that names all axes."
+        if names and not len(self.track):
+            remedy = f"{remedy[:-1]}, or say where the tool starts: [machine] start = [x, y, z] in the cell."
+        found = Clearance(self.at[2], line, f"{_words(values)}: {problem}", remedy)
+        if len(self.track) or _words(values)[:1] != "Z":
+            raise ValueError(found.problem, remedy)
+        self.clearances.append(found)
 
     def _target(self, values: Words) -> Vector:
         unit = self.unit or self.scale()
@@ -145,15 +178,16 @@ class GcodeMotion(ModalState):
                     raise ValueError(problem, "Move there in G90 first.")
             get = values.get
             return x + get("X", 0.0) * unit, y + get("Y", 0.0) * unit, z + get("Z", 0.0) * unit
-        dx, dy, dz = self.origin.shift
+        dx, dy, dz = self.shift_in_force()
         return (
             values["X"] * unit + dx if "X" in values else x,
             values["Y"] * unit + dy if "Y" in values else y,
             values["Z"] * unit + dz if "Z" in values else z,
         )
 
-    def _arc(self, motion: G, values: Words, start: Vector, end: Vector) -> float:
-        """Declares the arc; its length, m."""
+    def _arc(self, motion: G, values: Words, move: ProgrammedMove) -> tuple[ProgrammedMove, float]:
+        """The move as an arc, and its length, m."""
+        start, end = move.start, move.end
         if any(v != v for v in start) or not len(self.track):
             unknown = "".join(letter for letter, v in zip("XYZ", start, strict=True) if v != v)
             problem = f"an arc, but where it starts is not known ({unknown})"
@@ -169,10 +203,10 @@ class GcodeMotion(ModalState):
         except ValueError as problem:
             raise ValueError(str(problem), "Check the arc, or post lines instead.") from None
         sweep += math.copysign((turns - 1) * math.tau, sweep)
-        self.track.arc(center, NORMALS[self.normal], sweep)
         first = (self.normal + 1) % 3
         radius = math.hypot(start[first] - center[first], start[first - 2] - center[first - 2])
-        return math.hypot(radius * sweep, end[self.normal] - start[self.normal])
+        length = math.hypot(radius * sweep, end[self.normal] - start[self.normal])
+        return replace(move, center=center, normal=NORMALS[self.normal], sweep=sweep), length
 
     def _centre(self, words: Words, start: Vector) -> Words:
         """Centre words as offsets from the start, whichever of G90.1 and G91.1 is on."""
@@ -182,7 +216,7 @@ class GcodeMotion(ModalState):
         missing = ["IJK"[k] for k in plane if "IJK"[k] not in words]
         if missing:
             raise ValueError(f"an arc without {missing[0]}: with G90.1 both centre words are needed")
-        shift = self.origin.shift
+        shift = self.shift_in_force()
         return {letter: words[letter] + shift[k] - start[k] for k, letter in enumerate("IJK") if letter in words}
 
     def _point_tool(self, motion: G, values: Words) -> None:
@@ -215,26 +249,10 @@ class GcodeMotion(ModalState):
         # F counts degrees a minute when only rotary axes move
         return rate, math.degrees(turn) * 60.0 / (self.feed.word or 1.0)
 
-    def _drill(self, key: G, values: Words, line: int) -> None:
-        """A block of a canned cycle."""
-        if values.keys().isdisjoint("XYZ"):
-            raise ValueError("words of a canned cycle, but no X, Y or Z")
-        if not values.keys().isdisjoint("IJABC") or self.axis != UP or any(self.rotary.angles):
-            raise ValueError("a canned cycle with rotary axes, tool vectors, I or J", "Post it expanded.")
-        if any(v != v for v in self.at):
-            raise ValueError("a canned cycle, but where it starts is not known", "Name X, Y and Z in G0 first.")
-        if self.feed.mode is G.INVERSE_TIME:
-            raise ValueError("a canned cycle in G93", "Post it with G94.")
-        unit, shift = self.scale(), self.origin.shift
-        offset = dict(zip("XYZ", (0.0, 0.0, 0.0) if self.relative else shift, strict=True))
-        offset["R"] = offset["XYZ"[self.normal]]
-        words = {c: v * (1.0 if c in "KLP" else unit) + offset.get(c, 0.0) for c, v in values.items()}
-        steps = self.cycle.steps(key, words, at=self.at, normal=self.normal, relative=self.relative, back=self.back)
-        feed = self.feed.rate(unit, True, G.LINE)
-        for kind, place in steps:
-            if place != self.at:
-                self._append(kind, place, feed if kind == CUT_MARK else math.nan, line)
-                self.at = place
+
+def _words(values: Words) -> str:
+    """The coordinates of a block."""
+    return " ".join(f"{a}{values[a]:g}" for a in "XYZABC" if a in values)
 
 
 def _turns(values: Words) -> int:

@@ -2,42 +2,59 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 
 from toolpaths.errors import ReadError
+from toolpaths.languages.gcode.block_checks import (
+    LENGTHS,
+    MOVING,
+    check_groups,
+    check_letters,
+    check_lone,
+    check_zeros,
+    cut_off,
+    tool_number,
+)
 from toolpaths.languages.gcode.codes import (
-    ARCS,
-    CYCLES,
+    COMPENSATIONS,
     FEED_MODES,
-    GROUP,
-    LONE,
     MOTIONS,
     RETRACTS,
     RETURNS,
     SINGLE,
     SYSTEMS,
-    TIP_CONTROLS,
     G,
 )
+from toolpaths.languages.gcode.machine_words import SENSES, SPINDLE_STOPS, commands
 from toolpaths.languages.gcode.motion import GcodeMotion
-from toolpaths.languages.gcode.retract import Retract, check_retracts
-from toolpaths.languages.gcode.words import M_END, Words, split_block, strip_comments
+from toolpaths.languages.gcode.retract import Retract, check_clearances, check_retracts
+from toolpaths.languages.gcode.subprograms import CALL, SubprogramCall, Subprograms, called_by
+from toolpaths.languages.gcode.variables import Variables, has_variables
+from toolpaths.languages.gcode.words import (
+    M_CALL,
+    M_END,
+    M_RETURN,
+    Words,
+    flows,
+    prints_refused,
+    split_block,
+    stands_in,
+    strip_comments,
+)
 from toolpaths.machine import Machine
 from toolpaths.reading.source_text import comment_word, load_lines
-from toolpaths.toolpath import Toolpath
+from toolpaths.toolpath import MachineCommand, Toolpath
 
 MM, INCH = 1e-3, 25.4e-3
 PLANES = {G.PLANE_XY: 2, G.PLANE_ZX: 1, G.PLANE_YZ: 0}  # index of the axis normal to the plane
-MOVING = frozenset("XYZIJKRABC")
-ALLOWED = frozenset("XYZIJKRFSTNHPQOLABC")
+ALLOWED = frozenset("XYZIJKRFSTNHPQOLABCDE") | {",R", ",C"}
 TOOL_CHANGE = re.compile(r"[Mm]\s*0*6(?![0-9.])")
 COLON = re.compile(r"^\s*:(?=\s*\d)")  # the number of a program in ISO code
+TILTED = re.compile(r"[Gg]\s*0*68\.20*(?![\d.])")
 ROTARY = re.compile(r"[ABCabc]\s*[-+.\d]")
-LENGTHS = TIP_CONTROLS | {G.TOOL_LENGTH, G.TOOL_LENGTH_OFF}
-WITH_P = frozenset((G.BLENDING, G.SYSTEM_MORE, G.SMOOTHING_LEVEL, G.LOOK_AHEAD, G.ACCURACY))
-WITH_Q = frozenset((G.BLENDING, G.SMOOTHING))
+FEEDS = MOTIONS - {G.RAPID}
+WORDY = frozenset((G.TILTED_PLANE, G.OFFSETS_SET))
 
 
 def read(path: Path, source: str, chord: float, machine: Machine | None = None) -> Toolpath:
@@ -58,7 +75,8 @@ def read(path: Path, source: str, chord: float, machine: Machine | None = None) 
 def parse(lines: list[str], source: str, machine: Machine | None = None, *, trace: bool = False) -> BlockReader:
     """The blocks of a file, read."""
     blocks = BlockReader(source, machine, trace=trace)
-    blocks.read(lines)
+    with prints_refused(lines, source):
+        blocks.read(lines)
     return blocks
 
 
@@ -68,26 +86,34 @@ class BlockReader:
     def __init__(self, source: str, machine: Machine | None, *, trace: bool = False) -> None:
         self.source = source
         self.state = GcodeMotion(source, machine, trace=trace)
-        self.track = self.state.track
-        self.percent = self.ended = self.spindle = False
+        self.track, self.start = self.state.track, self.state.at
+        self.percent = self.ended = False
         self.selected = 0
+        self.tilts = False  # does a G68.2 stand in the file? then A B C only go with it
         self.changes = False  # does an M6 stand in the file? then T only selects
         self.retracts: list[Retract] = []
+        self.variables = Variables()
+        self.programs = Subprograms([], source, calls=False)
+        self.depth = 0  # of calls
 
     def read(self, lines: list[str]) -> None:
         """Read every block."""
-        self.changes = _stands_in(TOOL_CHANGE, lines)
-        if self.state.rotary.letters and _stands_in(ROTARY, lines):
+        self.changes = stands_in(TOOL_CHANGE, lines)
+        self.tilts = not self.state.rotary.letters and stands_in(TILTED, lines)
+        if self.state.rotary.letters and stands_in(ROTARY, lines):
             self.state.rotary.use()
-        for line, text in enumerate(lines, 1):
+        self.programs = Subprograms(lines, self.source, calls=stands_in(CALL, lines))
+        for line, text in self.programs.main():
             if text and not text.isspace():
                 self._line(text, line)
+        self.programs.check()
         self._check_end(lines)
 
     def toolpath(self, chord: float) -> Toolpath:
         """The poses."""
         path = self.state.toolpath(chord)
         check_retracts(path, self.retracts)
+        check_clearances(path, self.state.clearances)
         return path
 
     def _line(self, text: str, line: int) -> None:
@@ -100,13 +126,15 @@ class BlockReader:
             return
         if ":" in text:
             text = COLON.sub("O", text)
-        values, gs, ms = split_block(text.upper().rstrip(), self.source, line)
-        if not (values or gs or ms):
-            return
-        if self.ended:
-            problem = "words after the end of the program"
-            raise self._error(line, problem, "Two programs in one file? Give one file each.")
+        text = text.upper().rstrip()
         try:
+            if has_variables(text) and not flows(text):
+                text = self.variables.block(text)
+            values, gs, ms = split_block(text, self.source, line)
+            if not (values or gs or ms):
+                return
+            if self.ended:
+                raise ValueError("words after the end of the program", "Two programs in one file? Give one file each.")
             self._block(values, gs, ms, line)
         except ValueError as problem:
             raise self._error(line, *map(str, problem.args[:2])) from None
@@ -125,25 +153,58 @@ class BlockReader:
             raise ValueError(f"{letter}{values[letter]:g}: this reader does not know it")
         single = None
         if gs:
-            _check_groups(gs)
+            check_groups(gs)
             for g in gs:
                 if g in FEED_MODES:
                     state.feed.choose(g)
         if "F" in values:
             state.feed.say(values["F"])
+        called = called_by(values, line, self.programs) if M_CALL in ms else None
         if ms or not values.keys().isdisjoint("STO"):
             self._events(values, ms, line)
         if gs:
             single = self._modes(gs, values)
-            _check_lone(gs, values)
-        _check_letters(values, gs, single, state.motion or G.RAPID)
+            check_lone(gs, values)
+        if self.tilts and not values.keys().isdisjoint("ABC"):
+            self.track.event(state.stand(values, home=single in RETRACTS), line)
+            single = None if single in RETRACTS and values.keys().isdisjoint("XYZ") else single
+        check_letters(values, gs, single, state.motion or G.RAPID)
         if single is not None:
-            self._single(single, values, line)
-        elif not values.keys().isdisjoint(MOVING):
+            self._single(single, values, line, feeding=not FEEDS.isdisjoint(gs))
+        elif not values.keys().isdisjoint(MOVING) and G.SMOOTHING not in gs:
             state.move(values, line)
+        if called is not None:
+            self._call(called)
         if any(m in M_END for m in ms):
-            self.track.event(f"M{next(m for m in ms if m in M_END)}", line)
-            self.ended = True
+            self._end(next(m for m in ms if m in M_END), values, line)
+
+    def _end(self, m: int, values: Words, line: int) -> None:
+        """M2, M30, M99."""
+        self.state.refuse_corner(f"M{m}")
+        if m == M_RETURN and not values.keys().isdisjoint("PL"):
+            raise ValueError("M99 with P or L: it goes on elsewhere in the program that called")
+        if self.depth and m != M_RETURN:
+            raise ValueError(f"M{m} in a program that another one calls: M99 is its end")
+        if not self.depth:
+            self.track.event(f"M{m}", line)
+        self.ended = True
+
+    def _call(self, call: SubprogramCall) -> None:
+        """M98: the blocks of the program that it names."""
+        self.track.event(f"M98 P{call.number}" + (f" L{call.repeats}" if call.repeats > 1 else ""), call.line)
+        self.depth += 1
+        for _ in range(call.repeats):
+            last, self.ended = call.line, False
+            self.variables.enter()
+            for line, text in self.programs.body(call):
+                if text.strip() not in ("", "%"):
+                    self._line(text, last := line)
+            if not self.ended:
+                raise self._error(last, f"program O{call.number} ends without M99")
+            self.programs.leave()
+            self.variables.leave()
+        self.depth -= 1
+        self.ended = False
 
     def _modes(self, gs: list[G], values: Words) -> G | None:
         """Take over the modal words; the non-modal one is returned."""
@@ -167,25 +228,37 @@ class BlockReader:
                 state.choose_system(f"{g.word} P{values.get('P', 1):g}" if g is G.SYSTEM_MORE else g.word)
             elif g in LENGTHS:
                 state.choose_length(g)
+            elif g in COMPENSATIONS:
+                state.compensate(g, values)
+            elif g is G.ROTATION_OFF:
+                state.untilt()
             elif g in SINGLE:
                 single = g
         return single
 
-    def _single(self, single: G, values: Words, line: int) -> None:
+    def _single(self, single: G, values: Words, line: int, *, feeding: bool) -> None:
         """A word that counts in its block only."""
         if single is G.DWELL:
             if "P" in values and not values.keys().isdisjoint(MOVING):
                 raise ValueError("G4 with P and coordinates; put the dwell into a block of its own")
             if not values.keys().isdisjoint(MOVING - {"X"}):
                 raise ValueError("G4 with coordinates; put the dwell into a block of its own")
-            self.track.event(f"G4 P{values.get('P', values.get('X', 0)):g}", line)
+            dwell = values.get("P", values.get("X", 0.0))
+            self.track.event(f"G4 P{dwell:g}", line, MachineCommand("G4", {"P": dwell}))
         elif single in RETRACTS:
-            words = self.state.retract(single, values)
+            words = self.state.retract(single, values, line, feeding=feeding)
             self.track.event(words, line)
             self.retracts.append(Retract(len(self.track), line, words))
         else:
-            self.state.shift(single, values)
-            axes = [f"{a}{values[a]:g}" for a in "XYZ" if a in values]
+            if single is G.TILTED_PLANE:
+                self.state.tilt(values)
+            elif single is G.TOOL_INTO_PLANE:
+                self.state.turn_tool()
+            elif single is G.OFFSETS_SET:
+                check_zeros(values)
+            else:
+                self.state.shift(single, values)
+            axes = [f"{a}{values[a]:g}" for a in ("LPXYZIJK" if single in WORDY else "XYZ") if a in values]
             self.track.event(" ".join([single.word, *axes]), line)
 
     def _events(self, values: Words, ms: list[int], line: int) -> None:
@@ -195,84 +268,31 @@ class BlockReader:
                 raise ValueError(f"O{values['O']:g}: a second program", "Give one file each.")
             words.append(f"O{values['O']:g}")
         if "T" in values:
-            self.selected = _tool_number(values["T"])
+            self.selected = tool_number(values["T"])
             words.append(f"T{self.selected}")
             if not self.changes:
                 self.state.choose_tool(self.selected)
         if "S" in values:
             self.state.feed.turn(values["S"])
+            self.track.spindle.say(values["S"], len(self.track))
             words.append(f"S{values['S']:g}")
-        for m in ms:
-            if m == 6:
-                self.state.choose_tool(self.selected)
-            if m in (3, 4, 5):
-                self.spindle = m != 5
-            if m not in M_END:
-                words.append(f"M{m}")
+        if 6 in ms:
+            self.state.choose_tool(self.selected)
+        if not SPINDLE_STOPS.isdisjoint(ms):
+            self.track.spindle.stop(len(self.track))
+        for m in SENSES.keys() & ms:
+            self.track.spindle.turn(SENSES[m], len(self.track))
+        words += [f"M{m}" for m in ms if m not in M_END and m != M_CALL]
         if words:
-            self.track.event(" ".join(words), line)
+            spindle, speed = self.track.spindle, self.state.feed.speed
+            asked = commands(values, ms, spindle=spindle, speed=speed, tool=self.selected, changes=self.changes)
+            self.track.event(" ".join(words), line, *asked)
 
     def _check_end(self, lines: list[str]) -> None:
-        if self.ended:
-            return
-        why = ""
-        if self.percent:
-            why = "it begins with '%' but does not end with one"
-        elif self.spindle:
-            why = "it ends without M2, M30 or M5 while the spindle turns"
-        elif lines[-1].strip():
-            why = "it ends without M2 or M30, and without a line end"
+        why = "" if self.ended else cut_off(self.percent, self.track.spindle.turns, lines[-1])
         if why:
             problem = f"the file looks cut off: {why}"
             raise self._error(len(lines), problem, "Add M30 if it is complete.")
 
     def _error(self, line: int, problem: str, remedy: str = "") -> ReadError:
         return ReadError(self.source, line, problem, remedy)
-
-
-def _stands_in(word: re.Pattern[str], lines: list[str]) -> bool:
-    """Whether a word stands in a line outside comments."""
-    return any(word.search(strip_comments(s)[0]) for s in lines if word.search(s))
-
-
-def _check_groups(gs: list[G]) -> None:
-    names = [GROUP[g] for g in gs]
-    for name in names:
-        if names.count(name) > 1:
-            words = " ".join(g.word for g in gs if GROUP[g] == name)
-            raise ValueError(f"{words}: two words for {name} in one block")
-
-
-def _check_lone(gs: list[G], values: Words) -> None:
-    """Words that stand without coordinates."""
-    for g in set(gs).intersection(LONE):
-        if not values.keys().isdisjoint(MOVING) or (g is G.SMOOTHING_LEVEL and "P" not in values):
-            why = "a spline; post arcs or lines" if g is G.SMOOTHING_LEVEL else "with coordinates it is not read"
-            raise ValueError(f"{g.word}: {why}")
-
-
-def _check_letters(values: Words, gs: list[G], single: G | None, motion: G) -> None:
-    """Letters that mean something only beside another word."""
-    keys = values.keys()
-    if keys.isdisjoint("HPQL"):
-        if G.SMOOTHING in gs:
-            raise ValueError("G5.1: a spline; post arcs or lines")
-        return
-    if "H" in keys and not LENGTHS.intersection(gs):
-        raise ValueError(f"H{values['H']:g} without G43")
-    cycle = motion in CYCLES and single is None
-    turns = motion in ARCS and single is None
-    if "P" in keys and not (single is G.DWELL or cycle or turns or WITH_P.intersection(gs)):
-        raise ValueError(f"P{values['P']:g}: read only with G2, G3, G4, G54.1, G64 and canned cycles")
-    if "Q" in keys and not (cycle or WITH_Q.intersection(gs)):
-        raise ValueError(f"Q{values['Q']:g}: read only with G64, G5.1, G73 and G83")
-    if "L" in keys and not cycle:
-        raise ValueError(f"L{values['L']:g}: read only with canned cycles")
-    if G.SMOOTHING in gs and ("Q" not in keys or not keys.isdisjoint(MOVING)):
-        raise ValueError("G5.1: a spline; post arcs or lines")
-
-
-def _tool_number(value: float) -> int:
-    if not 0 <= value < 1e9 or value != math.floor(value):
-        raise ValueError(f"T{value:g}: a whole number from 0 on is expected")
-    return int(value)

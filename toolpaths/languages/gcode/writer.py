@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +17,15 @@ import numpy.typing as npt
 from toolpaths.finding import WARNING, Finding
 from toolpaths.rotation import rpy_from_matrix
 from toolpaths.toolpath import CUT
+from toolpaths.writing.lines import MOUNT, Between, lines_at_start, lines_before
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import plain
 from toolpaths.writing.numbers import number
-from toolpaths.writing.program import Floats, Program
+from toolpaths.writing.program import Floats, Order, Program
 
 #: Comments that are words of G-code: spindle and coolant come back as what they were.
 _WORDS = re.compile(r"(?:S\d+(?:\.\d+)? ?)?(?:M0?[345789])?")
+_M_WORD = re.compile(r"M\d+")
 _XYZ, _IJK = 4, 7  # decimals of mm and of the vector: 0.05 um, 0.1 urad
 _FEED = 4  # decimals of mm/min
 
@@ -34,6 +37,11 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
         "configuration are left to the controller",
         "compare the joint angles on the controller with those of the program as csv",
     )  # fmt: skip
+
+
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """Nothing: a name is a comment."""
+    yield from ()
 
 
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
@@ -54,7 +62,7 @@ def _text(program: Program) -> Iterator[str]:
     for block in program.blocks():
         lines, last = _lines(program, block, before, last)
         yield "".join(lines)
-    yield "G49\nM30\n%\n"
+    yield before.get(len(program), "") + "G49\nM30\n%\n"
 
 
 #: Numbers of the line before (x, y, z, i, j, k, feed, motion), and whether it had to be reached.
@@ -63,16 +71,40 @@ _Last = tuple[Floats, bool]
 
 def _before(program: Program) -> dict[int, str]:
     """Lines in front of moves: comments, spindle and coolant, tool calls."""
-    before: dict[int, str] = {}
-    for pose, text in program.comments:
-        code = text if text and _WORDS.fullmatch(text) else f"({_comment(text)})"
-        before[pose] = before.get(pose, "") + code + "\n"
-    for pose in _changes(program).tolist():
-        number_ = int(program.tool[pose])
-        name = _comment(f"tool {number_}: {program.tools[number_].name}")
-        off, call = "G49\n" if pose else "", f"T{number_} M6\n" if number_ else ""
-        before[pose] = before.get(pose, "") + f"{off}({name})\n{call}G43.4 H{max(number_, 1)}\n"
+    between = Between(
+        comment=lambda text: (text if text and _WORDS.fullmatch(text) else f"({_comment(text)})") + "\n",
+        line=lambda line: f"{line}\n",
+        halt=lambda text: f"({_comment(text)})\nM0\n",
+        change=lambda tool: f"G49\n{_call(program, tool)}",
+        mount=lambda tool: f"G43.4 H{max(tool, 1)}\n",
+        go=lambda pose: "",
+        say=_said,
+    )
+    said = {(order.pose, order.text) for order in program.orders if _said(order) or order.lines is not None}
+    rest = tuple((pose, text) for pose, text in program.comments if (pose, text) not in said)
+    before = lines_before(replace(program, comments=rest), between)
+    first = int(program.tool[0])
+    given = any(o.pose == 0 and o.command.word == MOUNT and o.lines is not None for o in program.orders)
+    call = "" if given else _call(program, first)
+    before[0] = before.get(0, "") + call + lines_at_start(program, between) + between.mount(first)
     return before
+
+
+def _call(program: Program, tool: int) -> str:
+    return f"({_comment(f'tool {tool}: {program.tools[tool].name}')})\n" + (f"T{tool} M6\n" if tool else "")
+
+
+def _said(order: Order) -> str:
+    """The words of an order; empty where G-code has none, or they stand elsewhere."""
+    word, values = order.command.word, order.command.values
+    if word == "T":
+        return f"T{values['T']:g}\n"
+    if word == "G4":
+        return f"G4 P{number(values['P'], 4)}\n"
+    if word == MOUNT or not _M_WORD.fullmatch(word):
+        return ""
+    speed = f"S{number(values['S'], 3)} " if "S" in values else ""
+    return f"{speed}{word}\n"
 
 
 def _changes(program: Program) -> npt.NDArray[np.intp]:

@@ -29,7 +29,7 @@ class InformMoves:
     speed: Floats
     stop: npt.NDArray[np.bool_]
 
-    def numbers(self, block: slice) -> Floats:
+    def numbers(self, block: npt.NDArray[np.intp]) -> Floats:
         """(M, 6) X Y Z mm, Rx Ry Rz deg of the TCP in the robot frame, as they will be printed."""
         work = self.program.workobject
         position = work.at(self.program.position[block])
@@ -71,7 +71,7 @@ def _stops(program: Program) -> npt.NDArray[np.bool_]:
     return stop
 
 
-def rconf(program: Program, block: slice) -> list[str]:
+def rconf(program: Program, block: npt.NDArray[np.intp]) -> list[str]:
     """RCONF of each pose: no-flip, lower arm, rear, R, T, S beyond 180 deg, then 18 that are not used.
 
     Sources: DX100 HW0482494, 4.1.3 (order; 0 is flip, upper arm, front, less than 180 deg); Yaskawa's YMConnect SDK,

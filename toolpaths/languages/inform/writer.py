@@ -9,19 +9,20 @@ Reasons: docs/inform.md.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 from textwrap import wrap
 
 import numpy as np
+import numpy.typing as npt
 
 from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.inform.moves import InformMoves, frame_text, moves, rconf
 from toolpaths.toolpath import CUT
 from toolpaths.writing.checks import six_joints
-from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.lines import Between, interrupted, joint_moves, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import plain
 from toolpaths.writing.program import Program
 from toolpaths.writing.splitting import part_findings, parts
@@ -48,18 +49,23 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
     if program.joints.shape[1] != 6:
         yield from six_joints(program, "a position of INFORM has")
         return
-    count = len(parts(program, MOVES_PER_JOB))
-    limit = _NAME_LIMIT - (len(f"_{count:03d}") if count > 1 else 0)
-    if not re.fullmatch(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{limit - 1}}}", path.stem):
-        yield Finding(
-            ERROR, path.name, f"{path.stem!r} is no INFORM name: letters, digits, _ and -, at most {limit} characters",
-            "name the file so: a job is called like its file, in capitals",
-        )  # fmt: skip
+    yield from name_findings(program.name, path, len(program))
     yield from _speed_findings(program)
     yield from _tool_findings(program)
     yield from _branch_findings(program)
     yield from _corner_findings(program)
     yield from _size_findings(program, path)
+
+
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """What a controller does not take as the name of a job."""
+    count = -(-2 * moves // MOVES_PER_JOB)  # a part ends behind a rapid in its second half
+    limit = _NAME_LIMIT - (len(f"_{count:03d}") if moves > MOVES_PER_JOB else 0)
+    if not re.fullmatch(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{limit - 1}}}", path.stem):
+        yield Finding(
+            ERROR, path.name, f"{path.stem!r} is no INFORM name: letters, digits, _ and -, at most {limit} characters",
+            "name the file so: a job is called like its file, in capitals",
+        )  # fmt: skip
 
 
 def _speed_findings(program: Program) -> Iterator[Finding]:
@@ -126,6 +132,9 @@ def _corner_findings(program: Program) -> Iterator[Finding]:
     inside = moves(program).stop[1:-1] & cut[1:-1] & cut[2:] & (np.diff(program.tool) == 0)[1:]
     if program.exact is not None:
         inside = inside & ~program.exact[1:-1]
+    asked = np.zeros(len(program) + 1, dtype=bool)
+    asked[interrupted(program)] = True
+    inside = inside & ~asked[2:-1]
     if inside.any():
         yield Finding(
             level=WARNING, place=program.place(int(np.argmax(inside)) + 1),
@@ -137,7 +146,7 @@ def _corner_findings(program: Program) -> Iterator[Finding]:
 def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
     n = len(program)
     for block in parts(program, MOVES_PER_JOB):
-        said = "".join(_before(program, block).values())
+        said = "".join(_before(program, block, 0).values())
         if block.stop - block.start + said.count("\n") + _said(program).count("\n") + 3 > LINES:
             what = f"more than {LINES} lines of moves and comments in a job"
             yield Finding(ERROR, program.place(block.start), what, "take comments out")
@@ -152,16 +161,16 @@ def _size_findings(program: Program, path: Path) -> Iterator[Finding]:
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     """One job, or a main one that calls numbered ones."""
     stem, words, blocks = path.stem, moves(program), parts(program, MOVES_PER_JOB)
-    head = _said(program) + "MOVJ C00000 VJ=10.00 PL=0\n"
+    head = _said(program) + lines_at_start(program, _between(lambda pose: pose)) + "MOVJ C00000 VJ=10.00 PL=0\n"
     if len(blocks) == 1:
-        body = chain((head,), _moves(program, words, blocks[0], 1))
+        body, poses = chain((head,), _moves(program, words, blocks[0], 1)), _poses(program, blocks[0], 1)
         yield (
             path.name,
             _job(
                 stem,
                 comment=program.name,
-                count=len(program) + 1,
-                positions=_positions(program, words, blocks[0], 1),
+                count=len(poses),
+                positions=_positions(program, words, poses),
                 body=body,
             ),
         )
@@ -174,15 +183,17 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
             stem,
             comment=program.name,
             count=1,
-            positions=_positions(program, words, slice(0, 0), 1),
+            positions=_positions(program, words, _poses(program, slice(0, 0), 1)),
             body=iter((head + calls,)),
         ),
     )
     for name, block in zip(names, blocks, strict=True):
-        positions, text = _positions(program, words, block, 0), _moves(program, words, block, 0)
+        poses, text = _poses(program, block, 0), _moves(program, words, block, 0)
         yield (
             name + path.suffix,
-            _job(name, comment=program.name, count=block.stop - block.start, positions=positions, body=text),
+            _job(
+                name, comment=program.name, count=len(poses), positions=_positions(program, words, poses), body=text
+            ),
         )
 
 
@@ -194,12 +205,21 @@ def _job(name: str, comment: str, count: int, positions: Iterator[str], body: It
     return with_crlf(chain((head,), positions, (middle,), body, ("END\n",)))
 
 
-def _positions(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
-    """Positions of a block, numbered from ``first``; in front of number 1 the first pose stands for the MOVJ."""
+def _poses(program: Program, block: slice, first: int) -> npt.NDArray[np.intp]:
+    """The poses of a job's positions: ``first`` times that of the MOVJ to the start, then those of the block.
+
+    Every move has a position of its own: poses that a MOVJ and a MOVL go to stand twice.
+    """
+    twice = [pose for pose in joint_moves(program) if block.start <= pose < block.stop]
+    rows = np.insert(np.arange(block.start, block.stop), np.array(twice, dtype=np.intp) - block.start, twice)
+    return np.concatenate([np.zeros(first, dtype=np.intp), rows])
+
+
+def _positions(program: Program, words: InformMoves, poses: npt.NDArray[np.intp]) -> Iterator[str]:
+    """Positions of these poses, numbered from 0."""
     tool, conf = -1, ""
-    poses = [] if first == 0 else [slice(0, 1)]
     number = 0
-    for b in chain(poses, program.blocks(4096, block.start, block.stop)):
+    for b in (poses[at : at + 4096] for at in range(0, len(poses), 4096)):
         heads: list[str] = []
         for t, c in zip(program.tool[b].tolist(), rconf(program, b), strict=True):
             kind = "" if tool >= 0 else "///POSTYPE ROBOT\n///RECTAN\n"
@@ -212,21 +232,36 @@ def _positions(program: Program, words: InformMoves, block: slice, first: int) -
 
 
 def _moves(program: Program, words: InformMoves, block: slice, first: int) -> Iterator[str]:
-    before = _before(program, block)
+    before, own = _before(program, block, first), _own(program, block, first)
     for b in program.blocks(4096, block.start, block.stop):
-        numbers = range(b.start - block.start + first, b.stop - block.start + first)
+        numbers = own[b.start - block.start : b.stop - block.start].tolist()
         said = [before.get(i, "") for i in range(b.start, b.stop)]
         ends = [" PL=0\n" if stop else "\n" for stop in words.stop[b].tolist()]
         rows = zip(said, numbers, words.speed[b].tolist(), ends, strict=True)
         yield "%sMOVL C%05d V=%.1f%s" * len(said) % tuple(chain.from_iterable(rows))
+    yield before.get(len(program), "")
 
 
-def _before(program: Program, block: slice) -> dict[int, str]:
-    return lines_before(program, _comment, lambda tool: _pause(program, tool), block)
+def _own(program: Program, block: slice, first: int) -> npt.NDArray[np.intp]:
+    """The number of the position that the MOVL of each pose of a block goes to; a MOVJ goes to the one before."""
+    rows = _poses(program, block, first)[first:]
+    return np.asarray(np.searchsorted(rows, np.arange(block.start, block.stop), side="right") - 1 + first)
 
 
-def _pause(program: Program, tool: int) -> str:
-    return _comment(f"mount tool {tool} ({program.tools[tool].name}), then go on") + "PAUSE\n"
+def _before(program: Program, block: slice, first: int) -> dict[int, str]:
+    own = _own(program, block, first)
+    return lines_before(program, _between(lambda pose: int(own[pose - block.start]) - 1), block)
+
+
+def _between(position: Callable[[int], int]) -> Between:
+    """Lines between the moves of a job; ``position``: the number of that which the joint move to a pose has."""
+    return Between(
+        comment=_comment,
+        line=lambda line: f"{line}\n",
+        halt=lambda text: _comment(text) + "PAUSE\n",
+        mount=lambda tool: "",
+        go=lambda pose: f"MOVJ C{position(pose):05d} VJ=10.00 PL=0\n",
+    )
 
 
 def _said(program: Program) -> str:

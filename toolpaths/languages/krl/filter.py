@@ -1,4 +1,4 @@
-"""KRL in place: other numbers in the targets of LIN and CIRC, in the .src or its .dat, everything else as it was."""
+"""KRL in place: other numbers in the targets of LIN and CIRC, in a .src or its .dat, everything else as it was."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from toolpaths.languages.krl.interpreter import KrlInterpreter
 from toolpaths.languages.krl.moves import LITERAL, MOTION
 from toolpaths.languages.krl.reader import run_of
 from toolpaths.languages.krl.writer import status_and_turn
-from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
+from toolpaths.rewriting.edits import Edit, edited_parts, line_end, newline_of, parts_to_write, respelled
 from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import kuka_from_matrix
@@ -30,27 +30,35 @@ _T = re.compile(r"(?<!\w)T\s+(\d{1,2})(?![\w.])", re.I)
 _ROUNDED = re.compile(r"(?<!\w)C_\w+", re.I)
 
 
-def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
-    """``source`` with the poses of ``program`` (in the toolpath's base) at ``row``; its .dat beside it, if it changed.
+def rewrite(
+    source: bytes, program: Program, row: Floats, path: Path, others: Sequence[Path] | None = None
+) -> Rewritten:
+    """``source`` and what it calls, with the poses of ``program`` (in the toolpath's base) at ``row``; their .dat too.
 
     Raises:
         WriteError: a line would need two poses.
     """
-    run = run_of(source, str(path), path)
-    written = run.program
+    run = run_of(source, str(path), path, others)
+    modules, begins = run.program.modules, run.program.begins
     moves = run.track.moves()
     spelling = KrlSpelling(run, moves)
     target_edits = TargetEdits(spelling, moves, program, row)
     target_edits.place()
     found = [*target_edits.changes, *calls_elsewhere(run.elsewhere)]
-    at = line_end(written.text, written.header_end)
-    edits = [Edit(at, at, f"; {MARKER}{spelling.newline}"), *target_edits.edits]
-    text = edited(written.text[: written.border], [e for e in edits if e.start <= written.border])
-    first = written.border + 1
-    later = [Edit(e.start - first, e.end - first, e.new) for e in edits if e.start > written.border]
-    values = edited(written.text[first:], later)
-    beside = ((Path(written.beside).suffix, values.encode("latin-1")),) if written.beside else ()
-    return Rewritten(text.encode("latin-1"), merged(found), beside)
+    texts, places = [], []  # of each .src and, behind it, its .dat
+    for begin, module in zip(begins, modules, strict=True):
+        texts += [module.text[: module.border], module.text[module.border + 1 :]]
+        places += [begin, begin + module.border + 1]
+    written = parts_to_write(begins, moves.mark["start"].tolist(), target_edits.edits)
+    ends = (begins[k] + line_end(modules[k].text, modules[k].header_end) for k in written)
+    marks = [Edit(at, at, f"; {MARKER}{spelling.newline}") for at in ends]
+    made = [text.encode("latin-1") for text in edited_parts(texts, places, [*marks, *target_edits.edits])]
+    beside = [(Path(modules[0].beside).suffix, made[1])] if modules[0].beside else []
+    for k in written[1:]:
+        beside.append((Path(modules[k].source).name, made[2 * k]))
+        beside += [(Path(modules[k].beside).name, made[2 * k + 1])] if modules[k].beside else []
+    kept = tuple(Path(modules[k].source) for k in range(len(modules)) if k not in written)
+    return Rewritten(made[0], merged(found), tuple(beside), kept)
 
 
 class KrlSpelling:
@@ -127,8 +135,12 @@ class KrlSpelling:
 
     def declared(self) -> Sequence[Declaration]:
         """All declared poses."""
-        found = [d for d in self.run.program.declared.values() if d.value[0] >= 0]
+        found = [d for module in self.run.program.declared for d in module.values() if d.value[0] >= 0]
         return sorted(found, key=lambda d: d.start)
+
+    def scope(self, target: Declaration) -> tuple[int, int]:
+        """Its module; all of them where it is GLOBAL."""
+        return self.run.program.scope(target)
 
     def free_name(self, name: str, taken: set[str]) -> str:
         """``XP2`` -> ``XP2_C1``, at most 24 characters."""

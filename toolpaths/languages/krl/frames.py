@@ -10,7 +10,7 @@ from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import POSE, Value, frame
 from toolpaths.languages.krl.names import KrlNames
-from toolpaths.languages.krl.scan import KrlProgram
+from toolpaths.languages.krl.program import KrlProgram
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import Floats
 

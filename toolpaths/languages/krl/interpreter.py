@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
 
 from toolpaths.interpreting.interpreter import Interpreter, ReturnedError
 from toolpaths.interpreting.program_text import COMMENT, NOTHING, PLAIN, Statement
@@ -12,14 +11,22 @@ from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import NULL, KrlExpression, Value
 from toolpaths.languages.krl.moves import MOTION, KrlMover
 from toolpaths.languages.krl.names import KrlNames
-from toolpaths.languages.krl.scan import KrlProgram
+from toolpaths.languages.krl.program import KrlProgram
 
 _ASSIGN = re.compile(r"([$A-Za-z_][\w$]*)((?:\s*\[[^\]]*\])?)((?:\s*\.\s*\w+)*)\s*=(?!=)\s*(.*)$", re.S)
 _CALL = re.compile(r"([A-Za-z_][\w$]*)\s*\((.*)\)\s*$", re.S)
-_HARMLESS = re.compile(
-    r"(WAIT|HALT|CONTINUE|(GLOBAL\s+)?INTERRUPT|EXT|EXTFCT|EXTFCTP|SIGNAL|PULSE|TRIGGER|BRAKE?|IMPORT|ANOUT|ANIN|"
-    r"CONFIRM|RESUME|CWRITE|CLEAR)(?![\w$])", re.I,
-)  # fmt: skip
+#: Statements that move nothing and set nothing that moves depend on.
+REMARKS = (
+    "WAIT HALT CONTINUE INTERRUPT EXT EXTFCT EXTFCTP SIGNAL PULSE TRIGGER BRAKE IMPORT ANOUT ANIN CONFIRM RESUME "
+    "CWRITE CLEAR"
+)
+_HARMLESS = re.compile(rf"(GLOBAL\s+INTERRUPT|{'|'.join(REMARKS.split())})(?![\w$])", re.I)
+#: Of these, and of BAS.SRC, what is about how the program runs: another language has its own.
+_QUIET = re.compile(
+    r"(CONTINUE|(GLOBAL\s+)?INTERRUPT|EXT|EXTFCT|EXTFCTP|SIGNAL|IMPORT|CONFIRM|RESUME|CWRITE|BAS|IR_STOPM)(?![\w$])",
+    re.I,
+)
+_OUTPUT = re.compile(r"\$(OUT|ANOUT|PULSE|CYCFLAG|FLAG)(?![\w$])", re.I)
 _STEERING = re.compile(r"(\$POS_CORR|\$VEL_EXT|\$TECH|\$ON_PATH)", re.I)
 _BAS = re.compile(r"BAS\s*\(\s*#(\w+)\s*(?:,\s*(.*))?\)\s*$", re.I)
 _NUMBERED = re.compile(r"(TOOL_DATA|BASE_DATA)\s*\[\s*(\d+)\s*\]\s*$", re.I)
@@ -29,25 +36,20 @@ _HARMLESS_CALLS = {"BAS", "IR_STOPM"}
 class KrlInterpreter(Interpreter):
     """One program, executed from its first DEF.
 
-    Args:
-        program: scanned.
-        path: the file; what it calls is looked for beside it.
-
     Attributes:
         names: what names mean.
         mover: what makes moves of motion lines.
-        elsewhere: name -> line of the first call of subprograms that are not in this file.
+        elsewhere: name -> line of the first call of subprograms that are in no file.
     """
 
     program: KrlProgram
     lines, routines, remedy = "lines", "subprograms", "Post the program with plain LIN, CIRC and PTP."
 
-    def __init__(self, program: KrlProgram, path: Path) -> None:
+    def __init__(self, program: KrlProgram) -> None:
         self.names = KrlNames(program)
         self.mover = KrlMover(program, self.names)
         super().__init__(program, self.mover.track)
-        self.path = path
-        self._called = {program.first}
+        self._called: set[tuple[int, str]] = set()
         self.elsewhere: dict[str, int] = {}
 
     def main(self) -> None:
@@ -56,20 +58,26 @@ class KrlInterpreter(Interpreter):
         Raises:
             ReadError: a line that is known only while the program runs.
         """
+        first = self.program.first
         try:
-            self._call(self.program.first)
+            self._call(first, self.program.modules[0].routines[first], 0)
         except ExpressionError as e:
             self.program.refuse(self.here, str(e))
-        for name, body in self.program.routines.items():
-            moving = [s for s in body if s.kind == PLAIN and MOTION.match(self.program.text, s.start, s.end)]
-            if name not in self._called and moving:
-                first = self.program.first
-                what = f"DEF {name} moves the arm, and {first} does not call it: two programs in one file"
-                self.program.refuse(moving[0].start, what, "Give one of them.")
+        for number, module in enumerate(self.program.modules):
+            for name, body in module.routines.items():
+                moving = [s for s in body if s.kind == PLAIN and MOTION.match(self.program.text, s.start, s.end)]
+                if (number, name) not in self._called and moving:
+                    what = f"DEF {name} moves the arm, and {first} does not call it: two programs in one file"
+                    self.program.refuse(moving[0].start, what, "Give one of them.")
 
-    def _call(self, name: str) -> None:
-        self._called.add(name)
-        self.routine(self.program.routines[name])
+    def _call(self, name: str, body: list[Statement], module: int) -> None:
+        self._called.add((module, name))
+        outer = self.names.module
+        self.names.enter(module)
+        self.mover.tails.forget()
+        self.routine(body)
+        self.names.enter(outer)
+        self.mover.tails.forget()
 
     def value(self, text: str) -> Value:
         """The value of an expression."""
@@ -87,32 +95,34 @@ class KrlInterpreter(Interpreter):
             pass
         elif match := _ASSIGN.match(text):
             self._assign(s, match)
-            return
+            if not _OUTPUT.match(text):
+                return
         elif text.upper() == "RETURN":
             raise ReturnedError
         elif match := _CALL.match(text):
-            name = match[1].upper()
-            if name in self.program.routines and not match[2].strip():
-                self._call(name)
+            found = self._routine(s, match[1])
+            if found is not None and not match[2].strip():
+                self._call(match[1].upper(), *found)
                 return
-            self._refuse_unknown_call(s, match)
+            self._refuse_unknown_call(s, match, known=found is not None)
         else:
             self.program.refuse(s.start, f"{text[:40]!r} is no line of KRL that is known", self.remedy)
-        self.remark(s, text)
+        self.remark(s, text, "" if _QUIET.match(text) else text)
 
-    def _refuse_unknown_call(self, s: Statement, match: re.Match[str]) -> None:
-        name = match[1]
-        if name.upper() in self.program.routines or not self._without_poses(match[2]):
-            self.program.refuse(s.start, f"{name}(...) is a subprogram with arguments", self.remedy)
+    def _routine(self, s: Statement, name: str) -> tuple[list[Statement], int] | None:
+        """A subprogram, be it in a file beside."""
         if len(name) > 100:  # more than a file may be called
             self.program.refuse(s.start, f"{name[:40]!r}... is no name of KRL", self.remedy)
-        for suffix in (".src", ".SRC"):
-            if (other := self.path.with_name(name + suffix)).is_file():
-                self.program.refuse(s.start, f"{name}() stands in {other.name}", "Put its moves into this file.")
+        return None if name.upper() in _HARMLESS_CALLS else self.program.routine(name.upper(), self.names.module)
+
+    def _refuse_unknown_call(self, s: Statement, match: re.Match[str], *, known: bool) -> None:
+        name = match[1]
+        if known or not self._without_poses(match[2]):
+            self.program.refuse(s.start, f"{name}(...) is a subprogram with arguments", self.remedy)
         if name.upper() not in _HARMLESS_CALLS:
             self.elsewhere.setdefault(name, self.program.line(s.start))
             for given in match[2].upper().split(","):  # a parameter may be OUT
-                if given.strip() in self.names.variables:
+                if self.names.get(given.strip()):
                     unknown = Runtime(f"{given.strip()}, which {name} may set (line {self.program.line(s.start)})")
                     self.names.put(given.strip(), unknown)
 
@@ -120,7 +130,7 @@ class KrlInterpreter(Interpreter):
         """Whether arguments are numbers, texts and words only: of what else they are, one may be where the arm goes."""
         e = KrlExpression(rest, self.names.look_up)
         while e.peek():
-            declared = self.program.declared.get(e.peek().upper())
+            declared = self.names.declared(e.peek().upper())
             plain = declared is not None and declared.type in ("INT", "REAL", "BOOL", "CHAR")
             if not isinstance(e.value(), float | bool | str) and not plain:
                 return False
@@ -145,7 +155,7 @@ class KrlInterpreter(Interpreter):
         else:
             self.names.put(".".join([name, *parts]), value)
             if name == "$VEL" and not parts:
-                self.names.variables.pop("$VEL.CP", None)
+                self.names.drop("$VEL.CP")
         if name in ("$TOOL", "$BASE", "$LOAD", "$VEL", "$APO", "$IPO_MODE"):
             if numbered := _NUMBERED.match(match[4]):
                 self.mover.mounted.by_number(name, int(numbered[2]))

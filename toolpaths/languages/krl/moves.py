@@ -14,8 +14,8 @@ from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.krl.expressions import AXES, POSE, Value
 from toolpaths.languages.krl.frames import MountedFrames
-from toolpaths.languages.krl.names import KrlNames
-from toolpaths.languages.krl.scan import KrlProgram
+from toolpaths.languages.krl.names import WHERE_IT_STANDS, KrlNames
+from toolpaths.languages.krl.program import KrlProgram
 from toolpaths.languages.krl.tails import SYSTEM, KrlTails
 from toolpaths.rotation import matrix_from_kuka, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats
@@ -26,7 +26,7 @@ MOTION = re.compile(
 _N = r"\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*"
 #: A pose of numbers: groups 1-6 X ... C, group 7 what follows them.
 LITERAL = re.compile(r"\{\s*(?:\w+\s*:)?\s*" + ",\\s*".join(k + _N for k in POSE) + r"((?:,[^{}]*)?)\}(?!\s*:)", re.I)
-_STATUS = re.compile(r"\bS\s+(\d+)", re.I)
+_STATUS = re.compile(r"\bS\s*(?:'B([01]{1,6})'|(?<=\s)(\d+))", re.I)
 EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
 _AXIS = re.compile(r"\b(E[1-6])\s+([-+]?[0-9.]+(?:[eE][-+]?\d+)?)", re.I)
 _NAME = re.compile(r"\s*([A-Za-z_$][\w$]*)\s*(?=,|$|C_|WITH)", re.I)
@@ -55,10 +55,11 @@ class KrlMover:
 
     def __init__(self, program: KrlProgram, names: KrlNames) -> None:
         self.program, self.names = program, names
-        self.track = RobotTrack(program.source, "krl", quaternions, EXTERNAL)
+        self.track = RobotTrack(program.source, "krl", quaternions, EXTERNAL, text=program)
         self.mounted = MountedFrames(program, names, self.track)
         self.tails = KrlTails(program, names, self.mounted)
         self.others: dict[int, dict[str, Value]] = {}
+        self._lost = ""  # the move before, where only the controller knows its target
         self._last: tuple[float, ...] | None = None  # X ... C of the pose before, in the same base and tool
         self._frames: tuple[int, int] | None = None
         self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""  # external axes, and how the pose before gives them
@@ -89,6 +90,11 @@ class KrlMover:
         via_span: Span,
     ) -> None:  # fmt: skip
         """``values``: X ... C and S."""
+        if word != "PTP" and self._lost and self.track.count:
+            problem = f"this move starts where {self._lost} leads, which is not in the file"
+            remedy = "Give that position in a file, or put a PTP to a pose in front of it."
+            self.program.refuse(s.start, problem, remedy)
+        self._lost = ""
         feed, zone, tool, base = self.tails.tail(s, self.program.text[at : s.end], word)
         line = self.program.line(s.start)
         kind = RAPID if word == "PTP" else CUT
@@ -121,7 +127,8 @@ class KrlMover:
             except ValueError:
                 self.program.refuse(s.start, f"{match[0][-60:]!r} holds something that is no number")
             self._more = match[7]
-        return (*values, float(status[1]) if status else -1.0)
+        bits = -1.0 if status is None else float(status[2] if status[1] is None else int(status[1], 2))
+        return (*values, bits)
 
     def _stand(self, s: Statement, values: Mapping[str, Value]) -> None:
         """Note where the external axes stand; those that a pose does not give stay."""
@@ -179,7 +186,12 @@ class KrlMover:
             self.program.refuse(s.start, f"{piece.strip()[:40]!r}: {e}")
         if isinstance(value, Runtime):
             if word == "PTP":  # HOME of the controller, or where the arm stands anyway
-                self.track.event(f"PTP {piece.strip()}", self.program.line(s.start))
+                shown, line = f"PTP {piece.strip()}", self.program.line(s.start)
+                where_it_stands = piece.strip().upper() in WHERE_IT_STANDS
+                instruction = "" if where_it_stands else shown
+                self.track.event(shown, line, instruction, self.program.part(s.start))
+                if not where_it_stands:
+                    self._lost = f"{shown} (line {line})"
                 self._axes, self._more = dict.fromkeys(EXTERNAL, _NAN), ""
                 return end, span, None
             there = ", there in place of $POS_ACT" if "$POS_ACT" in value.reason else ""

@@ -29,6 +29,7 @@ _SEVERAL = re.compile(
     r"(?:(?:DECL|GLOBAL|CONST)\s+)*([A-Za-z_]\w*)\s+((?:[A-Za-z_$][\w$]*\s*(?:\[[^\]]*\]\s*)?(?:,\s*(?=\S)|$)){2,})$",
     re.I,
 )
+_GLOBAL = re.compile(r"(?:DECL\s+)?GLOBAL\s", re.I)
 _INDEX = re.compile(r"\[[^\]]*\]")
 _DECL = re.compile(r"(?:DECL|INT|REAL|BOOL|CHAR|FRAME|POS|E6POS|AXIS|E6AXIS|GLOBAL\s+DECL)\s", re.I)
 _MOVES = re.compile(r"S?(?:PTP|LIN|CIRC)(?:_REL)?\b|SPLINE")
@@ -36,7 +37,7 @@ _IF = re.compile(r"IF\s+(.*\S)\s+THEN\s*$|IF\s*(\(.*\))\s*THEN\s*$", re.I)
 _FOR = re.compile(r"FOR\s+([A-Za-z_]\w*)\s*=\s*(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s*$", re.I)
 _WORD = re.compile(r"[A-Za-z_$&#]+\w*")
 _LABEL = re.compile(r"[A-Za-z_]\w*\s*:$")
-_REFUSED = {
+REFUSED_BLOCKS = {
     "WHILE": "a loop that ends when a condition says so", "REPEAT": "a loop that ends when a condition says so",
     "LOOP": "a loop without end", "GOTO": "a jump",
     "SPLINE": "a spline block",
@@ -46,7 +47,7 @@ _CASES = frozenset(("CASE", "DEFAULT"))
 _DEEPEST = 60
 
 
-class KrlProgram(ProgramText):
+class KrlModule(ProgramText):
     """A .src with the text of its .dat behind it, scanned.
 
     Args:
@@ -59,6 +60,7 @@ class KrlProgram(ProgramText):
         border: where the .dat begins.
         declared: name, upper case -> Declaration.
         routines: name, upper case -> statements; ``first`` is the one that is run, its head ends at ``header_end``.
+        shared: routines that other files may call: the first, and those that are GLOBAL.
 
     Raises:
         ReadError: no DEF, or a file that is cut off.
@@ -69,12 +71,17 @@ class KrlProgram(ProgramText):
         self.border, self.beside = len(text), beside
         self.declared: dict[str, Declaration] = {}
         self.routines: dict[str, list[Statement]] = {}
+        self.shared: set[str] = set()
         self.first = ""
         self.header_end = 0
         self._depth = 0
         self._codes = self._code(3 if text.startswith("\xef\xbb\xbf") else 0, self.border)
         self._at = 0
         self._scan()
+
+    def file(self, at: int) -> str:
+        """The .src or the .dat, as messages have it."""
+        return self.beside if at > self.border else self.source
 
     def line(self, at: int) -> int:
         """The line of a place in its file, counted from 1."""
@@ -83,7 +90,7 @@ class KrlProgram(ProgramText):
 
     def refuse(self, at: int, problem: str, remedy: str = "") -> NoReturn:
         """Raise ReadError for a place in the text."""
-        raise ReadError(self.beside if at > self.border else self.source, self.line(at), problem, remedy)
+        raise ReadError(self.file(at), self.line(at), problem, remedy)
 
     def _code(self, first: int, last: int) -> list[tuple[int, int, bool]]:
         """Start and end of the code of every line that has some, and of comments (True)."""
@@ -155,7 +162,10 @@ class KrlProgram(ProgramText):
             first = self.line(self.declared[name.upper()].start)
             self.refuse(start, f"{name} is declared twice, first in line {first}", "Keep one of them.")
         place = (value, end) if value >= 0 else (-1, -1)
-        self.declared[name.upper()] = Declaration(type=kind.upper(), name=name, start=start, end=end, value=place)
+        storage = "GLOBAL" if _GLOBAL.match(self.text, start, end) else ""
+        self.declared[name.upper()] = Declaration(
+            type=kind.upper(), name=name, start=start, end=end, value=place, storage=storage
+        )
 
     def _subprogram(self, match: re.Match[str], start: int, end: int) -> None:
         name = match[1].upper()
@@ -164,6 +174,8 @@ class KrlProgram(ProgramText):
         body, _ = self._block(("END",), start, "END")
         if not self.first:
             self.first, self.header_end = name, end
+        if name == self.first or match[0].upper().startswith("GLOBAL"):
+            self.shared.add(name)
         self.routines[name] = body
         if match[2].strip():
             self.routines[name] = []
@@ -194,8 +206,8 @@ class KrlProgram(ProgramText):
     def _statement(self, start: int, end: int, text: str) -> Statement:
         word = _WORD.match(text)
         first = word[0].upper() if word else ""
-        if first in _REFUSED:
-            why = f"{first}: {_REFUSED[first]}: not known before it runs"
+        if first in REFUSED_BLOCKS:
+            why = f"{first}: {REFUSED_BLOCKS[first]}: not known before it runs"
             self.refuse(start, why, "Write the moves one by one.")
         if first == "FOR":
             return self._loop(start, text)

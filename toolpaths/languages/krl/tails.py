@@ -10,7 +10,7 @@ from toolpaths.interpreting.values import ExpressionError
 from toolpaths.languages.krl.expressions import Value
 from toolpaths.languages.krl.frames import MountedFrames
 from toolpaths.languages.krl.names import KrlNames
-from toolpaths.languages.krl.scan import KrlProgram
+from toolpaths.languages.krl.program import KrlProgram
 
 #: #BASE or #TOOL at the end of a relative move.
 SYSTEM = re.compile(r"(?<!\s)\s*+#(?:BASE|TOOL)\s*+$", re.I)

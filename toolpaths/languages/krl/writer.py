@@ -22,7 +22,7 @@ from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings, six_joints, too_fast
-from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.lines import Between, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain, words_of
 from toolpaths.writing.numbers import number, printed
 from toolpaths.writing.program import Floats, Program
@@ -55,22 +55,17 @@ _LIN = "%s  LIN {X %.4f,Y %.4f,Z %.4f,A %.5f,B %.5f,C %.5f%s}%s\n"
 
 @dataclass(frozen=True)
 class _Words:
-    """Per pose: the rounding (index into _APO), and lines in front of the move."""
+    """Per pose: the rounding (index into _APO), and lines in front of the move; those before the start."""
 
     apo: npt.NDArray[np.intp]
     before: dict[int, str]
+    at_start: str
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
     """What KRL cannot express, and what the user should know."""
     yield from six_joints(program, "an AXIS of KRL has")
-    limit = _NAME_LIMIT - (4 if len(program) > MOVES_PER_FILE else 0)
-    if not is_legal(path.stem, limit, _RESERVED):
-        yield Finding(
-            ERROR, path.name, f"{path.stem!r} is no KRL name: a letter, then letters, digits and _, at most "
-            f"{limit} characters, no reserved word",
-            "name the file so: KUKA calls programs by their file's name",
-        )  # fmt: skip
+    yield from name_findings(program.name, path, len(program))
     yield from too_fast(program, FASTEST, "the most that $VEL.CP takes")
     if program.configuration is None:
         yield Finding(WARNING, program.robot or "robot", "no spherical wrist: S and T are left out")
@@ -83,26 +78,44 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
     yield from load_findings(program)
 
 
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """What KRL does not take as the name of a file."""
+    limit = _NAME_LIMIT - (4 if moves > MOVES_PER_FILE else 0)
+    if not is_legal(path.stem, limit, _RESERVED):
+        yield Finding(
+            ERROR, path.name, f"{path.stem!r} is no KRL name: a letter, then letters, digits and _, at most "
+            f"{limit} characters, no reserved word",
+            "name the file so: KUKA calls programs by their file's name",
+        )  # fmt: skip
+
+
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
     """One .src, or a main one that calls numbered ones."""
     n, per, stem = len(program), MOVES_PER_FILE, path.stem
     bound = blending(program)
     distance = steps_within(bound.radius, _DISTANCES)
     turn = steps_within(np.degrees(bound.turn), _TURNS)
-    before = lines_before(program, lambda text: f"  ; {plain(text)}\n", lambda tool: _halt(program, tool))
-    words = _Words(np.where(turn > 0, len(_DISTANCES) + turn, distance), before)
+    between = Between(
+        comment=lambda text: f"  ; {plain(text)}\n",
+        line=lambda line: f"  {line}\n",
+        halt=lambda text: f"  ; {plain(text)}\n  HALT\n",
+        mount=lambda tool: _mount(program.tools[tool]),
+        go=lambda pose: _joint_move(program.joints[pose]),
+    )
+    apo = np.where(turn > 0, len(_DISTANCES) + turn, distance)
+    words = _Words(apo, lines_before(program, between), lines_at_start(program, between))
     if n <= per:
-        yield path.name, with_crlf(_main(program, stem, lambda: _moves(program, words, slice(0, n))))
+        yield path.name, with_crlf(_main(program, words, stem, lambda: _moves(program, words, slice(0, n))))
         return
     parts = range(1, -(-n // per) + 1)
     calls = "".join(f"  {stem}_{i:03d}()\n" for i in parts)
-    yield path.name, with_crlf(_main(program, stem, lambda: iter((calls,))))
+    yield path.name, with_crlf(_main(program, words, stem, lambda: iter((calls,))))
     for i in parts:
         block = slice((i - 1) * per, min(i * per, n))
         yield f"{stem}_{i:03d}{path.suffix}", with_crlf(_part(program, words, f"{stem}_{i:03d}", block))
 
 
-def _main(program: Program, name: str, body: Callable[[], Iterator[str]]) -> Iterator[str]:
+def _main(program: Program, words: _Words, name: str, body: Callable[[], Iterator[str]]) -> Iterator[str]:
     """The program that is selected; ``body`` gives the moves or the calls of the parts."""
     yield _head(name)
     yield (
@@ -117,11 +130,16 @@ def _main(program: Program, name: str, body: Callable[[], Iterator[str]]) -> Ite
     yield f"  $BASE={_frame(program.workobject)}\n"
     yield _mount(program.tools[int(program.tool[0])])
     yield "  $IPO_MODE=#BASE\n  $ORI_TYPE=#VAR\n  $ADVANCE=5\n  BAS(#VEL_PTP,20)\n"
+    yield words.at_start
     for q in (*(() if program.start_joints is None else (program.start_joints,)), program.joints[0]):
-        angles = ",".join(f"A{i + 1} {a:.6f}" for i, a in enumerate(printed(np.degrees(q), 6).tolist()))
-        yield f"  PTP {{AXIS: {angles}}}\n"
+        yield _joint_move(q)
     yield from body()
-    yield "END\n"
+    yield words.before.get(len(program), "") + "END\n"
+
+
+def _joint_move(q: Floats) -> str:
+    angles = ",".join(f"A{i + 1} {a:.6f}" for i, a in enumerate(printed(np.degrees(q), 6).tolist()))
+    return f"  PTP {{AXIS: {angles}}}\n"
 
 
 def _part(program: Program, words: _Words, name: str, block: slice) -> Iterator[str]:
@@ -141,10 +159,6 @@ def _mount(tool: ToolFrame) -> str:
         com = _frame(Frame(np.eye(3), tool.com))
         lines += f"  $LOAD={{LOAD: M {number(tool.mass, 3)},CM {com},J {{INERTIA: X 0,Y 0,Z 0}}}}\n"
     return lines
-
-
-def _halt(program: Program, tool: int) -> str:
-    return f"  ; mount tool {tool}, then go on\n  HALT\n{_mount(program.tools[tool])}"
 
 
 def _moves(program: Program, words: _Words, block: slice) -> Iterator[str]:

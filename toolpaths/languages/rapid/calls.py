@@ -6,20 +6,26 @@ Source: ABB 3HAC050917 "RAPID Instructions, Functions and Data types".
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from toolpaths.interpreting.program_text import CHOICE, COMMENT, PLAIN, Statement
 from toolpaths.interpreting.values import Runtime
 from toolpaths.languages.rapid.expressions import RapidExpression
 from toolpaths.languages.rapid.names import RapidNames
 
-_WORDS = (
+#: Instructions that are remarks.
+WORDS = (
     "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK WaitTime WaitDI WaitDO WaitAI WaitGI WaitUntil "
     "WaitRob SetDO SetAO SetGO Set Reset PulseDO InvertDO Stop Break ActUnit DeactUnit GripLoad CirPathMode ClkReset "
     "ClkStart ClkStop ErrWrite Write Open Close MotionSup SoftDeact PathAccLim WorldAccLim WaitWObj Incr Decr "
     "PDispOff EOffsOff IDelete"
 )
-HARMLESS = frozenset(_WORDS.lower().split())
+HARMLESS = frozenset(WORDS.lower().split())
+#: Of these the ones that are about how the arm moves, or talk to the operator: another language has its own.
+_QUIET = (
+    "ConfJ ConfL SingArea AccSet VelSet TPWrite TPErase TPReadFK GripLoad CirPathMode ClkReset ClkStart ClkStop "
+    "ErrWrite Write Open Close MotionSup PathAccLim WorldAccLim Incr Decr PDispOff EOffsOff IDelete"
+)
+QUIET = frozenset(_QUIET.lower().split())
 #: Of these the ones that set an argument.
 SETTING = frozenset(("incr", "decr", "tpreadfk"))
 STEERING = re.compile(
@@ -30,8 +36,6 @@ STEERING = re.compile(
 
 _GIVEN = re.compile(r'"[^"]*+"|[,\\]?\s*+(?:\w+\s*:=\s*)?([A-Za-z]\w*+)\s*+(?=[,\\.{]|$)|.', re.S)
 _NUMBERS = ("num", "dnum", "bool", "string", "byte")
-_ROUTINE = re.compile(r"\s*PROC\s+([A-Za-z]\w*)\s*\(", re.I)
-_MOVING = re.compile(r"\s*(?:Move|Trigg|Search|Arc|Spot|Paint|Disp)[A-Za-z]*\s", re.I)
 
 
 def idle(body: list[Statement]) -> bool:
@@ -64,20 +68,3 @@ def without_poses(text: str, names: RapidNames) -> bool:
 def given_names(text: str) -> list[str]:
     """Names that stand as arguments by themselves: the routine may set them."""
     return [m[1] for m in _GIVEN.finditer(text) if m[1]]
-
-
-def routines_beside(source: Path) -> dict[str, tuple[str, bool]]:
-    """Routines (lower case) of the other modules in the folder of ``source``: file, and whether it moves the arm."""
-    out: dict[str, tuple[str, bool]] = {}
-    folder = source.parent
-    for file in sorted(folder.iterdir()) if folder.is_dir() else ():
-        if file.suffix.lower() not in (".mod", ".prg", ".sys") or file.name == source.name or not file.is_file():
-            continue
-        name = ""
-        for line in file.read_bytes().decode("latin-1").splitlines():
-            if routine := _ROUTINE.match(line):
-                name = routine[1].lower()
-                out.setdefault(name, (file.name, False))
-            elif name and _MOVING.match(line) and out[name][0] == file.name:
-                out[name] = (file.name, True)
-    return out

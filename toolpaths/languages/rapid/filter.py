@@ -17,7 +17,7 @@ from toolpaths.languages.rapid.interpreter import RapidInterpreter
 from toolpaths.languages.rapid.moves import EXTERNAL, LITERAL
 from toolpaths.languages.rapid.reader import run_of
 from toolpaths.languages.rapid.writer import confdata
-from toolpaths.rewriting.edits import Edit, edited, line_end, newline_of, respelled
+from toolpaths.rewriting.edits import Edit, edited_parts, line_end, newline_of, parts_to_write, respelled
 from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import quaternion_from_matrix
@@ -29,22 +29,29 @@ _TAIL = re.compile(r"(\s*,[^,\[]*,\s*)([^,\\\s]+)")
 _TIMED = re.compile(r"\\\s*T\s*:=", re.I)
 
 
-def rewrite(source: bytes, program: Program, row: Floats, path: Path) -> Rewritten:
-    """``source`` with the poses of ``program`` (in the toolpath's work object) at ``row``.
+def rewrite(
+    source: bytes, program: Program, row: Floats, path: Path, others: Sequence[Path] | None = None
+) -> Rewritten:
+    """``source`` and the modules it needs, with the poses of ``program`` (in the toolpath's work object) at ``row``.
 
     Raises:
         WriteError: a line would need two poses, or a timed move another one beside it.
     """
-    run = run_of(source, str(path))
+    run = run_of(source, str(path), path, others)
     moves = run.track.moves()
     spelling = RapidSpelling(run, moves)
     target_edits = TargetEdits(spelling, moves, program, row)
     target_edits.place()
     found = [*target_edits.changes, *calls_elsewhere(run.elsewhere)]
-    at = line_end(spelling.text, run.program.body_at)
-    marker = Edit(at, at, f"  ! {MARKER}{spelling.newline}")
-    text = edited(spelling.text, [marker, *target_edits.edits])
-    return Rewritten(text.encode("latin-1"), merged(found))
+    modules, begins = run.program.modules, run.program.begins
+    written = parts_to_write(begins, moves.mark["start"].tolist(), target_edits.edits)
+    ends = [begins[k] + line_end(modules[k].text, modules[k].body_at) for k in written]
+    marks = [Edit(at, at, f"  ! {MARKER}{spelling.newline}") for at in ends]
+    texts = edited_parts([module.text for module in modules], begins, [*marks, *target_edits.edits])
+    made = [text.encode("latin-1") for text in texts]
+    beside = tuple((Path(modules[k].source).name, made[k]) for k in written[1:])
+    kept = tuple(Path(modules[k].source) for k in range(len(modules)) if k not in written)
+    return Rewritten(made[0], merged(found), beside, kept)
 
 
 class RapidSpelling:
@@ -101,7 +108,7 @@ class RapidSpelling:
         mark = self.moves.mark
         tail = self.text[int(mark["ref_end"][move]) : int(mark["end"][move])]
         if _TIMED.search(tail):
-            place = f"{self.run.program.source}:{int(mark['line'][move])}"
+            place = f"{self.moves.file(move)}:{int(mark['line'][move])}"
             raise WriteError(f"{place}: a move with \\T cannot be divided. Give it a speed instead")
         match = _TAIL.match(tail)
         if match and match[2].lower() == "fine":
@@ -118,9 +125,12 @@ class RapidSpelling:
 
     def declared(self) -> Sequence[Declaration]:
         """All declared robtargets."""
-        module = self.run.program
-        found = [d for d in (*module.data.values(), *module.inner.values()) if d.type == "robtarget"]
+        found = [d for d in self.run.program.declarations() if d.type == "robtarget"]
         return sorted(found, key=lambda d: d.start)
+
+    def scope(self, target: Declaration) -> tuple[int, int]:
+        """Its module where it is LOCAL, else all of them."""
+        return self.run.program.scope(target)
 
     def free_name(self, name: str, taken: set[str]) -> str:
         """``p10`` -> ``p10_c1``, at most 32 characters."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from pathlib import Path
 
 from toolpaths.errors import ReadError
 from toolpaths.interpreting.interpreter import Interpreter, ReturnedError
@@ -14,16 +13,16 @@ from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.interpreting.variables import Variable
 from toolpaths.languages.rapid.calls import (
     HARMLESS,
+    QUIET,
     SETTING,
     STEERING,
     given_names,
     idle,
-    routines_beside,
     without_poses,
 )
 from toolpaths.languages.rapid.moves import RapidMover
 from toolpaths.languages.rapid.names import RapidNames
-from toolpaths.languages.rapid.scan import RapidModule
+from toolpaths.languages.rapid.program import RapidProgram
 from toolpaths.languages.rapid.values import Value
 
 _SET = re.compile(r"\s*(?::=|[.{][^;]*?:=)")
@@ -36,24 +35,23 @@ class _FinishedError(Exception):
 
 
 class RapidInterpreter(Interpreter):
-    """One module, executed from main.
+    """One program, executed from main.
 
     Attributes:
         names: what names mean.
         mover: what makes moves of move instructions.
-        elsewhere: name -> line of the first call of routines that are not in this file.
+        elsewhere: name -> line of the first call of routines that are in no file.
     """
 
-    program: RapidModule
+    program: RapidProgram
     lines, routines = "instructions", "routines"
     remedy = "Post the program with plain MoveL, MoveC, MoveJ and MoveAbsJ."
 
-    def __init__(self, module: RapidModule) -> None:
-        self.names = RapidNames(module)
-        self.mover = RapidMover(module, self.names)
-        super().__init__(module, self.mover.track)
+    def __init__(self, program: RapidProgram) -> None:
+        self.names = RapidNames(program)
+        self.mover = RapidMover(program, self.names)
+        super().__init__(program, self.mover.track)
         self.elsewhere: dict[str, int] = {}
-        self._beside: dict[str, tuple[str, bool]] | None = None
 
     def main(self) -> None:
         """Run the routine that everything starts from.
@@ -63,31 +61,32 @@ class RapidInterpreter(Interpreter):
         """
         try:
             with contextlib.suppress(_FinishedError):
-                self._call(self._entry())
+                self._call(self.program.modules[0].routines[self._entry()], 0)
         except ExpressionError as e:
             self.program.refuse(self.here, str(e))
 
     def _entry(self) -> str:
-        routines = self.program.routines
+        main = self.program.modules[0]
+        routines = main.routines
         if "main" in routines:
             return "main"
         called = {s.word.lower() for body in routines.values() for s in body if s.kind == PLAIN}
         first = [name for name in routines if name not in called]
         if len(first) == 1:
             return first[0]
-        shown = self.program.shown
+        shown = main.shown
         what = "several: " + ", ".join(shown[n] for n in first) if first else "no PROC without arguments"
         problem = f"no PROC main() in the module, and {what}"
         raise ReadError(self.program.source, None, problem, "Call the one to run main.")
 
-    def _call(self, name: str) -> None:
-        outer = self.names.local
-        self._in_scope({})
-        self.routine(self.program.routines[name])
-        self._in_scope(outer)
+    def _call(self, body: list[Statement], module: int) -> None:
+        outer = self.names.local, self.names.module
+        self._in_scope({}, module)
+        self.routine(body)
+        self._in_scope(*outer)
 
-    def _in_scope(self, local: dict[str, Variable]) -> None:
-        self.names.enter(local)
+    def _in_scope(self, local: dict[str, Variable], module: int) -> None:
+        self.names.enter(local, module)
         self.mover.forget()
 
     def value(self, text: str) -> Value:
@@ -113,8 +112,8 @@ class RapidInterpreter(Interpreter):
         rest = self.program.text[s.start + len(s.word) : s.end - 1]
         if _SET.match(rest):
             self._assign(s, rest)
-        elif word in self.program.routines and not rest.strip():
-            self._call(word)
+        elif not rest.strip() and (called := self._routine(word)):
+            self._call(*called)
         elif word in ("exit", "exitcycle"):
             raise _FinishedError
         elif word == "return":
@@ -122,24 +121,31 @@ class RapidInterpreter(Interpreter):
         else:
             self._other(s, word, rest)
 
+    def _routine(self, word: str) -> tuple[list[Statement], int] | None:
+        """A routine without arguments, be it in a module beside."""
+        found = self.program.routine(word, self.names.module)
+        if found is None and word not in HARMLESS and self.program.find(word):
+            found = self.program.routine(word, self.names.module)
+        return found
+
     def _other(self, s: Statement, word: str, rest: str) -> None:
         if word not in HARMLESS and not self._idle_routine(word):
             if STEERING.match(word):
                 problem = f"{s.word} moves the arm in a way that only the controller knows"
                 self.program.refuse(s.start, problem, self.remedy)
-            if word in self.program.functions or word in self.program.with_arguments:
+            if self.program.is_function(word) or self._with_arguments(word) is not None:
                 problem = f"{s.word} is a routine with arguments that moves the arm or sets values"
                 self.program.refuse(s.start, problem, "Write its moves out, with numbers.")
             if not without_poses(rest, self.names):
                 remedy = f"{self.remedy} If it moves nothing, call it by a routine without arguments."
                 self.program.refuse(s.start, f"instruction {s.word} is not known", remedy)
             if s.word not in self.elsewhere:
-                self._refuse_moves_beside(s)
+                self._refuse_moves_elsewhere(s)
                 self.elsewhere[s.word] = self.program.line(s.start)
             self._may_set(s, rest)
         elif word in SETTING:
             self._may_set(s, rest)
-        self.remark(s, self.program.text[s.start : s.end])
+        self.remark(s, self.program.text[s.start : s.end], "" if word in QUIET else word)
 
     def _may_set(self, s: Statement, rest: str) -> None:
         for name in given_names(rest):
@@ -147,20 +153,23 @@ class RapidInterpreter(Interpreter):
             if variable and not (variable.declaration and variable.declaration.storage == "CONST"):
                 self._set(name, Runtime(f"{name}, which {s.word} may set (line {self.program.line(s.start)})"))
 
+    def _with_arguments(self, word: str) -> list[Statement] | None:
+        body = self.program.with_arguments(word, self.names.module)
+        if body is None and not STEERING.match(word) and self.program.find(word):
+            body = self.program.with_arguments(word, self.names.module)
+        return body
+
     def _idle_routine(self, word: str) -> bool:
-        body = self.program.with_arguments.get(word)
+        body = self._with_arguments(word)
         return body is not None and idle(body)
 
-    def _refuse_moves_beside(self, s: Statement) -> None:
-        """A program in parts: the moves of the other files would be missing."""
-        if self._beside is None:
-            self._beside = routines_beside(Path(self.program.source))
-        beside = self._beside.get(s.word.lower())
+    def _refuse_moves_elsewhere(self, s: Statement) -> None:
+        """A part of a program that is not there, or cannot be read: its moves would be missing."""
+        if why := self.program.moves_beside(s.word):
+            self.program.refuse(s.start, f"{s.word} moves the arm, and its file cannot be read: {why}")
         if re.fullmatch(r"\w+_run_\d{3,}", s.word):  # as this product writes it
-            beside = ("another file", True) if beside is None else beside
-        if beside is not None and beside[1]:
-            problem = f"{s.word} stands in {beside[0]} and moves the arm"
-            self.program.refuse(s.start, problem, "Give a program of one file: put the routine into this module.")
+            problem = f"{s.word} moves the arm, and its module is not there"
+            self.program.refuse(s.start, problem, "Put it beside this one, or name all files of the program.")
 
     def _assign(self, s: Statement, rest: str) -> None:
         target, _, text = rest.partition(":=")

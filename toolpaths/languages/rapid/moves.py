@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 import re
+from typing import NoReturn
 
 import numpy as np
 
-from toolpaths.frame import Frame
 from toolpaths.interpreting.program_text import Statement
 from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, Span
 from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.rapid.expressions import RapidExpression
+from toolpaths.languages.rapid.frames import DeclaredFrames
 from toolpaths.languages.rapid.names import RapidNames
-from toolpaths.languages.rapid.scan import RapidModule
-from toolpaths.languages.rapid.values import Value, fits, matrix
-from toolpaths.tool_frame import ToolFrame
+from toolpaths.languages.rapid.program import RapidProgram
+from toolpaths.languages.rapid.values import Value, fits
+from toolpaths.reading.source_text import comment_word, plain_text
 from toolpaths.toolpath import CUT, RAPID, Floats
 
 _N = r"\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*"
@@ -37,7 +38,6 @@ _WORD = {"movel": LINE, "movej": PTP, "movec": ARC, "moveabsj": JOINTS}
 Numbers = tuple[float, ...]
 _NAN = math.nan
 _NO_VIA = (_NAN, _NAN, _NAN)
-_LIGHT = 2e-3  # kg; ABB's own tool0 weighs 1 g: no mass is given
 
 
 def quaternions(numbers: Floats) -> Floats:
@@ -53,13 +53,14 @@ class RapidMover:
         others: move -> configuration and external axes of a target that does not stand there as numbers.
     """
 
-    def __init__(self, module: RapidModule, names: RapidNames) -> None:
+    def __init__(self, module: RapidProgram, names: RapidNames) -> None:
         self.module, self.names = module, names
-        self.track = RobotTrack(module.source, "rapid", quaternions, EXTERNAL)
+        self.track = RobotTrack(module.source, "rapid", quaternions, EXTERNAL, text=module)
         self.others: dict[int, tuple[Value, Value]] = {}
         self._tails: dict[str, tuple[float, float, int, int, bool]] = {}
-        self._tools: dict[str, int] = {}
+        self.frames = DeclaredFrames(module, self.track)
         self._axes = ""  # external axes as the move before spells them
+        self._lost = ""  # why it is not known where the arm stands
 
     def forget(self) -> None:
         """Names may mean something else from here on."""
@@ -73,8 +74,10 @@ class RapidMover:
             at = conc.end()
         via, via_span = _NO_VIA, NOWHERE
         if word == "movec":
-            values, via_span, at = self._target(s, at)
-            via = (values[0], values[1], values[2])
+            middle, via_span, at = self._target(s, at)
+            if isinstance(middle, Runtime):
+                self._refuse_unknown(s, middle)
+            via = (middle[0], middle[1], middle[2])
             comma = re.compile(r"(?:\s|![^\n\r]*)*,").match(text, at, s.end)
             if not comma:
                 self.module.refuse(s.start, f"{s.word}: a second target is expected")
@@ -90,19 +93,38 @@ class RapidMover:
         feed, zone, tool, frame, fast = known
         kind = CUT if word in ("movel", "movec") and not fast else RAPID
         line = self.module.line(s.start)
+        if isinstance(values, Runtime):
+            if kind == CUT or word == "movec":
+                self._refuse_unknown(s, values)
+            self._leave(s, values, text[s.start : span[1]])
+            return
+        if self._lost and kind == CUT and self.track.count:
+            problem = f"{s.word}: where this cut begins is not known: the move before leads to {self._lost}"
+            self.module.refuse(s.start, problem, "Declare it in one of the files, or put a MoveJ to a pose before.")
+        self._lost = ""
         self.track.move(
             (*values[:7], feed, zone, *via),
             (_WORD[word], int(kind), tool, line, frame, int(values[7]), s.start, s.end, *span, *via_span),
         )
 
-    def _target(self, s: Statement, at: int) -> tuple[Numbers, Span, int]:
+    def _leave(self, s: Statement, unknown: Runtime, shown: str) -> None:
+        """The arm goes to where only the controller knows, without cutting: a remark."""
+        self.track.event(comment_word(plain_text(shown)), self.module.line(s.start), shown, self.module.part(s.start))
+        self._stand([_NONE] * len(EXTERNAL))
+        self._lost = unknown.reason
+
+    def _refuse_unknown(self, s: Statement, unknown: Runtime) -> NoReturn:
+        remedy = "Give the poses as numbers, in this file or in one that is read with it."
+        self.module.refuse(s.start, f"{s.word}: known only at run time: {unknown.reason}", remedy)
+
+    def _target(self, s: Statement, at: int) -> tuple[Numbers | Runtime, Span, int]:
         """Position, quaternion and cfx; the place of the target; where the instruction goes on."""
         text = self.module.text
         if match := LITERAL.match(text, at, s.end):
             self._stand_literally(match)
             return self._literal(match, s), _here(text, *match.span()), match.end()
         if (match := _NAME.match(text, at, s.end)) and (variable := self.names.variable(match[1])):
-            d = variable.declaration
+            d, text = variable.declaration, self.module.text  # the module that declares it may have joined just now
             if d is not None and d.type == "robtarget" and not d.array:
                 literal = LITERAL.match(text, d.value[0], d.end)
                 if literal and not text[literal.end() : d.end - 1].strip():
@@ -110,6 +132,8 @@ class RapidMover:
                     return self._literal(literal, s), (*_here(text, *literal.span())[:2], *match.span(1)), match.end()
         end = self._argument_end(s, at)
         value = self._constant(s, text[at:end], "robtarget", "a robtarget")
+        if isinstance(value, Runtime):
+            return value, _here(text, at, end), end
         self.others[self.track.count] = (value[2], value[3])
         self._stand(value[3])
         return self._checked([*value[0], *value[1], value[2][3]], s), _here(text, at, end), end
@@ -145,9 +169,11 @@ class RapidMover:
         cfx = branch if branch in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0) else -1.0
         return x, y, z, a, b, c, d, cfx
 
-    def _joints(self, s: Statement, at: int) -> tuple[Numbers, Span, int]:
+    def _joints(self, s: Statement, at: int) -> tuple[Numbers | Runtime, Span, int]:
         end = self._argument_end(s, at)
         value = self._constant(s, self.module.text[at:end], "jointtarget", "a jointtarget")
+        if isinstance(value, Runtime):
+            return value, _here(self.module.text, at, end), end
         angles = np.radians(value[0])
         if not np.isfinite(angles).all() or np.abs(angles).max() > 100.0:
             self.module.refuse(s.start, f"{s.word}: joint angles that no arm has")
@@ -175,10 +201,7 @@ class RapidMover:
             value = self.names.value(text)
         except ExpressionError as e:
             self.module.refuse(s.start, f"{s.word}: {e}")
-        if isinstance(value, Runtime):
-            remedy = "Give the poses as numbers in this file."
-            self.module.refuse(s.start, f"{s.word}: known only at run time: {value.reason}", remedy)
-        if not fits(kind, value):
+        if not isinstance(value, Runtime) and not fits(kind, value):
             self.module.refuse(s.start, f"{s.word}: {text.strip()[:40]!r} is not {shown}")
         return value
 
@@ -212,8 +235,8 @@ class RapidMover:
         if "z" in zone_options:
             corner = self._part(s, [zone_options["z"]], "", 0)
         fast = name == "VMAX" or "RAPID" in name
-        number = self._tool(s, named, tool)
-        return feed, corner, number, self._frame(s, tool_options.get("wobj")), fast
+        number = self.frames.tool(s, named, tool)
+        return feed, corner, number, self.frames.workobject(s, tool_options.get("wobj")), fast
 
     def _options(self, e: RapidExpression) -> dict[str, Value]:
         out: dict[str, Value] = {}
@@ -240,46 +263,6 @@ class RapidMover:
         if not isinstance(number, float) or number < 0.0:
             self.module.refuse(s.start, f"{s.word}: speed or zone {number!r}, a number not below 0 expected")
         return number
-
-    def _tool(self, s: Statement, name: str, tool: Value) -> int:
-        """The number of a tool, counted from 1 in the order of use; another frame is another tool."""
-        key = f"{name.lower()} {tool!r}"
-        if key in self._tools:
-            return self._tools[key]
-        number = self._tools[key] = len(self._tools) + 1
-        if isinstance(tool, Runtime):
-            return number
-        if not fits("tooldata", tool):
-            self.module.refuse(s.start, f"{s.word}: {name} is no tooldata")
-        if tool[0] is not True:
-            problem = f"{name} is a tool that stands still (robhold FALSE)"
-            self.module.refuse(s.start, problem, "The arm has to hold it.")
-        try:
-            frame = matrix(tool[1])
-        except ValueError as e:
-            self.module.refuse(s.start, f"{name}: {e}")
-        mass = tool[2][0] if tool[2][0] > _LIGHT else None
-        com = None if mass is None else np.array(tool[2][1]) * 1e-3
-        self.track.tools[number] = ToolFrame(name, Frame.of(frame), mass, com)
-        return number
-
-    def _frame(self, s: Statement, workobject: Value) -> int:
-        if workobject is None:
-            return self.track.frame(np.eye(4))
-        if isinstance(workobject, Runtime):
-            return self.track.frame(None, workobject.reason)
-        if not fits("wobjdata", workobject):
-            self.module.refuse(s.start, f"{s.word}: WObj is no wobjdata")
-        held, fixed, _, user, thing = workobject
-        if held:
-            self.module.refuse(s.start, f"{s.word}: a work object that is held by the arm (robhold TRUE)")
-        if not fixed:  # on a table, which stands still in the cuts: else refused
-            return self.track.frame(None, f"{workobject!r}")
-        try:
-            frame: Floats = matrix(user) @ matrix(thing)
-        except ValueError as e:
-            self.module.refuse(s.start, f"{s.word}: work object: {e}")
-        return self.track.frame(frame)
 
 
 def _here(text: str, start: int, end: int) -> Span:

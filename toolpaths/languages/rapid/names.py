@@ -1,4 +1,4 @@
-"""Names of a RAPID module and their values: those of the routine that runs, then those of the module."""
+"""Names of a RAPID program and their values: those of the routine that runs, of its module, of all modules."""
 
 from __future__ import annotations
 
@@ -7,33 +7,49 @@ from dataclasses import replace
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.interpreting.variables import Variable, first_value
 from toolpaths.languages.rapid.expressions import RapidExpression, component, item
-from toolpaths.languages.rapid.scan import RapidModule
+from toolpaths.languages.rapid.program import RapidProgram
 from toolpaths.languages.rapid.values import PREDEFINED, RECORDS, Value, fits
 
 
 class RapidNames:
-    """The names of one module as they are at a place of its run; keys are in lower case.
+    """The names of one program as they are at a place of its run; keys are in lower case.
 
     Attributes:
         local: of the routine that runs.
+        module: number of its module.
     """
 
-    def __init__(self, module: RapidModule) -> None:
-        self.module = module
-        self._global = {key: Variable(None, d, d.type) for key, d in module.data.items()}
+    def __init__(self, program: RapidProgram) -> None:
+        self.program, self.module = program, 0
+        self._global: dict[str, Variable] = {}
+        self._modules: list[dict[str, Variable]] = []  # what is LOCAL in a module
         self.local: dict[str, Variable] = {}
+        self._joined()
+
+    def _joined(self) -> None:
+        """Take over the names of modules that joined the program."""
+        for key, d in self.program.data.items():
+            self._global.setdefault(key, Variable(None, d, d.type))
+        for local in self.program.local[len(self._modules) :]:
+            self._modules.append({key: Variable(None, d, d.type) for key, d in local.items()})
 
     def variable(self, name: str) -> Variable | None:
-        """A declared name: of the routine, else of the module."""
+        """A declared name: of the routine, else of its module, else of all modules, also of those beside."""
         lower = name.lower()
-        return self.local.get(lower) or self._global.get(lower)
+        found = self.local.get(lower) or self._modules[self.module].get(lower) or self._global.get(lower)
+        if found is None and lower not in PREDEFINED and self.program.find(lower):
+            self._joined()
+            found = self._global.get(lower)
+        return found
 
     def _home(self, name: str) -> dict[str, Variable]:
-        return self.local if name.lower() in self.local else self._global
+        inner = (self.local, self._modules[self.module])
+        return next((names for names in inner if name.lower() in names), self._global)
 
-    def enter(self, local: dict[str, Variable]) -> None:
-        """Another routine runs: these are its names."""
-        self.local = local
+    def enter(self, local: dict[str, Variable], module: int) -> None:
+        """Another routine runs: these are its names, that is its module."""
+        self._joined()
+        self.local, self.module = local, module
 
     def declare(self, name: str, variable: Variable | None) -> None:
         """A name of the routine that runs; None: it has no such name any more."""
@@ -47,7 +63,7 @@ class RapidNames:
         if variable is None:
             if name.lower() in PREDEFINED:
                 return PREDEFINED[name.lower()]
-            return "", Runtime(f"{name}, which is not declared in this file")
+            return "", Runtime(f"{name}, which is declared in no file that was read")
         if variable.value is None:
             variable = replace(variable, value=self._first_value(name, variable))
             self._home(name)[name.lower()] = variable
@@ -84,11 +100,11 @@ class RapidNames:
             self.put(name, _changed(kind, old=old, path=path, value=value, name=name))
 
     def _first_value(self, name: str, variable: Variable) -> Value:
-        value = first_value(self.module, known=self._home(name), key=name.lower(), name=name, work_out=self.value)
+        value = first_value(self.program, known=self._home(name), key=name.lower(), name=name, work_out=self.value)
         d = variable.declaration
         if d is not None and not d.array and not isinstance(value, Runtime) and not fits(d.type, value):
             shape = ", ".join(n for n, _ in RECORDS.get(d.type, ())) or d.type
-            self.module.refuse(d.start, f"{d.name} is no {d.type}", f"Its parts are {shape}.")
+            self.program.refuse(d.start, f"{d.name} is no {d.type}", f"Its parts are {shape}.")
         return value
 
 

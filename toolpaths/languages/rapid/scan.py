@@ -54,6 +54,7 @@ class RapidModule(ProgramText):
         data: declarations of the module; ``inner`` are those inside routines, by their place.
         routines: those without arguments; ``shown`` are their names as written.
         with_arguments: routines with arguments.
+        local: names of data and routines that other modules do not know.
         functions: names of functions.
 
     Raises:
@@ -68,6 +69,7 @@ class RapidModule(ProgramText):
         self.routines: dict[str, list[Statement]] = {}
         self.shown: dict[str, str] = {}
         self.functions: set[str] = set()
+        self.local: set[str] = set()
         self.with_arguments: dict[str, list[Statement]] = {}
         self._at = 3 if text.startswith("\xef\xbb\xbf") else 0
         self._depth = 0
@@ -113,15 +115,18 @@ class RapidModule(ProgramText):
         self.refuse(self._at, f"{shown!r} is no RAPID instruction")
 
     def _module_part(self, word: str) -> None:
-        start = self._at
+        start, local = self._at, False
         while word in ("LOCAL", "TASK"):
+            local = local or word == "LOCAL"
             self._at += len(word)
             word = self._word()
         if word in ("CONST", "PERS", "VAR"):
             d = self._declaration(start, word)
             self._declare(self.data, d)
+            self.local.update([d.name.lower()] if local else [])
         elif word == "PROC":
-            self._routine()
+            name = self._routine()
+            self.local.update([name] if local else [])
         elif word in ("FUNC", "TRAP", "RECORD"):
             self._skip_to("END" + word)
         elif word == "ALIAS":
@@ -156,7 +161,8 @@ class RapidModule(ProgramText):
             array=match[3] is not None,
         )
 
-    def _routine(self) -> None:
+    def _routine(self) -> str:
+        """Take over a routine; its name."""
         match = _PROC.match(self.text, self._at + 4)
         if not match:
             self.refuse(self._at, "PROC without name and ()")
@@ -169,9 +175,10 @@ class RapidModule(ProgramText):
             self._skip_to("ENDPROC")
         if match[2].strip():
             self.with_arguments[name.lower()] = body
-            return
+            return name.lower()
         self.routines[name.lower()] = body
         self.shown[name.lower()] = name
+        return name.lower()
 
     def _skip_to(self, end: str) -> None:
         begin = self._at

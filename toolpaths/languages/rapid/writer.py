@@ -23,7 +23,7 @@ from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings, six_joints
-from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.lines import Between, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import legal_name, plain, words_of
 from toolpaths.writing.numbers import number, printed
 from toolpaths.writing.program import Floats, Program
@@ -65,6 +65,7 @@ class _Words:
         speeds: how each speed is written in a move; the last one is that of rapids.
         declared: name, mm/s of the speeddata to declare.
         before: pose -> lines in front of its move.
+        at_start: lines in front of the moves to the start.
     """
 
     module: str
@@ -74,25 +75,31 @@ class _Words:
     speeds: tuple[str, ...]
     declared: tuple[tuple[str, float], ...]
     before: dict[int, str]
+    at_start: str
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
     """What RAPID cannot express, and what the user should know."""
     yield from six_joints(program, "a robtarget of RAPID has")
-    if len(program) > MOVES_PER_MODULE and not re.fullmatch(r"[A-Za-z0-9_. -]+", path.name):
-        yield Finding(
-            ERROR, path.name, "a .pgf lists the modules of a program of more than "
-            f"{MOVES_PER_MODULE} moves, and cannot spell this name", "use letters, digits, _, - and . only",
-        )  # fmt: skip
-    name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
-    if name != program.name:
-        yield Finding(WARNING, "name", f"{program.name!r} is no RAPID name: the module is called {name}")
+    yield from name_findings(program.name, path, len(program))
     if program.configuration is None:
         yield Finding(
             WARNING, program.robot or "robot", "no spherical wrist: cfx is written as 0",
             "run with ConfL \\Off, as written",
         )  # fmt: skip
     yield from load_findings(program)
+
+
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """What RAPID does not take as names of module and file."""
+    if moves > MOVES_PER_MODULE and not re.fullmatch(r"[A-Za-z0-9_. -]+", path.name):
+        yield Finding(
+            ERROR, path.name, "a .pgf lists the modules of a program of more than "
+            f"{MOVES_PER_MODULE} moves, and cannot spell this name", "use letters, digits, _, - and . only",
+        )  # fmt: skip
+    legal = legal_name(name, _NAME_LIMIT, _RESERVED)
+    if legal != name:
+        yield Finding(WARNING, "name", f"{name!r} is no RAPID name: the module is called {legal}")
 
 
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
@@ -115,14 +122,22 @@ def _words(program: Program) -> _Words:
     module = legal_name(program.name, _NAME_LIMIT, _RESERVED)
     tools = {t: f"{module}_t{t}" for t in sorted({int(t) for t in np.unique(program.tool)})}
     speed, speeds, declared = _speeds(program)
-    before = lines_before(program, lambda text: f"    ! {plain(text)}\n", lambda tool: _stop(program, tool))
-    return _Words(
-        module=module, tools=tools, zone=_zones(program), speed=speed, speeds=speeds, declared=declared, before=before
+    between = Between(
+        comment=lambda text: f"    ! {plain(text)}\n",
+        line=lambda line: f"    {line}\n",
+        halt=lambda text: f"    ! {plain(text)}\n    Stop;\n",
+        mount=lambda tool: "",
+        go=lambda pose: _joint_move(program.joints[pose], tools[int(program.tool[pose])], module),
     )
+    return _Words(
+        module=module, tools=tools, zone=_zones(program), speed=speed, speeds=speeds, declared=declared,
+        before=lines_before(program, between), at_start=lines_at_start(program, between),
+    )  # fmt: skip
 
 
-def _stop(program: Program, tool: int) -> str:
-    return f"    ! mount tool {tool} ({plain(program.tools[tool].name)}), then go on\n    Stop;\n"
+def _joint_move(q: Floats, tool: str, module: str) -> str:
+    angles = ",".join(f"{a:.6f}" for a in printed(np.degrees(q), 6).tolist())
+    return f"    MoveAbsJ [[{angles}],{_NO_AXES}],vrapid,fine,{tool}\\WObj:={module}_wobj;\n"
 
 
 def _zones(program: Program) -> npt.NDArray[np.intp]:
@@ -166,15 +181,15 @@ def _main(program: Program, words: _Words, body: Callable[[], Iterator[str]]) ->
     yield "    ConfJ \\On;\n    ConfL \\Off;\n    SingArea \\Off;\n"
     yield from _to_start(program, words)
     yield from body()
+    yield words.before.get(len(program), "")
     yield "    ConfL \\On;\n  ENDPROC\nENDMODULE\n"
 
 
 def _to_start(program: Program, words: _Words) -> Iterator[str]:
-    tool = words.tools[int(program.tool[0])]
+    yield words.at_start
     starts = () if program.start_joints is None else (program.start_joints,)
     for q in (*starts, program.joints[0]):
-        angles = ",".join(f"{a:.6f}" for a in printed(np.degrees(q), 6).tolist())
-        yield f"    MoveAbsJ [[{angles}],{_NO_AXES}],vrapid,fine,{tool}\\WObj:={words.module}_wobj;\n"
+        yield _joint_move(q, words.tools[int(program.tool[0])], words.module)
 
 
 def _part(program: Program, words: _Words, i: int, block: slice) -> Iterator[str]:

@@ -11,12 +11,36 @@ from collections.abc import Iterator
 from toolpaths.languages.urscript.scan import FUNCTIONS, UrNode
 
 CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
-HARMLESS = re.compile(
-    r"set_(?:\w+_)?(?:digital|analog)_out|set_(?:standard|configurable|tool|gp|runstate|analog|euromap\w*)_\w+|"
-    r"set_flag|set_gravity|set_input_actions_to_default|set_safety_mode_transition_hardness|set_baselight\w*|"
-    r"popup|textmsg|varmsg|sleep|sync|assert|enter_critical|exit_critical|reset_world_model|"
-    r"modbus_(?!get)\w+|tool_modbus_\w+|rpc_call|socket_(?!read|get)\w+|rtde_\w+|step_count_\w+|"
-    r"write_(?:output_\w+_register|port_\w+)|zero_ftsensor|stopl|stopj|request_\w+"
+_PLAIN = (
+    "set_flag set_gravity set_input_actions_to_default set_safety_mode_transition_hardness popup textmsg varmsg sleep "
+    "sync assert enter_critical exit_critical reset_world_model rpc_call zero_ftsensor stopl stopj"
+)
+#: Functions of the controller that neither move the arm nor set how it moves: as the page shows them -> pattern.
+REMARKS: dict[str, str] = {name: name for name in _PLAIN.split()} | {
+    "set_*_digital_out": r"set_(?:\w+_)?digital_out",
+    "set_*_analog_out": r"set_(?:\w+_)?analog_out",
+    "set_standard_*": r"set_standard_\w+",
+    "set_configurable_*": r"set_configurable_\w+",
+    "set_tool_*": r"set_tool_\w+",
+    "set_gp_*": r"set_gp_\w+",
+    "set_runstate_*": r"set_runstate_\w+",
+    "set_analog_*": r"set_analog_\w+",
+    "set_euromap*": r"set_euromap\w*_\w+",
+    "set_baselight*": r"set_baselight\w*",
+    "modbus_* (not modbus_get_*)": r"modbus_(?!get)\w+",
+    "tool_modbus_*": r"tool_modbus_\w+",
+    "socket_* (not those that read)": r"socket_(?!read|get)\w+",
+    "rtde_*": r"rtde_\w+",
+    "step_count_*": r"step_count_\w+",
+    "write_output_*_register": r"write_output_\w+_register",
+    "write_port_*": r"write_port_\w+",
+    "request_*": r"request_\w+",
+}
+HARMLESS = re.compile("|".join(REMARKS.values()))
+#: Of these the ones that another language has no need of.
+QUIET = re.compile(
+    r"set_gravity|set_safety_mode_transition_hardness|textmsg|varmsg|sync|assert|enter_critical|exit_critical|"
+    r"reset_world_model|step_count_\w+|zero_ftsensor|stopl|stopj"
 )
 MOTION = re.compile(
     r"\b(?:move[a-z]+|servo[a-z]+|speed[jl]|force_mode|set_tcp|conveyor\w*|track_conveyor\w*|freedrive\w*|teach_mode|"

@@ -11,7 +11,7 @@ import re
 from toolpaths.errors import ReadError
 from toolpaths.interpreting.values import Runtime
 from toolpaths.languages.urscript import control
-from toolpaths.languages.urscript.control import CALL, HARMLESS, LABEL, MOTION, RUN, moving
+from toolpaths.languages.urscript.control import CALL, HARMLESS, LABEL, MOTION, QUIET, RUN, moving
 from toolpaths.languages.urscript.expressions import UrExpression, UrPose, Value
 from toolpaths.languages.urscript.moves import FAST, PARAMETERS, UrMover
 from toolpaths.languages.urscript.scan import FUNCTIONS, UrNode
@@ -145,7 +145,7 @@ class UrInterpreter:
             self._function(node, self.functions[name], at)
         elif HARMLESS.fullmatch(name):
             self._side_effects(node)
-            self.track.event(comment_word(node.text), node.line)
+            self.track.event(comment_word(node.text), node.line, "" if QUIET.fullmatch(name) else name)
         elif name in PARAMETERS:
             self.mover.move(node, name, self.mover.arguments(node, at))
         elif name == "set_tcp":

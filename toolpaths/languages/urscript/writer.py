@@ -22,11 +22,11 @@ from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings, six_joints, too_fast
-from toolpaths.writing.lines import lines_before
+from toolpaths.writing.lines import Between, lines_at_start, lines_before
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import legal_name, plain, words_of
 from toolpaths.writing.numbers import number, printed
-from toolpaths.writing.program import Program
+from toolpaths.writing.program import Floats, Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: users met a UR5 that takes no more than about 2,500 targets (visose/Robots, issue 55).
@@ -51,20 +51,19 @@ _MOVE = "%s  movel(pose_trans(wobj, p[%.7f, %.7f, %.7f, %.8f, %.8f, %.8f]), a=1.
 
 @dataclass(frozen=True)
 class _Words:
-    """Per pose: how speed and blend are written, and the lines in front of the move; the function's name."""
+    """The function's name, and per pose: how speed and blend are written, lines in front; those before the start."""
 
     name: str
     speed: list[str]
     blend: npt.NDArray[np.intp]
     before: dict[int, str]
+    at_start: str
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
     """What URScript cannot express, and what the user should know."""
     yield from six_joints(program, "movej of URScript takes")
-    name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
-    if name != program.name:
-        yield Finding(WARNING, "name", f"{program.name!r} is no URScript name: the function is called {name}")
+    yield from name_findings(program.name, path, len(program))
     yield from too_fast(program, FASTEST, "the most that the controller lets through")
     if len(program) > MOVES_PER_FILE:
         n = len(parts(program, MOVES_PER_FILE))
@@ -72,6 +71,13 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
         yield Finding(WARNING, path.name, what, "start them in the order of their numbers")
         yield from part_findings(program, MOVES_PER_FILE, "give the path a rapid every 1250 moves where a mark matters")
     yield from load_findings(program)
+
+
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """What URScript does not take as the name of a function."""
+    legal = legal_name(name, _NAME_LIMIT, _RESERVED)
+    if legal != name:
+        yield Finding(WARNING, "name", f"{name!r} is no URScript name: the function is called {legal}")
 
 
 def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
@@ -92,15 +98,21 @@ def _words(program: Program) -> _Words:
     rapid = program.kind != CUT
     texts = [number(v, 8) for v in np.where(rapid, program.rapid_speed, program.feed).tolist()]
     speed = ["v_rapid" if r else t for r, t in zip(rapid.tolist(), texts, strict=True)]
-    before = lines_before(program, lambda text: f"  # {plain(text)}\n", lambda tool: _popup(program, tool))
+    between = Between(
+        comment=lambda text: f"  # {plain(text)}\n",
+        line=lambda line: f"  {line}\n",
+        halt=_popup,
+        mount=lambda tool: _mount(program.tools[tool]),
+        go=lambda pose: _joint_move(program.joints[pose]),
+    )
     name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
-    return _Words(name, speed, steps_within(_SHARE * bound, _RADII), before)
+    blend = steps_within(_SHARE * bound, _RADII)
+    return _Words(name, speed, blend, lines_before(program, between), at_start=lines_at_start(program, between))
 
 
-def _popup(program: Program, tool: int) -> str:
-    text = plain(f"mount tool {tool} ({program.tools[tool].name}), then go on").replace('"', "'")
-    popup = f'  popup("{text}", title="tool change", warning=False, error=False, blocking=True)\n'
-    return popup + _mount(program.tools[tool])
+def _popup(text: str) -> str:
+    shown = plain(text).replace('"', "'")
+    return f'  popup("{shown}", title="halt", warning=False, error=False, blocking=True)\n'
 
 
 def _text(program: Program, words: _Words, function: str, block: slice, following: str | None) -> Iterator[str]:
@@ -111,18 +123,24 @@ def _text(program: Program, words: _Words, function: str, block: slice, followin
         yield f"  # continued in: {plain(following, 200)}\n"
     yield f"  wobj = {_pose(program.workobject)}\n"
     yield f"  v_rapid = {number(program.rapid_speed, 8)}\n"
-    yield from _to_start(program, block.start)
+    yield from _to_start(program, block.start, words.at_start)
     yield from _moves(program, words, block)
+    yield words.before.get(len(program), "") if block.stop == len(program) else ""
     yield f"end\n\n{function}()\n"
 
 
-def _to_start(program: Program, first: int) -> Iterator[str]:
+def _to_start(program: Program, first: int, ordered: str) -> Iterator[str]:
     """Joint moves to the start; a later part begins where the one before it ended, without a move."""
     at = max(first - 1, 0)
     yield _mount(program.tools[int(program.tool[at])])
+    yield "" if first else ordered
     starts = () if first or program.start_joints is None else (program.start_joints,)
     for q in (*starts, program.joints[at]):
-        yield "  movej([" + ", ".join(f"{a:.9f}" for a in printed(q, 9).tolist()) + "], a=1.4, v=0.35)\n"
+        yield _joint_move(q)
+
+
+def _joint_move(q: Floats) -> str:
+    return "  movej([" + ", ".join(f"{a:.9f}" for a in printed(q, 9).tolist()) + "], a=1.4, v=0.35)\n"
 
 
 def _mount(tool: ToolFrame) -> str:

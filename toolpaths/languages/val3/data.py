@@ -13,6 +13,7 @@ from toolpaths.frame import Frame
 from toolpaths.rotation import staubli_from_matrix
 from toolpaths.toolpath import CUT
 from toolpaths.writing.blending import blending, steps_within
+from toolpaths.writing.lines import joint_moves
 from toolpaths.writing.numbers import number, printed
 from toolpaths.writing.program import Floats, Program
 
@@ -74,8 +75,8 @@ def data_text(program: Program, words: Val3Data) -> Iterator[str]:
     for n in words.tools:
         tool = program.tools[n]
         yield _array(f"tTool{n}", "tool", [_placed(tool.frame, "flange[0]")])
-    starts = [program.joints[0]] if program.start_joints is None else [program.start_joints, program.joints[0]]
-    yield _array("jStart", "jointRx", [_joints(q) for q in starts])
+    starts = [] if program.start_joints is None else [program.start_joints]
+    yield _array("jStart", "jointRx", [_joints(q) for q in (*starts, *program.joints[list(start_index(program))])])
     yield _array("mStart", "mdesc", [_mdesc(program.rapid_speed * 1e3, 0, 20)])
     for i, part in enumerate(words.parts, 1):
         yield _array(f"mMove{i:03d}", "mdesc", [_mdesc(v, k, 100) for v, k in part.speeds])
@@ -83,6 +84,12 @@ def data_text(program: Program, words: Val3Data) -> Iterator[str]:
         yield from _points(program, part.block)
         yield "    </Data>\n"
     yield "  </Datas>\n</Database>\n"
+
+
+def start_index(program: Program) -> dict[int, int]:
+    """Pose that a joint move goes to -> its place in jStart."""
+    first = 0 if program.start_joints is None else 1
+    return {pose: first + k for k, pose in enumerate((0, *joint_moves(program)))}
 
 
 def _points(program: Program, block: slice) -> Iterator[str]:

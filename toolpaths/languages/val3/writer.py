@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from toolpaths.finding import ERROR, WARNING, Finding
-from toolpaths.languages.val3.data import Val3Data, data, data_text
+from toolpaths.languages.val3.data import Val3Data, data, data_text, start_index
 from toolpaths.writing.checks import six_joints
-from toolpaths.writing.lines import lines_before, with_crlf
+from toolpaths.writing.lines import Between, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain, words_of
 from toolpaths.writing.program import Program
 from toolpaths.writing.tool_load import load_words
@@ -49,15 +49,7 @@ _PROGRAM_END = "end\n    ]]></Code>\n  </Program>\n</Programs>\n"
 def findings(program: Program, path: Path) -> Iterator[Finding]:
     """What VAL3 cannot express, and what the user should know."""
     yield from six_joints(program, "a jointRx of VAL3 has")
-    parts = -(-len(program) // MOVES_PER_PROGRAM)
-    limit = _NAME_LIMIT - (len(f"_{parts:03d}") if parts > 1 else 0)
-    if not is_legal(path.stem, limit, _RESERVED) or _TAKEN.fullmatch(path.stem):
-        yield Finding(
-            ERROR, path.name, f"{path.stem!r} is no VAL3 name: a letter, then letters, digits and _, at most "
-            f"{limit} characters, no word of the language",
-            "name the file so: VAL3 calls programs by their file's name",
-        )  # fmt: skip
-    yield from _folder_findings(path)
+    yield from name_findings(program.name, path, len(program))
     size = len(program) * 190
     if size > MEMORY:
         yield Finding(
@@ -68,6 +60,22 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
         if words := load_words(program.tools[n]):
             what = f"a tool of VAL3 holds no payload: {', '.join(words)} (flange)"
             yield Finding(WARNING, f"tool {n}", what, "set it on the controller before running")
+
+
+def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
+    """What VAL3 does not take as the name of a file, or in the folder of an application."""
+    if path.name == "-":
+        yield Finding(ERROR, "-", "a VAL3 program is several files, standard output takes one", "name a file")
+        return
+    parts = -(-moves // MOVES_PER_PROGRAM)
+    limit = _NAME_LIMIT - (len(f"_{parts:03d}") if parts > 1 else 0)
+    if not is_legal(path.stem, limit, _RESERVED) or _TAKEN.fullmatch(path.stem):
+        yield Finding(
+            ERROR, path.name, f"{path.stem!r} is no VAL3 name: a letter, then letters, digits and _, at most "
+            f"{limit} characters, no word of the language",
+            "name the file so: VAL3 calls programs by their file's name",
+        )  # fmt: skip
+    yield from _folder_findings(path)
 
 
 def _folder_findings(path: Path) -> Iterator[Finding]:
@@ -111,8 +119,10 @@ def _main(program: Program, words: Val3Data, stem: str, body: Iterator[str]) -> 
         said = "".join(f", {words}" for words in load_words(program.tools[number]))
         head += f"  // tool {number}: {_comment(program.tools[number].name + said)}\n"
     starts = 1 if program.start_joints is None else 2
-    head += "".join(f"  movej(jStart[{i}],tTool{tool}[0],mStart[0])\n" for i in range(starts))
-    return _program(stem, iter((head,)), body, iter(("  waitEndMove()\n",)))
+    head += lines_at_start(program, _between(program))
+    head += "".join(_joint_move(i, tool) for i in range(starts))
+    end = "  waitEndMove()\n" + lines_before(program, _between(program)).get(len(program), "")
+    return _program(stem, iter((head,)), body, iter((end,)))
 
 
 def _program(name: str, *bodies: Iterator[str]) -> Iterator[str]:
@@ -125,7 +135,7 @@ def _program(name: str, *bodies: Iterator[str]) -> Iterator[str]:
 def _moves(program: Program, words: Val3Data, part: int) -> Iterator[str]:
     """The lines of one part; its points and speeds are numbered from 0."""
     block, index = words.parts[part].block, words.parts[part].index
-    before = lines_before(program, lambda text: f"  // {_comment(text)}\n", lambda tool: _halt(tool, program), block)
+    before = lines_before(program, _between(program), block)
     line = f"%s  movel(pMove{part + 1:03d}[%d],tTool%d[0],mMove{part + 1:03d}[%d])\n"
     for b in program.blocks(4096, block.start, block.stop):
         keys = range(b.start - block.start, b.stop - block.start)
@@ -134,11 +144,26 @@ def _moves(program: Program, words: Val3Data, part: int) -> Iterator[str]:
         yield "".join(line % row for row in zip(said, keys, tools, speeds, strict=True))
 
 
-def _halt(tool: int, program: Program) -> str:
-    """Stands still, shows which tool to mount, waits for a key."""
-    text = _comment(f"mount tool {tool} ({program.tools[tool].name}), then press a key")
-    text = text.replace('"', "'").replace("\\", "/")
-    return f'  waitEndMove()\n  userPage()\n  cls()\n  putln("{text}")\n  get()\n'
+def _between(program: Program) -> Between:
+    starts = start_index(program)
+    return Between(
+        comment=lambda text: f"  // {_comment(text)}\n",
+        line=lambda line: f"  waitEndMove()\n  {line}\n",
+        halt=_halt,
+        mount=lambda tool: "",
+        go=lambda pose: _joint_move(starts[pose], int(program.tool[pose])),
+    )
+
+
+def _joint_move(start: int, tool: int) -> str:
+    return f"  movej(jStart[{start}],tTool{tool}[0],mStart[0])\n"
+
+
+def _halt(text: str) -> str:
+    """Stands still, shows the text, waits for a key."""
+    said = text.replace("then go on", "then press a key") if "then go on" in text else f"{text}, press a key"
+    shown = _comment(said).replace('"', "'").replace("\\", "/")
+    return f'  waitEndMove()\n  userPage()\n  cls()\n  putln("{shown}")\n  get()\n'
 
 
 def _comment(text: str) -> str:

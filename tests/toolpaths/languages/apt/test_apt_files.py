@@ -235,19 +235,26 @@ def test_cuts_keep_a_tool_radius_from_the_walls(shared: Path, name: str) -> None
     assert np.abs(nearest).min() < 0.05 and np.median(np.abs(nearest)) < MESH  # they do follow the walls
 
 
-def test_a_cycle_left_on_over_a_tool_change_is_refused(shared: Path, tmp_path: Path) -> None:
-    """RotateThin.apt has no CYCLE/OFF: what is drilled with the second tool is not known; with it the file is read."""
+def test_a_cycle_without_off_ends_with_the_operation(shared: Path, tmp_path: Path) -> None:
+    """RotateThin.apt lost the CYCLE of three operations with their OFF: how deep they drill is not in the file.
+
+    In RotateThick.apt of the same author each operation has its own. With CYCLE, and still without OFF, it is read.
+    """
     file = shared / "data/cam/apt_solidworkscam/RotateThin.apt"
-    with pytest.raises(ReadError, match=r"LOAD/TOOL,18: a drilling cycle is in force.*CYCLE/OFF is missing") as caught:
+    with pytest.raises(ReadError, match=r"GOTO/146.85,50.,0: no CYCLE/OFF before line 465") as caught:
         read_toolpath(file)
-    assert caught.value.line == 470
+    assert caught.value.line == 467
     lines = file.read_text().splitlines()
+    deep = "CYCLE/DEEP2,FEDTO,13.8,1STPECK,5.,SUBPECK,2.,MMPM,102.7,RAPTO,3.,RTRCTO,100."
+    for line, cycle in ((486, deep), (479, deep), (466, "CYCLE/DRILL,FEDTO,9.,MMPM,125.680813,RAPTO,3.,RTRCTO,100.")):
+        lines.insert(line, cycle)
     mended = tmp_path / "mended.apt"
-    mended.write_text("\n".join([*lines[:469], "CYCLE/OFF", *lines[469:], ""]))
+    mended.write_text("\n".join([*lines, ""]))
     path = read_toolpath(mended)
     assert path.position[path.line == 463][:, 2].min() * 1e3 == pytest.approx(-7.65)
+    assert path.position[path.line == 468][:, 2].min() * 1e3 == pytest.approx(-9.0)
     low, high = path.position.min(0) * 1e3, path.position.max(0) * 1e3
-    assert low[2] == pytest.approx(-9.0) and high[2] == pytest.approx(103.0)
+    assert low[2] == pytest.approx(-13.8) and high[2] == pytest.approx(103.0)
 
 
 def test_a_part_turned_over_stays_in_its_coordinates(shared: Path) -> None:

@@ -194,6 +194,36 @@ def test_second_csys(tmp_path: Path) -> None:
     assert caught.value.line == 6
 
 
+def test_a_three_axis_operation_after_a_tilted_one(tmp_path: Path) -> None:
+    """SolidWorks CAM leaves i, j, k out where the tool is upright; each operation begins with TRNTYP and CSYS."""
+    begin = "TRNTYP/WORLD,0,0,0\nCSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0\n"
+    text = (
+        f"PARTNO/1\nUNIT/MM\nSETUP/START\n{begin}RAPID/\nGOTO/1,2,30,.6,0,.8\nGOTO/1,2,20\n"
+        f"SETUP/END\nSETUP/START\n{begin}RAPID/\nGOTO/4,5,60\nFINI\n"
+    )
+    path = read(tmp_path, text)
+    np.testing.assert_allclose(path.axis, [[0.6, 0, 0.8], [0.6, 0, 0.8], [0, 0, 1]], atol=1e-15)
+    assert [e.word for e in path.events if "SETUP" in e.word] == ["SETUP/START", "SETUP/END", "SETUP/START"]
+
+
+def test_hypermill_head(tmp_path: Path) -> None:
+    """As a file in a public repository begins; CALSUB calls lines that the post processor keeps."""
+    system = "$$-> CSYS / 1.0, 0.0, 0.0, 0.0,  $\n  0.0, 1.0, 0.0, 0.0,  $\n  0.0, 0.0, 1.0, 0.0\n"
+    text = (
+        "PPRINT/ --- files_x\\StartEnd\\header.txt ---\n$$ HYPERMILL\n$$*\n$$ -> MFGNO\nPARTNO / Mold 1 1\n"
+        f"MACHIN / MILL, 01\n$$ -> CUTCOM_GEOMETRY_TYPE / \nUNITS / MM\nCALSUB/START_PROG\nPARTNO/1 1 Main\n{system}"
+        "MULTAX/ ON\nMODE / MILL\nSPINDL / MAIN\nLOADTL/1\nCALSUB/START_JOB\nSEQUENCE/ BEGIN,toolpath\nRAPID\n"
+        "GOTO / 1.5, 2.0, 30.0, 0.0, 0.0, 1.0\nFEDRAT/ MMPM, 900.0\nGOTO / 1.5, 2.0, 3.0, 0.0, 0.0, 1.0\n"
+        "CALSUB/END_PROG\nFINI\n"
+    )
+    path = read(tmp_path, text)
+    np.testing.assert_allclose(path.position * 1e3, [[1.5, 2, 30], [1.5, 2, 3]])
+    called = [e.word.split("/")[1] for e in path.events if "CALSUB" in e.word]
+    assert called == ["START_PROG", "START_JOB", "END_PROG"]
+    with pytest.raises(ReadError, match="CALSUB/POCKET_3: a subprogram that is not in the file"):
+        read(tmp_path, text.replace("START_JOB", "POCKET_3"))
+
+
 def test_creo_dialect(tmp_path: Path) -> None:
     system = "$$-> CSYS / 1.0, 0.0, 0.0, 0.0, $\n      0.0, 1.0, 0.0, 0.0, $\n      0.0, 0.0, 1.0, 0.0\n"
     text = (

@@ -32,6 +32,8 @@ def test_random_programs_agree_with_the_second_reader(tmp_path: Path, part: int)
         np.testing.assert_array_equal(path.kind[at] == 0, [c.rapid for c in corners])
         np.testing.assert_allclose(path.feed[at] * 60, np.array([c.feed for c in corners]) * unit, rtol=1e-9)
         np.testing.assert_array_equal(path.tool[at], [c.tool for c in corners])
+        np.testing.assert_allclose(path.spindle[at] * 30 / np.pi, [c.rpm for c in corners], rtol=1e-12)
+        np.testing.assert_array_equal(path.sense[at], [c.sense for c in corners])
         arcs += check_arcs(path.position, path.row, corners, unit)
         drilled += "CYCLE" in text.upper()
     assert arcs > 100 and drilled > 30

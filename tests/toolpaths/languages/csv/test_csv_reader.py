@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.oracles.read_text import read_text
-from toolpaths.toolpath import CUT, RAPID
+from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, CUT, RAPID, SENSE_OPEN
 
 HEADER = "x_mm,y_mm,z_mm,i,j,k,feed_mm_min,kind\n"
 
@@ -42,6 +42,16 @@ def test_spellings_of_the_same_file_agree(tmp_path: Path) -> None:
         path = read(tmp_path, other)
         for name in ("position", "axis", "feed", "kind", "line", "row"):
             np.testing.assert_array_equal(getattr(path, name), getattr(plain, name), err_msg=name)
+
+
+def test_spindle(tmp_path: Path) -> None:
+    """An empty cell gives none; m5 stands; without the columns nothing is known."""
+    head = "x_mm,y_mm,z_mm,i,j,k,spindle_rpm,spindle\n"
+    path = read(tmp_path, head + "0,0,5,0,0,1,,\n0,0,0,0,0,1,12000,m3\n1,0,0,0,0,1,6000, M4\n2,0,0,0,0,1,6000,m5\n")
+    np.testing.assert_allclose(path.spindle, [np.nan, 400 * np.pi, 200 * np.pi, 0.0], rtol=1e-15)
+    np.testing.assert_array_equal(path.sense, [SENSE_OPEN, CLOCKWISE, COUNTERCLOCKWISE, SENSE_OPEN])
+    bare = read(tmp_path, HEADER + "1,2,3,0,0,1,60,cut\n")
+    assert np.isnan(bare.spindle).all() and (bare.sense == SENSE_OPEN).all()
 
 
 def test_blank_lines_keep_the_line_numbers(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def test_positions_of_other_moves_are_split(tmp_path):
     # but where five decimals need one more: a space remains between = and the number
     assert [len(x) for x in came if x[0] == "\t"][:4] == [57, 57, 57, 57] and "W = -179.9" in done.text.decode()
     assert [(f.what.split(",")[0], f.count) for f in done.changes] == [("a position that other moves use", 3)]
-    assert str(done.changes[0]).startswith("warning: test.ls:7")
+    assert done.changes[0].level == "note" and str(done.changes[0]).startswith("test.ls:7")
 
 
 def test_poses_put_in(tmp_path):

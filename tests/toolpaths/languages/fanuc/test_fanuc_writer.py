@@ -155,8 +155,8 @@ def test_turning_on_the_spot(tmp_path):
 
 def test_tool_change_pauses_and_takes_the_other_tool(tmp_path):
     state = written(two_tools(), tmp_path)
-    assert state.pauses == 1 and [m.tool[2] for m in state.moves[1:]] == [250, 250, 250, 300, 300, 300, 300]
-    assert [m.termination == "FINE" for m in state.moves[1:]][2:4] == [True, True]
+    assert state.pauses == 1 and [m.tool[2] for m in state.moves[1:]] == [250, 250, 250, 300, 300, 300, 300, 300]
+    assert [m.termination == "FINE" for m in state.moves[1:]][2:5] == [True, True, True]
 
 
 def test_parts(tmp_path):

@@ -90,9 +90,7 @@ def test_poses_are_put_in_as_lines() -> None:
     path = read(text.encode())
     rows = np.sort(np.concatenate([path.row, [1.5, 2.25, 2.5]]))
     at = np.array([np.interp(rows, path.row, c) for c in path.position.T]).T
-    grown = replace(path, row=rows, position=at, **{
-        name: getattr(path, name)[np.searchsorted(path.row, rows)] for name in ("axis", "feed", "kind", "tool", "line")
-    })  # fmt: skip
+    grown = replace(path.take(np.searchsorted(path.row, rows)), row=rows, position=at)
     program = program_of(grown, corrected(grown))
     new = rewrite(text.encode(), program, rows, Path("a.nc"))
     np.testing.assert_allclose(cuts(read(new.text)), cuts(program), atol=6e-4)
@@ -174,6 +172,28 @@ def test_rotary_words_are_refused() -> None:
     program = program_of(read((HEAD + "M30\n").encode()))
     with pytest.raises(WriteError, match=r"a.nc:5: rotary words cannot be corrected in place"):
         rewrite(text, program, np.zeros(1), Path("a.nc"))
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("#1=5\nG1 X#1", "#"), ("G1 X[2+3]", "["), ("M98 P1", "M98"), ("G41 D1 X5", "G41"), ("G42.1 D1 X5", "G42.1"),
+        ("G1 X5 , r2\nY5", ", R"), ("G68.2 X0", "G68.2"), ("G84 X5 Z-3 R2", "G84"), ("G86 X5 Z-3 R2", "G86"),
+    ],
+)  # fmt: skip
+def test_words_that_no_other_coordinates_can_say_are_refused(text: str, word: str) -> None:
+    program = program_of(read((HEAD + "M30\n").encode()))
+    with pytest.raises(WriteError, match=re.escape(f"a.nc:5: {word} cannot be corrected in place")):
+        rewrite(f"{HEAD}(#1 = 5, G41, [2], M98)\n{text}\nM30\n".encode(), program, np.zeros(1), Path("a.nc"))
+
+
+def test_a_point_by_the_way_stays() -> None:
+    text = HEAD + "G1 X10 Z-1\nX20\nG28 X21 Y0 Z9\nG0 X0 Y0 Z9\nG1 Z-1\nG91 G28 X1 Z12\nG90\nM30\n"
+    path = read(text.encode())
+    moved = path.position + np.where((path.kind == CUT)[:, None], [[0.0003, -0.0002, 0.00004]], 0.0)
+    new = rewrite(text.encode(), program_of(path, moved), path.row, Path("a.nc")).text
+    assert "G28 X21 Y0 Z9" in new.decode()
+    np.testing.assert_allclose(read(new).position[:-1], moved[:-1], atol=6e-7)
 
 
 def test_a_shift_by_place_names_the_corrected_place() -> None:

@@ -14,7 +14,7 @@ from toolpaths.errors import ReadError
 from toolpaths.files import read_toolpath
 from toolpaths.languages.gcode import reader as gcode
 from toolpaths.machine import Machine
-from toolpaths.toolpath import CUT, RAPID
+from toolpaths.toolpath import CUT, RAPID, Toolpath
 
 HEAD = "G21 G90 G17\nG0 X0 Y0 Z0\nF600\n"
 
@@ -54,12 +54,49 @@ def test_inch_and_relative(tmp_path: Path) -> None:
 
 
 def test_position_is_known_only_after_x_y_and_z(tmp_path: Path) -> None:
-    path = read(tmp_path, "G21\nG1 Z5 F100\nG0 X1\nY2\nX3\nM30\n")
+    path = read(tmp_path, "G21\nG0 Z5\nX1\nY2\nX3\nM30\n")
     np.testing.assert_allclose(path.position * 1e3, [[1, 2, 5], [3, 2, 5]], rtol=0, atol=1e-14)
     assert [e.word for e in path.events[:2]] == [
         "Z5, before the position is known",
         "X1, before the position is known",
     ]
+
+
+def test_no_cut_is_left_out_before_the_position_is_known(tmp_path: Path) -> None:
+    """A feed to the file's clearance is no cut (JSCut begins so); any other names the line and what to do."""
+    path = read(tmp_path, "G21\nG1 Z5 F100\nG1 X1 Y2\nZ-1\nX3\nZ5\nM30\n")
+    np.testing.assert_allclose(path.position[0] * 1e3, [1, 2, 5], rtol=0, atol=1e-14)
+    for text, line, words in [
+        ("G21\nG1 X5 F100\nX6\nY3 Z1\nM30\n", 2, "X5: a cutting move, but where Y, Z is, is not known"),
+        ("G21\nG0 X1\nG1 Y5 F100\nG0 Z5\nM30\n", 3, "Y5: a cutting move, but where Z is, is not known"),
+        ("G21\nG1 Z5 F100\nG0 X1 Y2\nG1 X3 Z6\nM30\n", 2, "Z5: a cutting move"),
+        ("G21\nG1 Z-1 F100\nG0 X1 Y2\nG1 X3\nM30\n", 2, "Z-1: a cutting move"),
+    ]:
+        with pytest.raises(ReadError, match=words) as caught:
+            read(tmp_path, text)
+        assert caught.value.line == line and "[machine] start" in str(caught.value)
+
+
+def test_where_the_tool_starts(tmp_path: Path) -> None:
+    """[machine] start: what a file that begins with a cut begins from, for lines, arcs, cycles and G91."""
+    (tmp_path / "a.nc").write_text("")
+
+    def begun(text: str) -> Toolpath:
+        (tmp_path / "a.nc").write_text(f"G21 {text}\nM30\n")
+        return read_toolpath(tmp_path / "a.nc", machine=Machine(start=(1e-3, 2e-3, 3e-3)))
+
+    for text, end, poses in [
+        ("G90 G1 X5 F100", [5, 2, 3], 2),
+        ("G91 G1 X5 Z-1 F100", [6, 2, 2], 2),
+        ("G90 G2 X5 Y6 I4 F100", [5, 6, 3], 13),
+        ("G90 G81 X5 Z-5 R3 F100", [5, 2, 3], 4),
+        ("G90 G1 Y2 F100", [1, 2, 3], 2),
+    ]:
+        path = begun(text)
+        assert path.kind[0] == RAPID and path.line[0] == 1 and len(path) == poses, text
+        np.testing.assert_allclose(path.position[[0, -1]] * 1e3, [[1, 2, 3], end], rtol=0, atol=1e-12)
+    path = begun("G90 G0 Z9\nG1 X5 F100")
+    np.testing.assert_allclose(path.position * 1e3, [[1, 2, 9], [5, 2, 9]], rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

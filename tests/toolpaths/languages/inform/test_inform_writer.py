@@ -145,8 +145,8 @@ def test_tool_change_pauses_and_takes_the_other_tool(tmp_path):
     write_program(two_tools(), tmp_path / "p.jbi")
     run = inform_reader.read(tmp_path / "p.jbi")
     assert run.pauses == [1 + 3] and "mount tool 2 (b), then go on" in run.comments
-    assert [m.position.tool for m in run.moves] == [1, 1, 1, 1, 2, 2, 2, 2]
-    assert [run.moves[k].level for k in (3, 4)] == [0, 0]
+    assert [m.position.tool for m in run.moves] == [1, 1, 1, 1, 2, 2, 2, 2, 2]
+    assert [run.moves[k].level for k in (3, 4, 5)] == [0, 0, 0]
 
 
 def test_tools_and_start_are_said(tmp_path):

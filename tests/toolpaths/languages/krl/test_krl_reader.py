@@ -119,6 +119,15 @@ def test_calls_and_labels(tmp_path: Path) -> None:
     assert [e.word for e in path.events] == ['SPINDLE_ON(8000,#CW,"x",TRUE)', "MSG()"]
 
 
+def test_a_cut_that_starts_where_nobody_knows(tmp_path: Path) -> None:
+    """HOME is the controller's: a LIN from there is no line from the pose before; where the arm stands anyway it is."""
+    with pytest.raises(ReadError, match=r"starts where PTP HOME \(line 3\) leads") as caught:
+        read(tmp_path, source(f"LIN {POSE}\nPTP HOME\nLIN {POSE}"))
+    assert caught.value.line == 4
+    assert len(read(tmp_path, source(f"PTP HOME\nLIN {POSE}\nPTP HOME\nPTP {POSE}\nLIN {POSE}\nPTP HOME"))) == 3
+    assert len(read(tmp_path, source(f"LIN {POSE}\nPTP $POS_ACT\nLIN {POSE}"))) == 2
+
+
 def test_a_start_that_was_taught_can_be_given_as_numbers(shared: Path, tmp_path: Path) -> None:
     text = (shared / "data/cam/krl_waam/Hollow_Box_cleaned.src").read_text()
     path = read(tmp_path, text.replace("= $POS_ACT", "= {X 10,Y 20,Z 30,A 40,B 5,C 180}"))
@@ -133,8 +142,10 @@ def test_parts_and_two_programs_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ReadError, match="two programs in one file"):
         read(tmp_path, KRL + KRL.replace("PART", "OTHER"), KRL_DAT)
     (tmp_path / "SUB.src").write_text(source(f"LIN {POSE}").replace("PART", "SUB"))
-    with pytest.raises(ReadError, match=r"SUB\.src"):
-        read(tmp_path, source(f"LIN {POSE}\nSUB()"))
+    assert len(read(tmp_path, source(f"LIN {POSE}\nSUB()"))) == 2
+    (tmp_path / "SUB.src").write_text(source(f"LIN {POSE}").replace("PART()", "SUB(N:IN)"))
+    with pytest.raises(ReadError, match=r"SUB\(\.\.\.\) is a subprogram with arguments"):
+        read(tmp_path, source(f"LIN {POSE}\nSUB(1)"))
     with pytest.raises(ReadError, match=r"PART\.dat:2"):
         read(tmp_path, source("LIN XP1"), "DEFDAT PART\nDECL E6POS XP1={X 1,,Y 2}\nENDDAT\n")
 

@@ -78,8 +78,8 @@ def test_turning_on_the_spot_uses_the_orientation(tmp_path):
 def test_tool_change_halts_and_takes_the_other_tool(tmp_path):
     state = written(two_tools(), tmp_path)
     assert state.halts == 1
-    assert [m.state["$TOOL"]["Z"] for m in state.moves[1:]] == [250, 250, 250, 300, 300, 300, 300]
-    assert [m.approximate for m in state.moves[1:]] == ["", "C_DIS", "", "", "C_DIS", "C_DIS", ""]
+    assert [m.state["$TOOL"]["Z"] for m in state.moves[1:]] == [250, 250, 250, 300, 300, 300, 300, 300]
+    assert [m.approximate for m in state.moves[1:]] == ["", "C_DIS", "", "", "", "C_DIS", "C_DIS", ""]
 
 
 def test_parts_start_alone(tmp_path):

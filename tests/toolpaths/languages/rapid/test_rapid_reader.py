@@ -170,16 +170,20 @@ def test_two_work_objects_that_only_the_controller_knows(tmp_path: Path) -> None
 
 
 def test_routines_of_a_module_beside(tmp_path: Path) -> None:
-    """Those that move are refused: their moves would be missing. The others are told of where poses are changed."""
+    """They are run; where their file cannot be read, those that move are refused: their moves would be missing."""
     text = module(f"Wash;\nMoveL {target(1, 2, 3)},v10,z1,tool0;\n")
     (tmp_path / "cell.sys").write_text("MODULE Cell\nPROC Wash()\nSetDO do1,1;\nENDPROC\nENDMODULE\n")
     assert len(read(tmp_path, text)) == 1
     other = f"MODULE Two\n  PROC Wash( )\n    MoveL {target(1, 2, 3)},v10,z1,tool0;\n  ENDPROC\nENDMODULE\n"
     (tmp_path / "two.MOD").write_text(other)
     (tmp_path / "cell.sys").unlink()
-    with pytest.raises(ReadError, match=r"Wash stands in two\.MOD and moves the arm") as caught:
+    assert len(read(tmp_path, text)) == 2
+    (tmp_path / "two.MOD").write_text(other.replace("MODULE Two", "MODULE Two\n  PROC x()\n    GOTO a;\n  ENDPROC"))
+    with pytest.raises(ReadError, match=r"Wash moves the arm, and its file .*two\.MOD:3: GOTO") as caught:
         read(tmp_path, text)
     assert caught.value.line == 3
+    (tmp_path / "two.MOD").write_text("MODULE Two\n  PROC Wash()\n    Stop;\n    GOTO a;\n  ENDPROC\nENDMODULE\n")
+    assert len(read(tmp_path, text)) == 1  # it moves nothing
 
 
 def test_frames_that_are_no_numbers_and_tables(tmp_path: Path) -> None:

@@ -165,8 +165,8 @@ def test_many_feeds_are_written_into_the_moves(tmp_path):
 def test_tool_change_stops_and_takes_the_other_tool(tmp_path):
     moves, words = written(two_tools("Fräser Ø6", 12), tmp_path)
     assert words.count("Stop") == 1
-    assert [m.tool[1][0][2] for m in moves[1:]] == [250, 250, 250, 300, 300, 300, 300]
-    assert [m.zone[0] for m in moves[1:]] == [True, False, True, True, False, False, True]
+    assert [m.tool[1][0][2] for m in moves[1:]] == [250, 250, 250, 300, 300, 300, 300, 300]
+    assert [m.zone[0] for m in moves[1:]] == [True, False, True, True, True, False, False, True]
     assert "mount tool 12 (Fraser ?6)" in (tmp_path / "part1.mod").read_text()
 
 

@@ -97,9 +97,9 @@ def test_tool_change_waits_for_a_key_and_takes_the_other_tool(tmp_path):
     app = written(two_tools('b"\\ ]]>'), tmp_path)
     ((at, text),) = app.said
     assert at == 1 + 3 and text == "mount tool 2 (b'/ ]] ), then press a key"
-    assert [m.tool["z"] for m in app.moves[1:]] == [250, 250, 250, 300, 300, 300, 300]
+    assert [m.tool["z"] for m in app.moves[1:]] == [250, 250, 250, 300, 300, 300, 300, 300]
     stands = [m.mdesc["blend"] == "off" for m in app.moves[1:]]
-    assert stands == [True, False, True, True, False, False, True]
+    assert stands == [True, False, True, True, True, False, False, True]
 
 
 def test_parts_are_programs_of_one_application(tmp_path):

@@ -1,4 +1,4 @@
-"""Rotary axes of a G-code file: moves that turn become poses, so that the tip stays on its way."""
+"""Rotary axes of a CNC program: moves that turn become poses, so that the tip stays on its way."""
 
 from __future__ import annotations
 
@@ -22,13 +22,15 @@ class RotaryTrace:
 
     Attributes:
         angles: (M, k) rad.
-        tip: (M,) G43.4 was on.
+        tip: (M,) tool centre point control was on.
         time: (M,) s that the move takes, NaN where its feed is that of the tip.
+        given: (M,) place and tool axis are in the work object already, as in a tilted working plane.
     """
 
     angles: Floats
     tip: npt.NDArray[np.bool_]
     time: Floats
+    given: npt.NDArray[np.bool_]
 
 
 def in_work(path: Toolpath, machine: Machine, turns: RotaryTrace, chord: float) -> Toolpath:
@@ -40,8 +42,11 @@ def in_work(path: Toolpath, machine: Machine, turns: RotaryTrace, chord: float) 
         ReadError: more poses than a file of this size may become.
     """
     move = np.ceil(path.row).astype(np.intp)
-    angles, tip = turns.angles[move], turns.tip[move]
+    tip, given = turns.tip[move], turns.given[move]
+    angles = turns.angles[move]
+    angles = np.where(given[:, None], np.nan_to_num(angles), angles)  # not needed there, and not known perhaps
     count = _steps(path.position, angles=angles, tip=tip, machine=machine, chord=chord)
+    count = np.where(given | np.roll(given, 1), 1, count)
     if (total := int(count.sum())) > (most := len(path) + most_poses(len(turns.angles))):
         problem = f"its turns make {total} poses; at most {most}"
         raise ReadError(path.source, int(path.line[np.argmax(count)]), problem, "Check the angles.")
@@ -52,22 +57,19 @@ def in_work(path: Toolpath, machine: Machine, turns: RotaryTrace, chord: float) 
     xyz = share[:, None] * path.position[to] + rest * path.position[before]
     xyz[first + count - 1] = path.position  # ends to the last digit
     position, axis = machine.poses(xyz, share[:, None] * angles[to] + rest * angles[before], tip[to])
+    position = np.where(given[to][:, None], xyz, position)
+    axis = np.where(given[to][:, None], path.axis[to], axis)
     row = share * path.row[to] + (1.0 - share) * path.row[before]
     row[first + count - 1] = path.row
-    return replace(
-        path,
-        position=position, axis=axis, row=row,
-        feed=_feeds(position, to=to, feed=path.feed, time=turns.time[move], kind=path.kind),
-        kind=path.kind[to], tool=path.tool[to], line=path.line[to],
-        events=tuple(replace(e, pose=int(first[e.pose]) if e.pose < len(path) else len(to)) for e in path.events),
-    )  # fmt: skip
+    feed = _feeds(position, to=to, feed=path.feed, time=turns.time[move], kind=path.kind)
+    return replace(path.take(to), position=position, axis=axis, row=row, feed=feed)
 
 
 def _steps(
     xyz: Floats, angles: Floats, tip: npt.NDArray[np.bool_], machine: Machine, chord: float
 ) -> npt.NDArray[np.intp]:
     """(N,) into how many parts the move to each pose is cut."""
-    turn = np.abs(np.diff(angles, axis=0, prepend=angles[:1])).sum(axis=1)
+    turn = np.nan_to_num(np.abs(np.diff(angles, axis=0, prepend=angles[:1])).sum(axis=1))
     way = np.linalg.norm(np.diff(xyz, axis=0, prepend=xyz[:1]), axis=1)
     centres = [a.centre for a in machine.axes if a.centre is not None] or [(0.0, 0.0, 0.0)]
     radius = np.max([np.linalg.norm(xyz - np.array(c), axis=1) for c in centres], axis=0)

@@ -1,0 +1,105 @@
+"""Assessment: what is judged about a result beside its commands, and what all stages of its run found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.path.pose_text import place
+from compensator.path.tool_direction import ToolDirection, tool_direction
+from compensator.solve.compensation import Compensation
+from compensator.solve.joint_state import spread_of_unknown
+from compensator.solve.unlearned_angles import OpenAngles, open_angles
+from toolpaths.finding import NOTE, WARNING, Finding, merged, of_kind
+
+Floats = npt.NDArray[np.float64]
+
+MATTERS = 0.1  # of the deflection: a share of the weight above it is asked about
+
+
+@dataclass(frozen=True, repr=False)
+class Assessment:
+    """What is judged about a result.
+
+    Attributes:
+        result: the commands.
+        open: angles that the model did not learn.
+        spread: (M,) m at each cutting pose: how far the unknown flanks leave the TCP open.
+        shares: cause -> (K, 3) m at each cutting pose of the uncompensated path, base axes; they add up.
+        direction: of the tool.
+        findings: of all stages, repeats merged, the worst level first.
+    """
+
+    result: Compensation
+    open: OpenAngles
+    spread: Floats
+    shares: Mapping[str, Floats]
+    direction: ToolDirection
+    findings: tuple[Finding, ...]
+
+    def __repr__(self) -> str:
+        return f"Assessment({len(self.findings)} findings)"
+
+
+def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: bool = True) -> Assessment:
+    """Judge a result.
+
+    Args:
+        written: what the writer of its program found.
+        corrected: False where the nominal path is commanded.
+    """
+    arm, cut, plain = c.job.arm, c.cutting, c.uncompensated
+    spread = spread_of_unknown(arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
+    rows = np.flatnonzero(plain.cutting)
+    some = plain.path.toolpath.take(rows)
+    shares = arm.shares(some, plain.path.q[rows], plain.wrench[rows], plain.before.position[rows])
+    direction = tool_direction(plain.path, c.job.placement.conditions.gravity)
+    found = open_angles(c, c.command.q if corrected else c.path.q)
+    findings = merged((
+        *of_kind("toolpath", plain.path.toolpath.findings),
+        *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, shares))),
+        *of_kind("path", direction.findings),
+        *of_kind("process", c.load.findings),
+        *of_kind("solve", _unknown_flanks(c, spread)),
+        *of_kind("model", found.findings),
+        *of_kind("program", written),
+    ))
+    return Assessment(
+        result=c, open=found, spread=spread, shares=shares, direction=direction, findings=findings
+    )
+
+
+def _unknown_flanks(c: Compensation, spread: Floats) -> list[Finding]:
+    """A warning where unknown flanks leave more open than an arc of the toolpath may be off, else a note."""
+    open_ = np.flatnonzero(spread > 0)
+    if not len(open_):
+        return []
+    largest = float(spread.max())
+    level = WARNING if largest > c.job.placement.sampling.chord / 1e3 else NOTE
+    what = (
+        f"on which flank every joint rests is not known at {len(open_):,} cutting poses: up to {largest * 1e3:.3f} mm "
+        "at the TCP, from one extreme to the other"
+    )
+    first = place(c.path.toolpath, int(np.flatnonzero(c.cutting)[open_[0]]))
+    return [Finding(level, first, what, "Give [start] joints or a longer approach", count=len(open_))]
+
+
+def _asks_where_touched_off(c: Compensation, shares: Mapping[str, Floats]) -> list[Finding]:
+    """A warning where weight matters and the cell does not tell how its work object was taught."""
+    weight = float(np.linalg.norm(shares["gravity"], axis=1).max())
+    whole = float(np.linalg.norm(sum(shares.values()), axis=1).max())
+    matters = weight > c.job.placement.sampling.chord / 1e3 and weight > MATTERS * whole
+    if c.job.placement.touches is not None or not matters:
+        return []
+    what = (
+        f"arm and tool sag by up to {weight * 1e3:.2f} mm under their weight, of {whole * 1e3:.2f} mm in all. A work "
+        "object that was touched off with this tool has that in it: corrected once more, the cut is off by as much"
+    )
+    remedy = (
+        "Give [workobject] touched_off = [[x, y, z], ...], the points that were touched, in mm of the work object (or "
+        "postures); touched_off = [] where it was measured otherwise"
+    )
+    return [Finding(WARNING, f"{c.job.placement.source}: workobject", what, remedy)]

@@ -1,0 +1,109 @@
+"""A small job for every verb that writes: what it is called with, what it reads, what it writes.
+
+A new verb gets an entry here; tests that go over all verbs fail without it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import click
+
+from compensator.cli import main
+from compensator.command_line import OUTPUT
+from tests.compensator import small_job
+from tests.stiffness.bench_lab import Lab
+from tests.stiffness.model.test_clamped import cycle, lines, written
+from tests.stiffness.model.test_datasheet import BARE, robot_text
+
+WRENCHES = "index,fx,fy,fz,mx,my,mz\n" + "".join(f"{k},-300,200,250,5,-4,3\n" for k in range(len(small_job.ROWS)))
+
+
+@dataclass(frozen=True)
+class VerbJob:
+    """A run that takes about a second.
+
+    Attributes:
+        arguments: all but outputs; files are in the folder of the job.
+        reads: every file of that folder which the run reads.
+        writes: option -> usual name of the file.
+    """
+
+    arguments: tuple[str, ...]
+    reads: tuple[str, ...]
+    writes: dict[str, str] = field(default_factory=dict)
+
+
+PATH = ("path.csv", "cell.toml", "model.toml", "arm.toml", "w.csv")
+SESSION = ("session.toml", "samples.csv", "arm.toml")
+JOBS = {
+    "compensate": VerbJob(
+        ("path.csv", "--cell", "cell.toml", "--format", "csv"),
+        PATH,
+        {"-o": "out.csv", "--report": "out.html", "--json": "out.json"},
+    ),
+    "preview": VerbJob(
+        ("path.csv", "--cell", "cell.toml"), PATH, {"--csv": "out.csv", "--report": "out.html", "--json": "out.json"}
+    ),
+    "identify": VerbJob(
+        ("session.toml", "--effects", "joint-stiffness", "--prior", "model.toml"),
+        (*SESSION, "model.toml"),
+        {"-o": "out.toml", "--report": "out.html", "--json": "out.json"},
+    ),
+    "diagnose": VerbJob(
+        ("session.toml", "--model", "model.toml"),
+        (*SESSION, "model.toml"),
+        {"-o": "out.toml", "--report": "out.html", "--json": "out.json"},
+    ),
+    "evaluate": VerbJob(
+        ("session.toml", "--model", "model.toml"), (*SESSION, "model.toml"), {"--json": "out.json"}
+    ),
+    "stiffness-map": VerbJob(
+        ("model.toml", "--grid", "-20:20:20,10:50:20"),
+        ("model.toml", "arm.toml"),
+        {"--png": "out.png", "--csv": "out.csv", "--json": "out.json"},
+    ),
+    "clamped": VerbJob(
+        ("readings.csv", "--robot", "geared.toml"),
+        ("readings.csv", "geared.toml"),
+        {"-o": "out.toml", "--json": "out.json"},
+    ),
+    "datasheet": VerbJob(("geared.toml",), ("geared.toml",), {"-o": "out.toml", "--json": "out.json"}),
+    "plan": VerbJob(
+        ("model.toml", "--session", "session.toml", "--toolpath", "path.csv", "--cell", "cell.toml", "--count", "2"),
+        (*PATH, *SESSION),
+        {"-o": "out.csv", "--json": "out.json"},
+    ),
+}
+
+
+def outputs(verb: str) -> list[str]:
+    """Options of a verb that name a file to write, as the command line has them."""
+    return [p.opts[0] for p in main.commands[verb].params if p.type is OUTPUT]
+
+
+def files_of(command: click.Command) -> list[click.Parameter]:
+    """Arguments and options that are files."""
+    return [p for p in command.params if isinstance(p.type, click.Path | click.File)]
+
+
+def write_inputs(folder: Path) -> None:
+    """Everything that the jobs read, in one folder."""
+    Lab().session(folder, 7, setups=8)
+    session = folder / "session.toml"
+    session.write_text(session.read_text().replace(f'"{small_job.ABB}"', '"arm.toml"'))
+    arm = (Path(__file__).parents[1] / "stiffness" / "robot" / "data" / f"{small_job.ABB}.toml").read_text()
+    (folder / "arm.toml").write_text(arm.replace(f'name = "{small_job.ABB}"', 'name = "arm"'))
+    (folder / "w.csv").write_text(WRENCHES)
+    process = {"kind": "table", "frame": "workobject", "file": "w.csv"}
+    small_job.files(folder, {"robot": "arm.toml", "gravity": None, "process": process}, {"robot": "arm.toml"})
+    (folder / "geared.toml").write_text(robot_text(*[BARE] * 6).replace('name = "arm"', 'name = "geared"'))
+    written(folder, lines(cycle()))
+
+
+@cache
+def input_bytes(folder: Path) -> dict[str, bytes]:
+    """Name -> content of what ``write_inputs`` wrote."""
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file()}
