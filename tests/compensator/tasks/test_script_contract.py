@@ -266,17 +266,17 @@ def test_gravity_needs_masses(tmp_path: Path, shared: Path) -> None:
     """A URDF without inertias: uncompensated gravity is refused with the reason, calibrated-out runs."""
     urdf = shared / "data" / "robots" / "abb_irb6640_185_280.urdf"
     name = os.path.relpath(urdf, tmp_path)
-    job = files(tmp_path, {"robot": name, "gravity": "uncompensated"}, {"robot": name})
+    job = files(tmp_path, {"robot": name, "tip": None, "gravity": "uncompensated"}, {"robot": name})
     with pytest.raises(CompensatorError) as caught:
         compensate_file(job.toolpath, job.cell, job.out / "a.csv")
     text = str(caught.value)
     assert "cell.toml: gravity = 'uncompensated' needs the link masses of abb_irb6640_185_280" in text
     assert "calibrated-out" in text
     assert job.left() == []
-    job = files(tmp_path, {"robot": name}, {"robot": name, "effects": PLAY["effects"]})
+    job = files(tmp_path, {"robot": name, "tip": None}, {"robot": name, "effects": PLAY["effects"]})
     with pytest.raises(CompensatorError, match=r"backlash depends on the gravity torque"):
         compensate_file(job.toolpath, job.cell, job.out / "a.csv")
-    job = files(tmp_path, {"robot": name}, {"robot": name})
+    job = files(tmp_path, {"robot": name, "tip": None}, {"robot": name})
     assert (
         compensate_file(job.toolpath, job.cell, job.out / "a.csv").report["predicted_error_mm"]["after"]["max"] < 1e-5
     )
