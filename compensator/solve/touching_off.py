@@ -60,7 +60,8 @@ def _posture(job: Job, path: PlannedPath, k: int, touch: Floats) -> tuple[int, F
         return int(cut[0]), touch
     row = int(cut[np.argmin(np.linalg.norm(path.toolpath.position[cut] - touch, axis=1))])
     tcp = Frame(path.tcp.rotation[[row]], job.placement.workobject.at(touch)[None])
-    found = job.planner.inverse.along(path.toolpath.take([row]), tcp, path.branch[[row]], path.q[row])
+    branch = np.broadcast_to(path.branch, len(path.toolpath))[[row]]
+    found = job.planner.inverse.along(path.toolpath.take([row]), tcp, branch, path.q[row])
     if not found.ok.all():
         raise PathError(f"{where}: {robot.name} cannot touch {mm(touch)} mm as it cuts beside it: {found.why(0)}")
     return row, found.q[0]

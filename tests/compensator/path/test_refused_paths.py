@@ -178,7 +178,7 @@ def test_start_in_another_configuration_is_kept_to(tmp_path: Path) -> None:
 
 
 def test_tool_call_without_an_entry(tmp_path: Path) -> None:
-    """G-code that calls T2 while the cell has [tools.1] only, and one that cuts before any call."""
+    """G-code that calls T2 while the cell has [tools.1] only, and one that moves before any call."""
     tool = {"xyz": [0.0, 0.0, 240.0]}
     cell = {"tool": None, "tools": {"1": tool}}
     job = files(tmp_path, cell)
@@ -186,10 +186,10 @@ def test_tool_call_without_an_entry(tmp_path: Path) -> None:
     nc.write_text("G21 G90\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nT2 M6\nG1 X50\n")
     text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
     assert re.search(r"path\.nc:6: tool 2 cuts, but .*cell\.toml has \[tools\.N\] for 1 only", text)
-    nc.write_text("G21 G90\nG0 X0 Y0 Z50\nG1 Z0 F500\nT1 M6\nG1 X20\n")
+    nc.write_text("G21 G90\nG0 X0 Y0 Z50\nG1 Z0 F500\nT1 M6\nG1 Z20\n")
     text = refusal(Files(tmp_path, nc, job.cell), CompensatorError)
-    assert re.search(r"path\.nc:3: a cut before any tool call", text), text
-    nc.write_text("G21 G90\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nG1 X20\n")
+    assert re.search(r"path\.nc:3: a cut before any tool call, but .*cell\.toml has \[tools\.N\] for 1 only", text)
+    nc.write_text("G21 G90\nG0 X0 Y0 Z50\nT1 M6\nG0 X0 Y0 Z50\nG1 Z0 F500\nG1 X20\n")  # a rapid before a call
     assert compensate_file(nc, job.cell, job.out / "a.csv").report["n_cut"] > 0
 
 

@@ -57,7 +57,8 @@ def test_the_cut_lies_on_the_part_that_was_touched(tmp_path: Path, count: int) -
         tool = done.result.job.arm.tools.first
         flange[:3, :3] = turned @ tool.rotation.T
         flange[:3, 3] = p - flange[:3, :3] @ tool.position
-        options = [q for b, q in done.result.job.planner.inverse.inverse.all(flange) if b == plain.path.branch[0]]
+        every = done.result.job.planner.inverse.inverse.all(flange)
+        options = [q for b, q in every if b == np.ravel(plain.path.branch)[0]]
         q = min(options, key=lambda o: float(np.abs(o - plain.path.q[2]).max()))
         touched.append(ARM.tcp(q, np.zeros(6))[:3, 3])
     shift = np.mean(np.array(touched) - nominal, axis=0)

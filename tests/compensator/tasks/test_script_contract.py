@@ -160,7 +160,8 @@ def test_not_applied(tmp_path: Path) -> None:
 
 def test_an_unknown_first_flank_is_flagged(tmp_path: Path) -> None:
     """Without [start], with gaps and no holding torque: the cutting poses and the spread stand in the summary."""
-    done, _ = both(tmp_path, {"tool": {"mass": None, "com": None}, "mount": {"rpy": [0.0, 0.0, 0.0]}}, PLAY)
+    tool = {"xyz": [30.0, -20.0, 420.0], "mass": None, "com": None}
+    done, _ = both(tmp_path, {"tool": tool, "mount": {"rpy": [0.0, 0.0, 0.0]}}, PLAY)
     q = done.result.path.q
     still = np.abs(np.diff(q, axis=0)).sum(axis=0) < 1e-4
     flagged = done.report["unknown_state"]
