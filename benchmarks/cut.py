@@ -1,4 +1,4 @@
-"""Cutting a stock along a path: seconds and memory of the engine, its growth, and ratios to a voxel loop and to booleans."""
+"""Cutting a stock along a path: seconds, memory and growth of the engine, ratios to a voxel loop and to booleans."""
 
 from __future__ import annotations
 
@@ -121,8 +121,8 @@ def print_memory() -> None:
 
 
 def voxels(path: MillingPath) -> float:
-    """What one would write first: a block of booleans, the cutter's disc put in pose by pose, the material in front of it
-    counted. It gives a volume and no angle; the volume, m3."""
+    """What one would write first: a block of booleans, the cutter's disc put in pose by pose, the material in front of
+    it counted. It gives a volume and no angle; the volume, m3."""
     count = np.round(SIZE / CELL).astype(int)
     full = np.ones(count, dtype=bool)
     x, y, z = (np.arange(n) * CELL + 0.5 * CELL for n in count)

@@ -33,12 +33,12 @@ def arc_shares(cutter: Cutter, ap: float, arc: tuple[float, float], feed: float)
     middle = 0.5 * (lower + upper)
     length = share * (upper[:, 3] - lower[:, 3])
     used = length > 0
-    rho, s, kappa = middle[used, :3].T[:, :, None]
+    rho, s, kappa = (np.asarray(v, dtype=float) for v in middle[used, :3].T[:, :, None])
     step = (arc[1] - arc[0]) / ANGLES
     theta = arc[0] + (np.arange(ANGLES) + 0.5)[None, :] * step
-    h = np.maximum(feed * np.sin(kappa) * np.cos(theta), 0.0)
+    h = np.asarray(np.maximum(feed * np.sin(kappa) * np.cos(theta), 0.0), dtype=float)
     weight = length[used][:, None] * step * cutter.flutes / (2.0 * np.pi)
-    return _sums(theta, kappa, np.stack([rho + 0 * h, s + 0 * h]), h, weight=weight)
+    return _sums(np.asarray(theta, dtype=float), kappa, np.stack([rho + 0 * h, s + 0 * h]), h, weight=weight)
 
 
 def _sums(theta: Floats, kappa: Floats, place: Floats, h: Floats, *, weight: Floats) -> Floats:

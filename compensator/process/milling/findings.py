@@ -46,5 +46,5 @@ def cut_findings(cut: Cut) -> list[CutFinding]:
     out = []
     for bit, (kind, what, remedy) in WORDS.items():
         poses: npt.NDArray[np.intp] = np.flatnonzero(cut.hits & bit)
-        out += [CutFinding(ERROR, kind, int(pose), what, remedy) for pose in poses]
+        out += [CutFinding(ERROR, kind, int(pose), what=what, remedy=remedy) for pose in poses]
     return sorted(out, key=lambda f: f.pose)

@@ -83,14 +83,17 @@ def _solved(
     a: Floats, y: Floats, kinds: npt.NDArray[np.str_], weight: Floats
 ) -> tuple[Floats, Floats, dict[str, float]]:
     """Numbers, their covariance, and the root mean square that each kind of reading leaves."""
-    k = np.linalg.lstsq(a * weight[:, None], y * weight, rcond=None)[0]
+    k: Floats = np.asarray(np.linalg.lstsq(a * weight[:, None], y * weight, rcond=None)[0], dtype=float)
     left = y - a @ k
     lost = len(k) / len(y)  # share of the readings that the numbers take up
-    rms = {kind: float(np.sqrt(np.mean(left[kinds == kind] ** 2) / (1.0 - lost))) for kind in np.unique(kinds)}
+    rms = {
+        kind: float(np.sqrt(np.mean(left[kinds == kind] ** 2) / (1.0 - lost)))
+        for kind in map(str, np.unique(kinds))
+    }
     noise = np.array([rms[kind] for kind in kinds])
     inverse = np.linalg.inv((a * weight[:, None]).T @ (a * weight[:, None]))
     gain = inverse @ (a * weight[:, None]).T * weight  # k = gain y
-    return k, (gain * noise**2) @ gain.T, rms
+    return k, np.asarray((gain * noise**2) @ gain.T, dtype=float), rms
 
 
 def _undetermined(a: Floats, kinds: npt.NDArray[np.str_]) -> dict[str, str]:

@@ -143,7 +143,7 @@ def _cutter(path: Path, line: int, shape: str, values: dict[str, float]) -> Cutt
     """The cutter of a row; its edge is as long as the cut is high."""
     if values["flutes"] != int(values["flutes"]):
         raise CompensatorError(f"{path}:{line}: flutes = {values['flutes']:g}; a whole number is expected")
-    table = {key: values[column] for column, key in SHAPE_KEYS.items() if column in values}
+    table: dict[str, object] = {key: values[column] for column, key in SHAPE_KEYS.items() if column in values}
     table |= {"shape": shape, "diameter": values["diameter_mm"], "flutes": int(values["flutes"])}
     length = max(values["ap_mm"], values["diameter_mm"])
     try:

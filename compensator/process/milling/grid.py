@@ -14,8 +14,8 @@ from compensator.process.milling.kernels.field import (
     WRITERS,
     Field,
 )
-from compensator.process.milling.kernels.stock_distance import AROUND, KIND, MESH, Solid
 from compensator.process.milling.kernels.profile import LENGTH
+from compensator.process.milling.kernels.stock_distance import AROUND, KIND, MESH, Solid
 from compensator.process.milling.kernels.sweep import AXIS, LAST, RADIUS, START, WAY
 
 Floats = npt.NDArray[np.float64]

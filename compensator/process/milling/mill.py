@@ -74,14 +74,14 @@ class Cut:
     @cached_property
     def wrench(self) -> Floats:
         """(N, 6) N and N*m on the tool, mean over a turn, path axes, about the TCP."""
-        return self.shares @ self.coefficients
+        return np.asarray(self.shares @ self.coefficients)
 
     @property
     def removal_rate(self) -> Floats:
         """(N,) m3/s, mean over the move."""
         way = np.linalg.norm(self.path.way, axis=1)
         time = np.divide(way, self.path.feed, out=np.full(len(way), np.inf), where=way > 0)
-        return self.removed / time
+        return np.asarray(self.removed / time)
 
 
 def mill(

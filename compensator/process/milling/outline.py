@@ -27,7 +27,8 @@ def envelope_of(cutters: Sequence[Cutter], cell: float) -> Envelope:
     rows = np.concatenate(parts)
     first = np.cumsum([0, *(len(p) for p in parts)]).astype(np.int32)
     profile = np.array([c.profile for c in cutters])
-    return Envelope(*np.ascontiguousarray(rows.T[:4]), rows[:, 4].astype(np.int32), first, profile)
+    rho, s, kappa, along = np.ascontiguousarray(rows.T[:4])
+    return Envelope(rho, s, kappa, along, open=rows[:, 4].astype(np.int32), first=first, profile=profile)
 
 
 def outline_rows(cutter: Cutter, cell: float) -> Floats:

@@ -11,7 +11,7 @@ from compensator.process.milling.cutter import Cutter
 from compensator.process.milling.kernels.profile import PROFILE_COLUMNS
 from compensator.process.milling.kernels.rows import complete_rows, look_back, rows_needed, runs_of_path
 from compensator.process.milling.kernels.sweep import RADIUS, REACH
-from compensator.process.milling.kernels.walk import CUTTING, IDLE, RAPID_MOVE, Poses
+from compensator.process.milling.kernels.walk import CUTTING, IDLE, RAPID_MOVE, PathPoses
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -49,12 +49,12 @@ class MillingPath:
     @property
     def way(self) -> Floats:
         """(N, 3) m of the move that ends at the pose; 0 at the first one."""
-        return np.diff(self.position, axis=0, prepend=self.position[:1])
+        return np.asarray(np.diff(self.position, axis=0, prepend=self.position[:1]))
 
     @property
     def teeth_per_second(self) -> Floats:
         """(N,)"""
-        return self.spindle * np.array([c.flutes for c in self.cutters])[self.cutter]
+        return np.asarray(self.spindle * np.array([c.flutes for c in self.cutters])[self.cutter])
 
 
 def arriving_axes(path: MillingPath) -> Floats:
@@ -90,7 +90,7 @@ class Prepared:
     """A path as kernels take it: ``moves`` (M, 29) that cut, ``poses``, path ``axes`` (N, 3, 3) in columns x, y, z."""
 
     moves: Floats
-    poses: Poses
+    poses: PathPoses
     axes: Floats
 
 
@@ -114,7 +114,7 @@ def prepared(path: MillingPath, cell: float) -> Prepared:
     begun, ahead = look_back(path.position, cutting, path.cutter, reach)
     kind = np.where(path.rapid, RAPID_MOVE, np.where(cutting, CUTTING, IDLE)).astype(np.uint8)
     kind[0] = IDLE
-    return Prepared(row, _poses(path, axes, kind, Ahead(begun, ahead), Under(of, share, last)), axes)
+    return Prepared(row, _poses(path, axes, kind, ahead=Ahead(begun, ahead), under=Under(of, share, last)), axes)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Under:
     last: Ints
 
 
-def _poses(path: MillingPath, axes: Floats, kind: npt.NDArray[np.uint8], ahead: Ahead, under: Under) -> Poses:
+def _poses(path: MillingPath, axes: Floats, kind: npt.NDArray[np.uint8], ahead: Ahead, under: Under) -> PathPoses:
     stand = np.ascontiguousarray(np.swapaxes(axes, 1, 2))  # rows x, y, z
     stand[:, 1] *= path.sense[:, None]
     way = path.way
@@ -147,7 +147,7 @@ def _poses(path: MillingPath, axes: Floats, kind: npt.NDArray[np.uint8], ahead: 
     feed = motion[:, [0, 2]] * per_tooth[:, None]
     plunge = np.abs(motion[:, 0]) <= ALONG * size
     feed[plunge, 0] = 0.0
-    return Poses(
+    return PathPoses(
         kind, path.cutter, tip=path.position, axes=stand, feed=feed, motion=motion, ahead=ahead.distance,
         begun=ahead.begun.astype(np.int64), move=under.move, share=under.share, last=under.last.astype(np.int64),
     )  # fmt: skip

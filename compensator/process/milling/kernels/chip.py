@@ -1,7 +1,7 @@
 """Chip: mean force over a turn and engaged area, summed over the cells of the lattice that are inside the material.
 
-Of N teeth the mean over a turn is N / 2 pi times the sum over angles and along the edge of the force of one element. There
-are six sums of force and moment, one for each coefficient: a wrench is their product with the coefficients.
+Of N teeth the mean over a turn is N / 2 pi times the sum over angles and along the edge of the force of one element.
+There are six sums of force and moment, one for each coefficient: a wrench is their product with the coefficients.
 """
 
 from __future__ import annotations
@@ -9,15 +9,23 @@ from __future__ import annotations
 from math import acos, cos, pi, sin, sqrt
 
 from compensator.process.milling.kernels.compiled import compiled
-from compensator.process.milling.kernels.contact import Envelope, Floats, Lattice, Stand, column_angle, mixed, outline_at
+from compensator.process.milling.kernels.contact import (
+    Envelope,
+    Floats,
+    Lattice,
+    Stand,
+    column_angle,
+    mixed,
+    outline_at,
+)
 
 EDGE_RISE = 1e-6  # m of chip thickness over which the edge terms rise
 LEAST_CHIP = 1e-7  # m: thinner does not count for entry, exit and depth
 
 AP, ENTRY, EXIT, AREA, VOLUME, PEAK, SUMS = 0, 1, 2, 3, 4, 5, 6
 OUT_COLUMNS = SUMS + 36
-"""Columns of an answer: m, rad, rad (NaN: no engagement), m2, m3 of the move, N, then 6 x 6 for one tooth: rows force and
-moment in axes of the stand, columns ktc, krc, kac (m2, m3), kte, kre, kae (m, m2)."""
+"""Columns of an answer: m, rad, rad (NaN: no engagement), m2, m3 of the move, N, then 6 x 6 for one tooth: rows force
+and moment in axes of the stand, columns ktc, krc, kac (m2, m3), kte, kre, kae (m, m2)."""
 
 
 @compiled
@@ -109,7 +117,8 @@ def add_cells(
                 limit = grid.limit[r] + at_row * (grid.limit[r + 1] - grid.limit[r])
                 angle = column_angle(limit, c + at_column, columns)
                 wide = pi / columns * sqrt(max(limit * limit - angle * angle, 0.0))  # of the angle by the column
-                _add(stand, outline_at(e, stand.cutter, r, at_row), angle, share * length * wide, motion=motion, out=out)
+                place, piece = outline_at(e, stand.cutter, r, at_row), share * length * wide
+                _add(stand, place, angle, piece, motion=motion, out=out)
 
 
 @compiled

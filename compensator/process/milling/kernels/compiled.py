@@ -34,13 +34,13 @@ def _compiled(function: F, **options: bool) -> F:
     Numba's own cache looks at the file of the function and not at those of the functions that it calls: machine code
     of two releases would be mixed. Here a cache belongs to the text of all files of this folder.
     """
-    before = config.CACHE_DIR
+    before = config.CACHE_DIR  # type: ignore[attr-defined]
     folder = before or _folder()
     try:
-        config.CACHE_DIR = folder
-        made: F = numba.njit(cache=bool(folder), error_model="numpy", **options)(function)
+        config.CACHE_DIR = folder  # type: ignore[attr-defined]
+        made: F = numba.njit(cache=bool(folder), error_model="numpy", **options)(function)  # type: ignore[call-overload]
     finally:
-        config.CACHE_DIR = before
+        config.CACHE_DIR = before  # type: ignore[attr-defined]
     return made
 
 

@@ -167,13 +167,11 @@ def depth_at(f: Field, stand: Stand, point: Point, exact: bool) -> float:
 @compiled
 def fill(f: Field, e: Envelope, stand: Stand, grid: Lattice) -> tuple[int, int]:
     """Depths on the lattice; number of columns and of points inside."""
-    first, last = e.first[stand.cutter], e.first[stand.cutter + 1]
-    widest = 0.0
+    first, last, widest, inside = e.first[stand.cutter], e.first[stand.cutter + 1], 0.0, 0
     for r in range(first, last):
         grid.limit[r] = angle_limit(stand, e.kappa[r])
         widest = max(widest, grid.limit[r])
     columns = COLUMNS if widest > 0.6 * pi else COLUMNS // 2
-    inside = 0
     for r in range(first, last):
         grid.found[r] = 0
         if grid.limit[r] == 0.0 or _out_of_reach(f.solid.number, e, stand, r):
@@ -254,17 +252,15 @@ def _crossing(
 ) -> float:  # fmt: skip
     """Share of a way across a cell where the material ends; by false position, halved where that crawls.
 
-    The material ends where the field is zero; a place deeper than zero by less than NONE is outside, and so is all
-    behind it.
+    A place deeper than zero by less than NONE is outside, and so is all behind it.
 
     Args:
         cell: row, column, columns. way: shares of row and column at its beginning, and what is added to them.
-        ends: depths at both ends of the way, m.
+        ends: depths at both ends, m.
     """
-    outside = max(ends[0], ends[1])
-    if 0.75 * NONE <= outside <= NONE:
+    if 0.75 * NONE <= max(ends[0], ends[1]) <= NONE:
         return 1.0 if ends[1] > ends[0] else 0.0
-    level = NONE if outside > NONE else 0.0
+    level = NONE if max(ends[0], ends[1]) > NONE else 0.0
     low, high, share = 0.0, 1.0, 0.5
     d_low, d_high = ends[0] - level, ends[1] - level
     near = max(_SHARP * (abs(d_low) + abs(d_high)), _FINE)
@@ -283,10 +279,9 @@ def _crossing(
 
 @compiled
 def _bend(f: Field, e: Envelope, stand: Stand, grid: Lattice, cell: tuple[int, int, int]) -> None:
-    """Where one corner of a cell differs from the other three: how far the edge goes out between its two crossings.
+    """Where one corner of a cell differs from the others: how far the edge goes out between its two crossings.
 
-    The way leads from that corner over the middle between the crossings (share 0.5: a straight edge) to where lines
-    through both would meet (share 1: the rectangular corner of a wall and a floor).
+    From that corner over the middle between the crossings (0.5: a straight edge) to where lines through both meet (1).
     """
     r, c, _ = cell
     a, b = grid.depth[r, c] < 0.0, grid.depth[r, c + 1] < 0.0

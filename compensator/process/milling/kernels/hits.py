@@ -40,9 +40,10 @@ def above_edge(f: Field, e: Envelope, stand: Stand, highest: float) -> int:
     if highest < 0.5 * (e.s[row] + e.s[row - 1]):
         return 0
     limit = angle_limit(stand, 0.5 * pi)
+    radius, height = e.profile[stand.cutter, BODY], e.profile[stand.cutter, LENGTH] + 2.0 * TOUCH
     for c in range(_AROUND + 1):
         angle = limit * (2.0 * c / _AROUND - 1.0)
-        if _deep(f, stand, place_at(stand, e.profile[stand.cutter, BODY], e.profile[stand.cutter, LENGTH] + 2.0 * TOUCH, angle)):
+        if _deep(f, stand, place_at(stand, radius, height, angle)):
             return ABOVE_EDGE
     return 0
 

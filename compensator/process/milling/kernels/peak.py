@@ -6,7 +6,15 @@ from math import ceil, cos, floor, pi, sin, sqrt
 
 from compensator.process.milling.kernels.chip import EDGE_RISE, cell_share, chip_thickness
 from compensator.process.milling.kernels.compiled import compiled
-from compensator.process.milling.kernels.contact import COLUMNS, Envelope, Floats, Lattice, Stand, column_angle, outline_at
+from compensator.process.milling.kernels.contact import (
+    COLUMNS,
+    Envelope,
+    Floats,
+    Lattice,
+    Stand,
+    column_angle,
+    outline_at,
+)
 
 FROM, TO, LAG, LENGTH, KAPPA = range(5)
 EDGE_COLUMNS = 5

@@ -42,9 +42,11 @@ def profile_distance(t: Floats, row: int, rho: float, s: float, longer: float) -
         longer: m that the body is longer than its edge (a plunge).
     """
     x, y = rho - t[row, E], s - t[row, RC]
-    if x >= 0.0 and x * t[row, SIN] + y * t[row, COS] <= 0.0:  # seen from the arc's centre between straight down and the line
+    if x >= 0.0 and x * t[row, SIN] + y * t[row, COS] <= 0.0:  # from the arc's centre, straight down up to the line
         size = sqrt(x * x + y * y)
-        near = Nearest(size - t[row, RC], x / size, y / size) if size > 0.0 else Nearest(-t[row, RC], t[row, COS], -t[row, SIN])
+        near = Nearest(-t[row, RC], t[row, COS], -t[row, SIN])
+        if size > 0.0:
+            near = Nearest(size - t[row, RC], x / size, y / size)
     else:
         side = x * t[row, COS] - y * t[row, SIN] - t[row, RC]
         near = Nearest(side, t[row, COS], -t[row, SIN]) if side > -s else Nearest(-s, 0.0, -1.0)

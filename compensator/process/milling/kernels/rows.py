@@ -86,8 +86,8 @@ def runs_of_path(
         count: room for rows.
 
     Returns:
-        rows (M, 29) with start, way, axes, turn and cutter filled in; last pose of each row (M,); row (N,) that ends at a pose or
-        is under way there, -1: none; share (N,) of it that is done there.
+        rows (M, 29) with start, way, axes, turn and cutter filled in; last pose of each row (M,); row (N,) that ends at
+        a pose or is under way there, -1: none; share (N,) of it that is done there.
     """
     row, last = np.zeros((count, MOVE_COLUMNS)), np.zeros(count, dtype=np.int32)
     of, share = np.full(len(position), -1, dtype=np.int32), np.zeros(len(position))
@@ -118,7 +118,7 @@ def runs_of_path(
 def _goes_on(
     m: Floats, position: Floats, axis: Floats, way: tuple[float, float, float], ends: tuple[int, int]
 ) -> bool:
-    """Whether a move goes straight on from the row before it; ``ends``: first pose of that row, last pose of the move."""
+    """Whether a move goes straight on from the row before it; ``ends``: first pose of that row, last of the move."""
     first, k = ends
     ahead = way[0] * m[WAY] + way[1] * m[WAY + 1] + way[2] * m[WAY + 2] > 0.0
     start = m[START : START + 3]

@@ -22,8 +22,8 @@ class Solid(NamedTuple):
     """The stock as the kernels take it, m.
 
     Attributes:
-        number: (13,) kind; size: of a box its least and largest corner, of a cylinder along z its middle x and y, radius,
-            lower and upper end, 0, of a mesh its box; least and largest corner of what holds it.
+        number: (13,) kind; size: of a box its least and largest corner, of a cylinder along z its middle x and y,
+            radius, lower and upper end, 0, of a mesh its box; least and largest corner of what holds it.
         tree: of a mesh; of others, no triangles.
     """
 

@@ -18,12 +18,12 @@ from compensator.process.milling.kernels.field import (
     Floats,
     Floats32,
     Ints,
-    Point,
     brick_middle,
     exact_depth,
     near_depth,
 )
 from compensator.process.milling.kernels.stock_distance import stock_distance
+from compensator.process.milling.kernels.sweep import Point
 from compensator.process.milling.kernels.writing import node_place
 
 PARTS = 2  # of a cell along each axis, where a surface passes it

@@ -25,8 +25,8 @@ START, WAY, AXIS, LAST, RISE, ACROSS, TURN, REACH, RADIUS, RUN, BEGIN, END, CUTT
 MOVE_COLUMNS = 29
 """Columns of moves after those of the profile, m: tip at the start, way of the tip, axis at the start and at the end
 (three each); rise of the tip along the axis; square of its way across; angle that the axis turns by, rad; radius of a
-ball about the tip that holds the cutter; largest radius; number of the smooth pass; where the move begins and ends along
-the path; number of the cutter."""
+ball about the tip that holds the cutter; largest radius; number of the smooth pass; where the move begins and ends
+along the path; number of the cutter."""
 
 _CLOSE = 1e-8  # m along the move: the search ends
 _STEPS = 40

@@ -31,7 +31,7 @@ LIKE = 0.02  # share by which the removal at both ends of a move may differ to b
 PARTS = 8  # of a move whose removal changes
 
 
-class Poses(NamedTuple):
+class PathPoses(NamedTuple):
     """N poses of a path, m and rad.
 
     Attributes:
@@ -76,9 +76,9 @@ class Tools(NamedTuple):
 
 @compiled
 def walk(
-    f: Field, e: Envelope, grid: Lattice, poses: Poses, tools: Tools, begin: int, end: int, out: Floats, hits: Ints
+    f: Field, e: Envelope, grid: Lattice, poses: PathPoses, tools: Tools, begin: int, end: int, out: Floats, hits: Ints
 ) -> int:
-    """Poses ``begin`` to ``end``; the first that is not done: the field has no room for its move.
+    """PathPoses ``begin`` to ``end``; the first that is not done: the field has no room for its move.
 
     Args:
         out: (N, 42) see chip.py; hits: (N,) bits of hits.py.
@@ -91,18 +91,19 @@ def walk(
         if poses.kind[k] == CUTTING:
             stand = stand_at(f, poses, k, 1.0)
             if poses.feed[k, 0] > 0.0 or poses.feed[k, 1] != 0.0:
-                _engage(f, e, grid, poses, tools, k=k, stand=stand, out=out[k])
+                _engage(f, e, grid, poses, tools=tools, k=k, stand=stand, out=out[k])
                 hits[k] |= above_edge(f, e, stand, out[k, AP])
             hits[k] |= stack_hits(f, stand, tools.stack[stand.cutter])
             if poses.kind[k - 1] == CUTTING or out[k, AREA] > 0.0:
                 _between(f, e, grid, poses, k=k, out=out)
         elif poses.kind[k] == RAPID_MOVE:
-            hits[k] |= rapid_hits(f, e, stand_at(f, poses, k, 1.0), poses.motion[k], tools.stack[poses.cutter[k]])
+            stand = stand_at(f, poses, k, 1.0)
+            hits[k] |= rapid_hits(f, e, stand, poses.motion[k], stack=tools.stack[stand.cutter])
     return end
 
 
 @compiled
-def stand_at(f: Field, poses: Poses, k: int, share: float) -> Stand:
+def stand_at(f: Field, poses: PathPoses, k: int, share: float) -> Stand:
     """The cutter at a share of the move that ends at pose k."""
     a, way, turn = poses.axes[k], poses.motion[k, :3], poses.motion[k, 3:]
     back = share - 1.0
@@ -146,7 +147,7 @@ def _normal_to(v: Point, n: Point) -> Point:
 
 @compiled
 def _engage(
-    f: Field, e: Envelope, grid: Lattice, poses: Poses, tools: Tools, k: int, stand: Stand, out: Floats
+    f: Field, e: Envelope, grid: Lattice, poses: PathPoses, tools: Tools, k: int, stand: Stand, out: Floats
 ) -> None:
     """What is engaged at one pose, and its force: one row of the answers."""
     columns, inside = fill(f, e, stand, grid)
@@ -177,7 +178,7 @@ def _removal(f: Field, e: Envelope, grid: Lattice, stand: Stand, motion: Floats,
 
 
 @compiled
-def _between(f: Field, e: Envelope, grid: Lattice, poses: Poses, k: int, out: Floats) -> None:
+def _between(f: Field, e: Envelope, grid: Lattice, poses: PathPoses, k: int, out: Floats) -> None:
     """Volume that a move removes, from the removal at both ends, and in between where that changes."""
     way, before = _length(poses.motion[k]), _length(poses.motion[k - 1])
     here = out[k, VOLUME]
@@ -188,7 +189,7 @@ def _between(f: Field, e: Envelope, grid: Lattice, poses: Poses, k: int, out: Fl
     total = 0.0
     for part in range(PARTS):
         stand = stand_at(f, poses, k, (part + 0.5) / PARTS)
-        total += _removal(f, e, grid, stand, poses.motion[k], room=room)
+        total += _removal(f, e, grid, stand, motion=poses.motion[k], room=room)
     out[k, VOLUME] = total / PARTS
 
 

@@ -22,7 +22,6 @@ from compensator.process.milling.kernels.field import (
     WRITERS,
     Field,
     Floats,
-    Point,
     brick_middle,
 )
 from compensator.process.milling.kernels.profile import LENGTH
@@ -37,6 +36,7 @@ from compensator.process.milling.kernels.sweep import (
     START,
     TURN,
     WAY,
+    Point,
     least_possible,
     sweep_distance,
 )
@@ -44,7 +44,7 @@ from compensator.process.milling.kernels.sweep import (
 
 @compiled
 def bricks_of(f: Field, who: int) -> None:
-    """First and last brick along x, y, z that a move may write, into ``f.range``; nothing where it is out of the grid."""
+    """First and last brick along x, y, z that a move may write, into ``f.range``; none where it is out of the grid."""
     m = f.moves
     length, radius = m[who, LENGTH], m[who, RADIUS]
     edge = BAND * f.frame[CELL] + 0.125 * m[who, TURN] * m[who, TURN] * (length + radius)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.compensator.process.milling.milling_jobs import FLAT20, K7075, along_x, block, path
 
 from compensator.process.milling.cutter import Cutter, ToolCylinder
 from compensator.process.milling.findings import cut_findings
 from compensator.process.milling.kernels.hits import ABOVE_EDGE, HOLDER_HIT, RAPID_HIT, SHANK_HIT, SIDEWAYS
 from compensator.process.milling.mill import Cut, mill
 from compensator.process.milling.path import arriving_axes
+from tests.compensator.process.milling.milling_jobs import FLAT20, K7075, along_x, block, path
 
 CELL = 1e-3
 STOCK = block((0, -40, -20), (80, 40, 0))
@@ -94,7 +94,8 @@ def test_the_edge_terms_rise_over_a_micrometre_of_chip() -> None:
     stock = block((0, -40, -20), (80, 40, 0))
     forces = []
     for feed in (1e-9, 0.25e-6, 0.5e-6):
-        c = mill(path(along_x(-20, 20, 2, z=-3), feed_per_tooth=feed), stock, np.array([0, 0, 0, 1e4, 0, 0.0]), cell=CELL)
+        edge = np.array([0, 0, 0, 1e4, 0, 0.0])
+        c = mill(path(along_x(-20, 20, 2, z=-3), feed_per_tooth=feed), stock, edge, cell=CELL)
         forces.append(np.linalg.norm(c.wrench[-1, :3]))
     assert forces[0] < 0.01 * forces[2]
     assert forces[1] == pytest.approx(0.5 * forces[2], rel=0.01)
@@ -144,7 +145,7 @@ def bits(c: Cut) -> int:
 def test_a_rapid_through_material_is_found() -> None:
     points = np.array([[-20, 0, 10], [-20, 0, -3], [100, 0, -3.0]])
     assert bits(cut(points, rapid=[True, True, True])) == RAPID_HIT
-    assert bits(cut(points + [0, 0, 3.5], rapid=[True, True, True])) == 0
+    assert bits(cut(points + np.array([0, 0, 3.5]), rapid=[True, True, True])) == 0
     c = cut(points, rapid=[True, True, True])
     assert c.remains is None and not c.removed.any()  # rapids never remove material
     assert [(f.kind, f.pose) for f in cut_findings(c)] == [("rapid", 2)]
@@ -180,7 +181,7 @@ def test_a_drill_that_moves_sideways_is_found() -> None:
     hole = np.column_stack([np.full(11, 20.0), np.zeros(11), np.linspace(2, -8, 11)])
     c = cut(hole, cutter=drill)
     assert bits(c) == 0 and c.wrench[-1, 2] < -10
-    assert bits(cut(np.concatenate([hole, hole[-1:] + [1.0, 0, 0]]), cutter=drill)) == SIDEWAYS
+    assert bits(cut(np.concatenate([hole, hole[-1:] + np.array([1.0, 0, 0])]), cutter=drill)) == SIDEWAYS
 
 
 def test_the_longest_engaged_height_of_two_levels() -> None:
