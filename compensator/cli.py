@@ -38,6 +38,8 @@ def main() -> None:
 @click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Language, where the suffix does not say it.")
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
+@click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")
 @_strict_verb
 def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **options: Any) -> None:
     """Move every pose of TOOLPATH so that the predicted deflection cancels, and write a robot program."""
@@ -57,6 +59,8 @@ def compensate(toolpath: Path, cell: Path, program: Path, verbose: bool, **optio
 @click.option("--csv", type=OUTPUT, help="Deflection per pose.")
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
+@click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")
 @_strict_verb
 def preview(toolpath: Path, cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""

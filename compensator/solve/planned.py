@@ -9,7 +9,6 @@ import numpy as np
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
-from compensator.path.added_poses import with_poses_before_corners
 from compensator.path.failure_hints import failure_hints
 from compensator.path.planned_path import PlannedPath
 from toolpaths.resample import resample
@@ -39,7 +38,7 @@ def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
     _refuse_missing_tools(placement, toolpath)
     s = placement.sampling
     dense = resample(_under_declared_tools(placement, toolpath), spacing=s.spacing / 1e3, angle=np.radians(s.angle))
-    return with_poses_before_corners(dense) if placement.process.axes == "path" else dense
+    return placement.process.with_corner_poses(dense)
 
 
 def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:

@@ -22,6 +22,7 @@ from compensator.solve.assessment import Assessment, assessed
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.compensation import Compensation
 from compensator.solve.planned import planned
+from compensator.tasks.cut_files import refuse_without_cut, write_cut
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
@@ -67,7 +68,7 @@ class RunInput:
     source: Toolpath
 
 
-@writes("program", "report", "json")
+@writes("program", "report", "json", "engagement", "left")
 def compensate_file(
     toolpath: Path,
     cell: Path,
@@ -76,6 +77,8 @@ def compensate_file(
     language: str | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    engagement: Path | None = None,
+    left: Path | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Done:
@@ -89,6 +92,7 @@ def compensate_file(
     refuse_own(toolpath)
     given = read_input(toolpath, cell, say, written_in=written_in)
     refuse_study_frame(given.job)
+    refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
     maker = filter_of(toolpath, given.source, written_in) or Export(given.source, written_in)
     maker.check(given.job.placement, given.path, program)
     say("solving")
@@ -107,13 +111,14 @@ def compensate_file(
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
         refuse_warnings(numbers, strict)
+        write_cut(outputs, made.result, made.poses, engagement=engagement, left=left)
         _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
         outputs.commit()
-    files = (*programs, *(f for f in (report, json) if f))
+    files = (*programs, *(f for f in (engagement, left, report, json) if f))
     return Done(judged, numbers, files)
 
 
-@writes("csv", "report", "json")
+@writes("csv", "report", "json", "engagement", "left")
 def preview_file(
     toolpath: Path,
     cell: Path,
@@ -121,6 +126,8 @@ def preview_file(
     csv: Path | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    engagement: Path | None = None,
+    left: Path | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Done:
@@ -131,6 +138,7 @@ def preview_file(
     """
     began = time.monotonic()
     given = read_input(toolpath, cell, say)
+    refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
     say("predicting")
     path = planned(given.job, given.path)
     result = uncompensated(given.job, path)
@@ -145,9 +153,10 @@ def preview_file(
         judged = assessed(result, written, corrected=False)
         numbers = path_report(judged, error, seconds=time.monotonic() - began, corrected=False)
         refuse_warnings(numbers, strict)
+        write_cut(outputs, result, np.arange(len(result)), engagement=engagement, left=left)
         _write_reports(outputs, result, numbers, report=report, json=json, after=None, say=say)
         outputs.commit()
-    return Done(judged, numbers, tuple(f for f in (csv, report, json) if f))
+    return Done(judged, numbers, tuple(f for f in (csv, engagement, left, report, json) if f))
 
 
 def read_input(toolpath: Path, cell: Path, say: Say = quiet, *, written_in: Language | None = None) -> RunInput:

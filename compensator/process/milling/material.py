@@ -134,29 +134,66 @@ def builtin_materials() -> tuple[str, ...]:
     return tuple(sorted(_builtin_files()))
 
 
-def load_material(name_or_path: str, folder: Path, feed_per_tooth: float | None = None) -> Material:
+@dataclass(frozen=True, repr=False)
+class MaterialText:
+    """A material as it was given: a set with power laws has its six numbers at the feed at hand only.
+
+    Attributes:
+        source: the file, or where in the cell it stands, for messages.
+        file: what was read.
+    """
+
+    source: str
+    file: MaterialFile
+
+    def __repr__(self) -> str:
+        return f"MaterialText({self.file.name!r})"
+
+    def at(self, feed_per_tooth: float | None = None) -> Material:
+        """The six numbers; ``feed_per_tooth``: m, at hand.
+
+        Raises:
+            CellError: the set has power laws, and no feed is known.
+        """
+        return _at(self.file, self.source, feed_per_tooth)
+
+
+def find_material(name_or_path: str, folder: Path, key: str = "material") -> MaterialText:
     """A built-in set or a material/1 file.
 
     Args:
-        folder: what a relative path starts from.
-        feed_per_tooth: m, at hand: what a Kienzle set is turned into six numbers at.
+        folder: what a relative path starts from. key: where it is named, for messages.
 
     Raises:
         CellError: no such set, or its file is refused; names the file, the key and what was expected.
     """
     builtin = _builtin_files().get(name_or_path)
     if builtin is not None:
-        return material_of(builtin.read_text(encoding="utf-8"), f"built-in material {name_or_path}", feed_per_tooth)
+        return material_text_of(builtin.read_text(encoding="utf-8"), f"built-in material {name_or_path}")
     path = folder / name_or_path
     if path.suffix != ".toml":
         known = ", ".join(builtin_materials())
-        what = f"{name_or_path!r} is no material"
+        what = f"{key} = {name_or_path!r} is not known"
         raise CellError(f"{what}: expected a path to a material/1 file (.toml), or one of {known}")
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as e:
-        raise CellError(f"{path}: cannot read the material: {e}") from e
-    return material_of(text, str(path), feed_per_tooth)
+        raise CellError(f"{key} = {name_or_path!r}: {path}: cannot read the material: {e}") from e
+    return material_text_of(text, str(path))
+
+
+def given_material(coefficients: CoefficientsTable, source: str) -> MaterialText:
+    """The six numbers of a cell."""
+    file = MaterialFile.model_validate(
+        {"schema": "material/1", "name": "coefficients of the cell", "source": source, "sign": "as in the cell",
+         "coefficients": coefficients.given()}
+    )  # fmt: skip
+    return MaterialText(source, file)
+
+
+def load_material(name_or_path: str, folder: Path, feed_per_tooth: float | None = None) -> Material:
+    """A built-in set or a material/1 file at a feed per tooth (m); refusals as ``find_material`` and ``at``."""
+    return find_material(name_or_path, folder).at(feed_per_tooth)
 
 
 def _builtin_files() -> dict[str, Traversable]:
@@ -164,18 +201,21 @@ def _builtin_files() -> dict[str, Traversable]:
     return {f.name[:-5]: f for f in folder.iterdir() if f.name.endswith(".toml")}
 
 
-def material_of(text: str, source: str, feed_per_tooth: float | None = None) -> Material:
-    """The set in the text of a material/1 file; ``source`` names it in messages.
+def material_text_of(text: str, source: str) -> MaterialText:
+    """The text of a material/1 file; ``source`` names it in messages.
 
     Raises:
         CellError: names the file, the key, the value and what was expected.
     """
     try:
-        file = MaterialFile.model_validate(tomllib.loads(text))
+        return MaterialText(source, MaterialFile.model_validate(tomllib.loads(text)))
     except tomllib.TOMLDecodeError as e:
         raise CellError(f"{source}: not a TOML file: {e}") from e
     except ValidationError as e:
         raise CellError(f"{source}: " + "; ".join(str(f) for f in findings(e))) from e
+
+
+def _at(file: MaterialFile, source: str, feed_per_tooth: float | None) -> Material:
     label = ""
     if file.kienzle is not None:
         if feed_per_tooth is None or not feed_per_tooth > 0:

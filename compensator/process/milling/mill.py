@@ -80,7 +80,8 @@ class Cut:
     def removal_rate(self) -> Floats:
         """(N,) m3/s, mean over the move."""
         way = np.linalg.norm(self.path.way, axis=1)
-        time = np.divide(way, self.path.feed, out=np.full(len(way), np.inf), where=way > 0)
+        moving = (way > 0) & (self.path.feed > 0)
+        time = np.divide(way, self.path.feed, out=np.full(len(way), np.inf), where=moving)
         return np.asarray(self.removed / time)
 
 

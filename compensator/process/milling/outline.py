@@ -10,7 +10,11 @@ import numpy.typing as npt
 
 from compensator.process.milling.cutter import Cutter
 from compensator.process.milling.kernels.chip import OUT_COLUMNS
-from compensator.process.milling.kernels.contact import COLUMNS, Envelope, Lattice
+from compensator.process.milling.kernels.lattice import (
+    COLUMNS,
+    Envelope,
+    Lattice,
+)
 from compensator.process.milling.kernels.peak import EDGE_COLUMNS
 
 Floats = npt.NDArray[np.float64]
@@ -18,6 +22,7 @@ Floats = npt.NDArray[np.float64]
 LINE_ROWS = 10  # per radius of the cutter, along straight parts
 ARC_ROWS = 20  # per radius of the cutter, along arcs
 FEWEST = 6
+NEAR_TIP = (0.005, 0.01, 0.02, 0.035)  # rad: there the chip is so thin that edge terms rise
 MOST_EDGES = 4000
 
 
@@ -45,6 +50,7 @@ def outline_rows(cutter: Cutter, cell: float) -> Floats:
             out.append(_line((0.0, 0.0), (flat, 0.0), 0.0, r / LINE_ROWS))
         if arc > 0:
             kappa = np.linspace(1e-9, side, max(ceil(arc * side / (r / ARC_ROWS)), FEWEST) + 1)
+            kappa = np.insert(kappa, 1, [k for k in NEAR_TIP if k < 0.8 * kappa[1]])
             out.append(np.column_stack([flat + arc * np.sin(kappa), arc * (1 - np.cos(kappa)), kappa, arc * kappa]))
         start = (flat + arc * np.sin(side), cutter.arc_height)
         out.append(_line(start, (cutter.largest_radius, cutter.length), side, step))

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from compensator.path.pose_text import mm, place
 from compensator.process.milling.kernels.field import CELL
+from compensator.process.milling.mill import Cut
 from compensator.process.milling.remains import Remains
 from compensator.process.milling.stock import Stock
+from toolpaths.finding import NOTE, WARNING, Finding
+from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
 
+TOLERANCE = 5e-5  # m: below is the chord of a mesh
 MOST_POINTS = 2_000_000
 GOLDEN = (0.7548776662466927, 0.5698402909980532)  # of a sequence that fills a square evenly (Roberts 2018, R2)
 
@@ -65,3 +71,25 @@ def surface_points(corner: Floats, pitch: float) -> tuple[Floats, Floats]:
     u, v = np.where(fold, 1.0 - u, u), np.where(fold, 1.0 - v, v)
     a, b, c = corner[of].transpose(1, 0, 2)
     return a + u[:, None] * (b - a) + v[:, None] * (c - a), (size / count)[of]
+
+
+def part_findings(cut: Cut, part: Stock, toolpath: Toolpath) -> Iterator[Finding]:
+    """Gouges and rest material against the finished part."""
+    if cut.remains is None:
+        return
+    check = check_part(cut.remains, part)
+    deep = check.gouges(TOLERANCE)
+    if len(deep):
+        worst, area = deep[0], float(check.area[deep].sum())
+        what = (
+            f"cuts {-check.over[worst] * 1e3:.3f} mm into the finished part at {mm(check.points[worst])} mm; "
+            f"{area * 1e6:.3g} mm2 of it are gouged by more than {TOLERANCE * 1e3:g} mm"
+        )
+        yield Finding(WARNING, place(toolpath, int(check.pose[worst])), what, "Check part, work object and cutter")
+    rest, share = check.rest(TOLERANCE)
+    if rest > TOLERANCE:
+        what = (
+            f"up to {rest * 1e3:.3f} mm of material are left on the finished part; {share:.0%} of its surface has more "
+            f"than {TOLERANCE * 1e3:g} mm"
+        )
+        yield Finding(NOTE, "finished part", what)

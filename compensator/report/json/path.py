@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.analysis.turnarounds import reversals, sign_changes
 from compensator.report.json.findings import findings_report
 from compensator.report.json.text import MM, Report
@@ -27,6 +28,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
     c = a.result
     cut, plain = c.cutting, c.uncompensated
     q = c.command.q if corrected else c.path.q
+    milled = {"cut": c.load.summary()} if isinstance(c.load, MillingLoad) else {}
     return {
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
@@ -40,6 +42,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
             "spread_deg": float(np.degrees(a.direction.spread)),
             "n_upward": a.direction.upward,
         },
+        **milled,
         "max_correction_mm": float(np.linalg.norm(c.correction, axis=1).max() * MM) if corrected else 0.0,
         "reversals": [t.as_dict() for t in reversals(c, q)],
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],

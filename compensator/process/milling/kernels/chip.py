@@ -9,13 +9,13 @@ from __future__ import annotations
 from math import acos, cos, pi, sin, sqrt
 
 from compensator.process.milling.kernels.compiled import compiled
-from compensator.process.milling.kernels.contact import (
+from compensator.process.milling.kernels.contact import mixed
+from compensator.process.milling.kernels.lattice import (
     Envelope,
     Floats,
     Lattice,
     Stand,
     column_angle,
-    mixed,
     outline_at,
 )
 

@@ -7,123 +7,30 @@ engaged region is found on the field itself, so that the region is known to a sm
 
 from __future__ import annotations
 
-from math import acos, cos, pi, sin, sqrt
-from typing import NamedTuple
-
-import numpy as np
-import numpy.typing as npt
+from math import cos, pi, sin, sqrt
 
 from compensator.process.milling.kernels.compiled import compiled
 from compensator.process.milling.kernels.field import CELL, Field, exact_depth, near_depth
-from compensator.process.milling.kernels.profile import RC, E
+from compensator.process.milling.kernels.lattice import (
+    COLUMNS,
+    Envelope,
+    Floats,
+    Lattice,
+    Stand,
+    angle_limit,
+    column_angle,
+    outline_at,
+    place_at,
+    place_of,
+)
 from compensator.process.milling.kernels.stock_distance import AROUND
 from compensator.process.milling.kernels.sweep import Point, sweep_distance
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
-
 NONE = 2e-6  # m: an engaged depth below is none (a wall that the same cutter left on the same line)
-COLUMNS = 96  # most columns; half of them where the envelope goes forward over half of its turn
 _CROSSING = 8  # steps between a point inside and one outside
 _SHARP = 0.005  # share of a cell: the edge of the region is known to this
 _FINE = 1e-7  # m: or to this depth
-
-
-class Envelope(NamedTuple):
-    """Rows along the outlines of all cutters, from the tip upwards.
-
-    Attributes:
-        rho, s: (R,) m; kappa: (R,) rad between normal and TCP z; along: (R,) m, length of the outline up to there.
-        open: (R,) 1 where the outline goes on to the next row, 0 where a part of it ends.
-        first: (C + 1,) first row of each cutter. profile: (C, 8), see profile.py.
-    """
-
-    rho: Floats
-    s: Floats
-    kappa: Floats
-    along: Floats
-    open: Ints
-    first: Ints
-    profile: Floats
-
-
-class Stand(NamedTuple):
-    """A cutter at a pose.
-
-    Attributes:
-        tip: m; x, y, z: unit vectors of the angle 0, of 90 deg in the sense of the spindle, of the tool into the work.
-        fx, fz: m per tooth, the feed along x and z.
-        cutter: row of profiles.
-        part, share: move that is under way, and the share of it that is done; -1: none.
-    """
-
-    tip: Point
-    x: Point
-    y: Point
-    z: Point
-    fx: float
-    fz: float
-    cutter: int
-    part: int
-    share: float
-
-
-class Lattice(NamedTuple):
-    """Room for the answers at one pose: rows R, columns COLUMNS.
-
-    Attributes:
-        limit: (R,) rad, angles of a row lie within plus and minus this.
-        turn: (5, COLUMNS + 1) of the columns: their share of the limit with half and with all columns; cosine and sine
-            of their angles in the last row; [4, 0] the limit that these are for.
-        found: (R,) points of a row that are inside.
-        depth: (R, COLUMNS + 1) m, negative inside by more than NONE.
-        across: (R, COLUMNS) where the edge crosses from a column to the next; up: (R, COLUMNS + 1) from row to row.
-        bend: (R, COLUMNS) how far the edge goes out in a cell with one odd corner.
-        edges: (K, 5) pieces of cutting edge for the peak; corner: (8, 2) corners of the part of a cell;
-            room: (42,) for an answer that is only looked at.
-    """
-
-    limit: Floats
-    turn: Floats
-    found: Ints
-    depth: Floats
-    across: Floats
-    up: Floats
-    bend: Floats
-    edges: Floats
-    corner: Floats
-    room: Floats
-
-
-@compiled
-def angle_limit(stand: Stand, kappa: float) -> float:
-    """Largest angle from the feed at which the envelope goes forward: n . f > 0. rad."""
-    side, down = stand.fx * sin(kappa), stand.fz * cos(kappa)
-    if side <= abs(down) * 1e-12:
-        return pi if down > 1e-9 * stand.fx else 0.0
-    c = -down / side
-    if c >= 1.0:
-        return 0.0
-    return pi if c <= -1.0 else acos(c)
-
-
-@compiled
-def column_angle(limit: float, column: float, columns: int) -> float:
-    """Angle of a column, or of a place between two, rad: closer to each other towards the flanks of the cutter."""
-    return limit * sin(0.5 * pi * (2.0 * column / columns - 1.0))
-
-
-@compiled
-def outline_at(e: Envelope, cutter: int, row: int, share: float) -> tuple[float, float, float]:
-    """rho, s (m) and kappa (rad) between a row and the next."""
-    if share == 0.0:
-        return e.rho[row], e.s[row], e.kappa[row]
-    kappa = e.kappa[row] + share * (e.kappa[row + 1] - e.kappa[row])
-    if e.kappa[row + 1] != e.kappa[row]:
-        arc = e.profile[cutter, RC]
-        return e.profile[cutter, E] + arc * sin(kappa), arc * (1.0 - cos(kappa)), kappa
-    rho = e.rho[row] + share * (e.rho[row + 1] - e.rho[row])
-    return rho, e.s[row] + share * (e.s[row + 1] - e.s[row]), kappa
+_NEXT = 1.0 / 128.0  # share of a way: inside so near to a surface, it ends there
 
 
 @compiled
@@ -135,22 +42,6 @@ def _turn_to(turn: Floats, limit: float, columns: int) -> None:
             angle = limit * turn[share, c]
             turn[2, c], turn[3, c] = cos(angle), sin(angle)
         turn[4, 0], turn[4, 1] = limit, columns
-
-
-@compiled
-def place_at(stand: Stand, rho: float, s: float, angle: float) -> Point:
-    """A place of the envelope in the work object, m."""
-    return place_of(stand, rho * cos(angle), rho * sin(angle), s)
-
-
-@compiled
-def place_of(stand: Stand, a: float, b: float, s: float) -> Point:
-    """A place ``a`` along x, ``b`` along y and ``s`` up the tool from the tip, in the work object, m."""
-    return (
-        stand.tip[0] + a * stand.x[0] + b * stand.y[0] - s * stand.z[0],
-        stand.tip[1] + a * stand.x[1] + b * stand.y[1] - s * stand.z[1],
-        stand.tip[2] + a * stand.x[2] + b * stand.y[2] - s * stand.z[2],
-    )
 
 
 @compiled
@@ -252,23 +143,27 @@ def _crossing(
 ) -> float:  # fmt: skip
     """Share of a way across a cell where the material ends; by false position, halved where that crawls.
 
-    A place deeper than zero by less than NONE is outside, and so is all behind it.
+    A place deeper than zero by less than NONE is outside. Where the way ends on a floor or wall, the field stays at
+    zero from a kink on: there it is halved only.
 
     Args:
-        cell: row, column, columns. way: shares of row and column at its beginning, and what is added to them.
-        ends: depths at both ends, m.
+        cell: row, column, columns. way: shares of row and column at its beginning, and what is added; ends: depths, m.
     """
-    if 0.75 * NONE <= max(ends[0], ends[1]) <= NONE:
-        return 1.0 if ends[1] > ends[0] else 0.0
-    level = NONE if max(ends[0], ends[1]) > NONE else 0.0
-    low, high, share = 0.0, 1.0, 0.5
-    d_low, d_high = ends[0] - level, ends[1] - level
+    on_surface = 0.5 * NONE <= max(ends[0], ends[1]) <= 1.5 * NONE
+    level = NONE if max(ends[0], ends[1]) > 1.5 * NONE else 0.0
+    if on_surface:
+        off = min(max(_NEXT, 2.0 * NONE / -min(ends[0], ends[1])), 0.5)
+        share = 1.0 - off if ends[1] > ends[0] else off
+        at_row, at_column = way[0] + share * way[2], way[1] + share * way[3]
+        if cell_depth(f, e, stand, grid, cell=cell, at_row=at_row, at_column=at_column) < 0.0:
+            return 1.0 if ends[1] > ends[0] else 0.0
+    low, high, d_low, d_high, share = 0.0, 1.0, ends[0] - level, ends[1] - level, 0.5
     near = max(_SHARP * (abs(d_low) + abs(d_high)), _FINE)
     for step in range(_CROSSING):
-        share = 0.5 * (low + high) if step % 3 == 2 else low + (high - low) * d_low / (d_low - d_high)
+        share = 0.5 * (low + high) if on_surface or step % 3 == 2 else low + (high - low) * d_low / (d_low - d_high)
         at_row, at_column = way[0] + share * way[2], way[1] + share * way[3]
         d = cell_depth(f, e, stand, grid, cell=cell, at_row=at_row, at_column=at_column) - level
-        if abs(d) < near:
+        if abs(d) < near and not on_surface:
             break
         if (d < 0.0) == (d_low < 0.0):
             low, d_low = share, d
@@ -280,9 +175,7 @@ def _crossing(
 @compiled
 def _bend(f: Field, e: Envelope, stand: Stand, grid: Lattice, cell: tuple[int, int, int]) -> None:
     """Where one corner of a cell differs from the others: how far the edge goes out between its two crossings.
-
-    From that corner over the middle between the crossings (0.5: a straight edge) to where lines through both meet (1).
-    """
+    0.5: a straight edge, 1: to where lines through both would meet."""
     r, c, _ = cell
     a, b = grid.depth[r, c] < 0.0, grid.depth[r, c + 1] < 0.0
     d, g = grid.depth[r + 1, c] < 0.0, grid.depth[r + 1, c + 1] < 0.0

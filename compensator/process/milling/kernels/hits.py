@@ -5,16 +5,15 @@ from __future__ import annotations
 from math import ceil, pi, sqrt
 
 from compensator.process.milling.kernels.compiled import compiled
-from compensator.process.milling.kernels.contact import (
-    NONE,
+from compensator.process.milling.kernels.contact import NONE, depth_at
+from compensator.process.milling.kernels.field import CELL, Field
+from compensator.process.milling.kernels.lattice import (
     Envelope,
     Floats,
     Stand,
     angle_limit,
-    depth_at,
     place_at,
 )
-from compensator.process.milling.kernels.field import CELL, Field
 from compensator.process.milling.kernels.profile import BODY, LENGTH
 from compensator.process.milling.kernels.stock_distance import AROUND
 from compensator.process.milling.kernels.sweep import Point

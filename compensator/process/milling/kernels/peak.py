@@ -6,7 +6,7 @@ from math import ceil, cos, floor, pi, sin, sqrt
 
 from compensator.process.milling.kernels.chip import EDGE_RISE, cell_share, chip_thickness
 from compensator.process.milling.kernels.compiled import compiled
-from compensator.process.milling.kernels.contact import (
+from compensator.process.milling.kernels.lattice import (
     COLUMNS,
     Envelope,
     Floats,

@@ -7,7 +7,10 @@ from math import asin, ceil, sin, sqrt
 import numpy as np
 
 from compensator.process.milling.kernels.compiled import compiled, compiled_with_memory
-from compensator.process.milling.kernels.contact import Floats, Ints
+from compensator.process.milling.kernels.lattice import (
+    Floats,
+    Ints,
+)
 from compensator.process.milling.kernels.sweep import (
     ACROSS,
     AXIS,

@@ -19,9 +19,16 @@ from compensator.process.milling.kernels.chip import (
     extent,
 )
 from compensator.process.milling.kernels.compiled import compiled
-from compensator.process.milling.kernels.contact import Envelope, Floats, Ints, Lattice, Stand, cross, fill
+from compensator.process.milling.kernels.contact import cross, fill
 from compensator.process.milling.kernels.field import CELL, DONE, Field
 from compensator.process.milling.kernels.hits import above_edge, rapid_hits, stack_hits
+from compensator.process.milling.kernels.lattice import (
+    Envelope,
+    Floats,
+    Ints,
+    Lattice,
+    Stand,
+)
 from compensator.process.milling.kernels.peak import edges_of, peak_force
 from compensator.process.milling.kernels.sweep import Point
 from compensator.process.milling.kernels.writing import room_for, write_move

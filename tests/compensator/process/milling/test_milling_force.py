@@ -96,17 +96,12 @@ def test_ball_on_a_plane() -> None:
     """A slot of a ball, integrated along the arc to its depth: h = f sin(kappa) cos(theta)."""
     ball, ap = Cutter("ball", 0.020, 2, 0.030), 1e-3
     cut = mill(path(along_x(-20, 40, 2, z=-1), ball), block((0, -40, -20), (80, 40, 0)), K7075, cell=CELL)
-    kappa = np.linspace(0, np.arccos(1 - ap / 10e-3), 4001)
+    kappa = np.linspace(0, np.arccos(1 - ap / 10e-3), 2001)
     kappa = (kappa[1:] + kappa[:-1]) / 2
-    db, f = 10e-3 * (kappa[1] - kappa[0]), 1e-4
-    ktc, krc, kac, kte, kre, kae = K7075
-    s, c = np.sin(kappa), np.cos(kappa)
-    # over theta from -90 to 90 deg: the integral of cos is 2, of cos^2 pi/2, of sin and sin cos 0
-    x = -(krc * f * s * np.pi / 2 + kre * 2) * s - (kac * f * s * np.pi / 2 + kae * 2) * c
-    y = -(ktc * f * s * np.pi / 2 + kte * 2)
-    z = -(krc * f * s * 2 + kre * np.pi) * c + (kac * f * s * 2 + kae * np.pi) * s
-    expected = 2 / (2 * np.pi) * db * np.array([x.sum(), y.sum(), z.sum()])
-    close(cut.wrench[-1, :3], expected, 0.01)
+    theta = (np.arange(2000) + 0.5) / 2000 * np.pi - np.pi / 2
+    on, db = np.full(len(theta), True), 10e-3 * (kappa[1] - kappa[0])
+    expected = sum(element_force(theta, float(k), 1e-4, 0.0, on) for k in kappa) * np.pi / 2000 * db
+    close(cut.wrench[-1, :3], 2 / (2 * np.pi) * expected, 0.01)
     assert cut.ap[-1] == pytest.approx(ap, abs=2e-6)
 
 

@@ -143,12 +143,13 @@ def bits(c: Cut) -> int:
 
 
 def test_a_rapid_through_material_is_found() -> None:
-    points = np.array([[-20, 0, 10], [-20, 0, -3], [100, 0, -3.0]])
-    assert bits(cut(points, rapid=[True, True, True])) == RAPID_HIT
-    assert bits(cut(points + np.array([0, 0, 3.5]), rapid=[True, True, True])) == 0
-    c = cut(points, rapid=[True, True, True])
-    assert c.remains is None and not c.removed.any()  # rapids never remove material
-    assert [(f.kind, f.pose) for f in cut_findings(c)] == [("rapid", 2)]
+    points = np.array([[-20, 0, 12], [-20, 0, 10], [-20, 0, -3], [100, 0, -3.0]])
+    rapid = [True, False, True, True]
+    assert bits(cut(points + np.array([0, 0, 3.5]), rapid=rapid)) == 0
+    c = cut(points, rapid=rapid)
+    assert bits(c) == RAPID_HIT
+    assert c.remains is not None and c.remains.removed == 0.0 and not c.removed.any()  # rapids never remove material
+    assert [(f.kind, f.pose) for f in cut_findings(c)] == [("rapid", 3)]
 
 
 def test_a_rapid_out_of_the_slot_that_was_just_cut_hits_nothing() -> None:
