@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
-SAMPLES = 81  # shares of a move that are tried first
+SAMPLES = 21  # shares of a move that are tried first
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -68,7 +68,7 @@ class Sweep:
         best = values.argmin(axis=0)
         low, high = share[np.maximum(best - 1, 0)], share[np.minimum(best + 1, SAMPLES - 1)]
         least = values.min(axis=0)
-        for _ in range(32):
+        for _ in range(20):
             a, b = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
             va, vb = self._at(points, a), self._at(points, b)
             least = np.minimum(least, np.minimum(va, vb))
@@ -115,7 +115,7 @@ def mean_force(
 ) -> tuple[Floats, float]:  # fmt: skip
     """Force and moment (6,) on the tool in path axes about the tip, by summing elements; and the engaged area, m2.
 
-    Only the side of the shape: normals from its radius over height.
+    Normals of the side from its radius over height; a flat bottom is a side of its own.
 
     Args:
         material: points (P, 3) in the work object -> whether they are in the material.
@@ -131,18 +131,19 @@ def mean_force(
     t = np.stack([-np.sin(theta), np.cos(theta), 0 * theta], axis=1)
     z = np.array([0.0, 0.0, 1.0])
     f = axes.T @ feed
-    total, area = np.zeros(6), 0.0
     ktc, krc, kac, kte, kre, kae = coefficients
-    for k in range(heights):
-        sin, cos = 1 / np.hypot(1, slope[k]), slope[k] / np.hypot(1, slope[k])  # of kappa
-        n, a = sin * r + cos * z, sin * z - cos * r
-        place = rho[k] * r - s[k] * z
-        chip = n @ f
-        on = (chip > 0) & material(tip + place @ axes.T)
-        edge = np.minimum(chip / 1e-6, 1.0)
-        force = -(ktc * chip + kte * edge)[:, None] * t - (krc * chip + kre * edge)[:, None] * n
-        force = (force + (kac * chip + kae * edge)[:, None] * a) * on[:, None]
-        weight = length[k] * 2 * np.pi / angles
-        total += teeth / (2 * np.pi) * weight * np.concatenate([force.sum(axis=0), np.cross(place, force).sum(axis=0)])
-        area += float(on.sum()) * weight * rho[k]
-    return total, area
+    sin, cos = 1 / np.hypot(1, slope), slope / np.hypot(1, slope)  # of kappa
+    flat = shape.radius[0] * (np.arange(heights) + 0.5) / heights if shape.radius[0] > 0 else np.zeros(0)
+    none = np.zeros(len(flat))
+    rho, s, sin, cos = (np.concatenate(v)[:, None, None] for v in ((rho, flat), (s, none), (sin, none), (cos, none + 1)))
+    length = np.concatenate([length, none + shape.radius[0] / heights])
+    n, a, place = sin * r + cos * z, sin * z - cos * r, rho * r - s * z
+    chip = n @ f
+    on = chip > 0
+    on[on] = material(tip + place[on] @ axes.T)
+    edge = np.minimum(chip / 1e-6, 1.0)
+    force = -(ktc * chip + kte * edge)[..., None] * t - (krc * chip + kre * edge)[..., None] * n
+    force = (force + (kac * chip + kae * edge)[..., None] * a) * (on * length[:, None])[..., None] * 2 * np.pi / angles
+    both = np.concatenate([force, np.cross(place, force)], axis=2)
+    area = float(np.sum(on * (length * rho[:, 0, 0])[:, None])) * 2 * np.pi / angles
+    return teeth / (2 * np.pi) * both.sum(axis=(0, 1)), area

@@ -62,21 +62,52 @@ def fill(f: Field, e: Envelope, stand: Stand, grid: Lattice) -> tuple[int, int]:
     for r in range(first, last):
         grid.limit[r] = angle_limit(stand, e.kappa[r])
         widest = max(widest, grid.limit[r])
+    bounds = False  # whether the depths of the row below are true
     columns = COLUMNS if widest > 0.6 * pi else COLUMNS // 2
     for r in range(first, last):
         grid.found[r] = 0
         if grid.limit[r] == 0.0 or _out_of_reach(f.solid.number, e, stand, r):
             for c in range(columns + 1):
                 grid.depth[r, c] = f.frame[CELL]
+            bounds = False
             continue
         _turn_to(grid.turn, grid.limit[r], columns)
         for c in range(columns + 1):
-            point = place_of(stand, e.rho[r] * grid.turn[2, c], e.rho[r] * grid.turn[3, c], e.s[r])
-            d = depth_at(f, stand, point, False)
+            d = _by_neighbours(e, grid, r, c, below=bounds and e.open[r - 1] == 1, most=2.0 * f.frame[CELL])
+            if d == 0.0:
+                point = place_of(stand, e.rho[r] * grid.turn[2, c], e.rho[r] * grid.turn[3, c], e.s[r])
+                d = depth_at(f, stand, point, False)
             grid.depth[r, c] = d
             grid.found[r] += d < 0.0
         inside += grid.found[r]
+        bounds = True
     return columns, inside
+
+
+@compiled
+def _by_neighbours(e: Envelope, grid: Lattice, r: int, c: int, below: bool, most: float) -> float:
+    """A bound of the depth from the places beside and below: it changes no faster than the place. 0: none. m.
+
+    ``most``: of a depth in the material that the grid tells of; a cut further away is not written there.
+    """
+    best = 0.0
+    if c > 0:
+        x, y = grid.turn[2, c] - grid.turn[2, c - 1], grid.turn[3, c] - grid.turn[3, c - 1]
+        best = _sure(max(grid.depth[r, c - 1], -most), e.rho[r] * sqrt(x * x + y * y))
+    if below and grid.limit[r] == grid.limit[r - 1]:
+        away = e.along[r] - e.along[r - 1]
+        bound = _sure(max(grid.depth[r - 1, c], -most), away)
+        if abs(bound) > abs(best):
+            best = bound
+    return best
+
+
+@compiled
+def _sure(d: float, away: float) -> float:
+    """What a depth leaves so far away; 0: its sign may differ."""
+    if d > away + 4.0 * NONE:
+        return d - away
+    return d + away if d < -away - 4.0 * NONE else 0.0
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import ceil, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -34,8 +34,8 @@ from compensator.process.milling.kernels.sweep import Point
 from compensator.process.milling.kernels.writing import room_for, write_move
 
 IDLE, CUTTING, RAPID_MOVE = 0, 1, 2
-LIKE = 0.02  # share by which the removal at both ends of a move may differ to be the removal in between
-PARTS = 8  # of a move whose removal changes
+LIKE = 0.2  # share by which the removal at both ends of a move may differ for their mean to be that in between
+PARTS, MOST_PARTS = 6, 24  # of a move whose removal changes; half a radius each in between
 
 
 class PathPoses(NamedTuple):
@@ -190,14 +190,18 @@ def _between(f: Field, e: Envelope, grid: Lattice, poses: PathPoses, k: int, out
     way, before = _length(poses.motion[k]), _length(poses.motion[k - 1])
     here = out[k, VOLUME]
     there = out[k - 1, VOLUME] / before * way if before > 0.0 else 0.0
-    if way < f.frame[CELL] or abs(here - there) <= LIKE * here:
+    if way < f.frame[CELL]:
+        return
+    if abs(here - there) <= LIKE * here:
+        out[k, VOLUME] = 0.5 * (here + there)
         return
     room = grid.room
     total = 0.0
-    for part in range(PARTS):
-        stand = stand_at(f, poses, k, (part + 0.5) / PARTS)
+    parts = min(max(PARTS, ceil(2.0 * way / e.rho[e.first[poses.cutter[k] + 1] - 1])), MOST_PARTS)
+    for part in range(parts):
+        stand = stand_at(f, poses, k, (part + 0.5) / parts)
         total += _removal(f, e, grid, stand, motion=poses.motion[k], room=room)
-    out[k, VOLUME] = total / PARTS
+    out[k, VOLUME] = total / parts
 
 
 @compiled
