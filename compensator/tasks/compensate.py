@@ -19,8 +19,9 @@ from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
 from compensator.report.json.text import as_json
 from compensator.solve.assessment import Assessment, assessed
-from compensator.solve.compensate import compensate, uncompensated
+from compensator.solve.compensate import compensate
 from compensator.solve.compensation import Compensation
+from compensator.solve.coupled import previewed
 from compensator.solve.planned import planned
 from compensator.tasks.cut_files import refuse_without_cut, write_cut
 from compensator.tasks.outputs import Outputs
@@ -141,7 +142,7 @@ def preview_file(
     refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
     say("predicting")
     path = planned(given.job, given.path)
-    result = uncompensated(given.job, path)
+    result = previewed(given.job, path)
     error = np.linalg.norm(result.error_before, axis=1)
     with Outputs() as outputs:
         written: tuple[Finding, ...] = ()

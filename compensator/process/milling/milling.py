@@ -129,13 +129,12 @@ class MillingProcess(Process):
         speed, sense, found = used_spindle(toolpath, self.spindle, self.context.source)
         feed, more = _feeds(toolpath, self.context)
         position, axis = toolpath.position, toolpath.axis
-        if motion.deflected is not None:
-            seen = motion.deflected.relative_to(motion.workobject)
-            position, axis = seen.origin, -seen.rotation[:, :, 2]
+        if motion.deflected is not None:  # its tilt is left out: micrometres, and every move would be one of five axes
+            position = motion.deflected.relative_to(motion.workobject).origin
         # copies: machine code for arrays that do not change would be made a second time
         path = MillingPath(
-            position.copy(), axis.copy(), feed=np.where(rapid, 0.0, feed), spindle=np.where(speed > 0, speed, IDLE_SPEED),
-            sense=sense, rapid=rapid, cutter=index, cutters=cutters,
+            position.copy(), axis.copy(), feed=np.where(rapid, 0.0, feed),
+            spindle=np.where(speed > 0, speed, IDLE_SPEED), sense=sense, rapid=rapid, cutter=index, cutters=cutters,
         )  # fmt: skip
         if not meets(path, self.shop.stock.box):
             what = f"the path never meets the stock ({self.shop.stock.source}): everything is cut in the air"

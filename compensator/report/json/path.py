@@ -10,6 +10,7 @@ from compensator.report.analysis.turnarounds import reversals, sign_changes
 from compensator.report.json.findings import findings_report
 from compensator.report.json.text import MM, Report
 from compensator.solve.assessment import Assessment
+from compensator.solve.compensation import Compensation
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,6 +36,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "predicted_error_mm": {
             "before": statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1)),
             "after": statistics(after[cut]),
+            **_uncoupled(c),
         },
         "deflection_mm": {name: _share(a.shares[name]) for name in SHARES if name in a.shares},
         "tool_direction": {
@@ -56,6 +58,13 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "notes": [str(f) for f in a.findings if f.kind in ("cell", "model")],
         "seconds": round(seconds, 3),
     }
+
+
+def _uncoupled(c: Compensation) -> Report:
+    """The prediction with the force of the nominal path, where that above follows the deflection."""
+    if c.uncoupled is None:
+        return {}
+    return {"uncoupled": statistics(np.linalg.norm(c.uncoupled.error_before[c.cutting], axis=1))}
 
 
 def _share(vectors: Floats) -> Report:
