@@ -198,6 +198,23 @@ def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: A
 
 
 @main.command()
+@click.argument("forces", type=INPUT)
+@click.option("-o", "--output", "material", required=True, type=OUTPUT, help="Material file to write.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
+def cutting(forces: Path, material: Path, verbose: bool, **options: Any) -> None:
+    """Fit coefficients of the cutting force to FORCES, a csv of mean forces or spindle powers."""
+    from compensator.tasks.cutting import cutting_file
+    from compensator.terminal.cutting import show_material
+    from compensator.terminal.screen import print_findings, progress
+
+    with progress(verbose) as say:
+        done = cutting_file(forces, material, say=say, **options)
+    print_findings(done.report)
+    show_material(done)
+
+
+@main.command()
 @click.argument("robot")
 @click.option("-o", "--output", "model", required=True, type=OUTPUT, help="Model file to write.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")

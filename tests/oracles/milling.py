@@ -135,7 +135,8 @@ def mean_force(
     sin, cos = 1 / np.hypot(1, slope), slope / np.hypot(1, slope)  # of kappa
     flat = shape.radius[0] * (np.arange(heights) + 0.5) / heights if shape.radius[0] > 0 else np.zeros(0)
     none = np.zeros(len(flat))
-    rho, s, sin, cos = (np.concatenate(v)[:, None, None] for v in ((rho, flat), (s, none), (sin, none), (cos, none + 1)))
+    both = ((rho, flat), (s, none), (sin, none), (cos, none + 1))
+    rho, s, sin, cos = (np.concatenate(v)[:, None, None] for v in both)
     length = np.concatenate([length, none + shape.radius[0] / heights])
     n, a, place = sin * r + cos * z, sin * z - cos * r, rho * r - s * z
     chip = n @ f

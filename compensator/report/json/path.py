@@ -11,6 +11,7 @@ from compensator.report.json.findings import findings_report
 from compensator.report.json.text import MM, Report
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
+from compensator.solve.uncertainty import ErrorBand
 
 Floats = npt.NDArray[np.float64]
 
@@ -34,7 +35,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
         "predicted_error_mm": {
-            "before": statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1)),
+            "before": {**statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1)), **_band(a.band)},
             "after": statistics(after[cut]),
             **_uncoupled(c),
         },
@@ -58,6 +59,19 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "notes": [str(f) for f in a.findings if f.kind in ("cell", "model")],
         "seconds": round(seconds, 3),
     }
+
+
+def _band(band: ErrorBand | None) -> Report:
+    """95 % bands of mean, p95 and max, mm, and the share of each input in the variance of the mean."""
+    if band is None:
+        return {}
+    n, order = len(band.size), np.argsort(band.size)
+    weights = {"mean": np.full(n, 1.0 / n)}
+    for key, at in (("p95", order[round(0.95 * (n - 1))]), ("max", order[-1])):
+        weights[key] = np.eye(1, n, int(at))[0]
+    size = statistics(band.size)
+    out: Report = {k: [max(size[k] - MM * band.of(w), 0.0), size[k] + MM * band.of(w)] for k, w in weights.items()}
+    return {"band95": {**out, "share": band.shares}}
 
 
 def _uncoupled(c: Compensation) -> Report:
