@@ -217,7 +217,7 @@ def test_many_arguments_are_given_by_keyword() -> None:
 
 #: Functions of any number of like things, of libraries without keywords, and of numba's and CasADi's kind.
 VARIADIC = {"vertcat", "horzcat", "max", "min", "print", "zip", "chain", "group", "Function", "computeFrameJacobian",
-            "run", "_clamp"}  # fmt: skip
+            "run", "_clamp", "writes", "hover"}  # fmt: skip
 
 
 def test_markup_stands_in_templates() -> None:

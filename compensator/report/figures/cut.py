@@ -73,7 +73,7 @@ def _box_edges(load: MillingLoad) -> Figure:
     """The box around the stock as it was."""
     remains = load.cut.remains
     low, high = (np.zeros(3), np.zeros(3)) if remains is None else remains.stock.box * 1e3
-    walk = ["000", "100", "110", "010", "000", "001", "101", "100", "101", "111", "110", "111", "011", "010", "011", "001"]
+    walk = ("000", "100", "110", "010", "000", "001", "101", "100", "101", "111", "110", "111", "011", "010", "011")
     corner = np.array([[high[i] if w[i] == "1" else low[i] for i in range(3)] for w in walk])
     line: Figure = {"type": "scatter3d", "mode": "lines", "hoverinfo": "skip", "showlegend": False}
     line["line"] = {"width": 1, "color": RAPID_COLOUR}
