@@ -1,8 +1,8 @@
-"""Make pocket.nc (a pocket roughed in 7075), contour.nc (a boss finished around its side) and wave-stock.stl.
+"""Make pocket.nc (a pocket roughed in 7075), contour.nc (a boss finished around its side), wave-stock.obj.
 
     python examples/make_jobs.py [-o FOLDER]
 
-The stock of both jobs is a box, given in their cells (pocket.toml, contour.toml); z = 0 is its top. wave-stock.stl is
+The stock of both jobs is a box, given in their cells (pocket.toml, contour.toml); z = 0 is its top. wave-stock.obj is
 what roughing has left for wave.nc: 1 mm more than the part all over. The same call writes the same bytes.
 """
 
@@ -56,7 +56,7 @@ def contour() -> list[str]:
 
 
 def wave_stock() -> bytes:
-    """A binary STL of the block of 200 x 150 mm under the wave of make_example.py, with LEFT mm on it."""
+    """An OBJ of the block of 200 x 150 mm under the wave of make_example.py, with LEFT mm on it."""
     xs, ys = (np.linspace(-LEFT, size + LEFT, round(size / PITCH) + 2) for size in (200.0, 150.0))
     x, y = np.meshgrid(xs, ys, indexing="ij")
     wave = 5.0 * np.cos(2 * np.pi * x / 110.0) * np.cos(2 * np.pi * y / 170.0)
@@ -66,7 +66,7 @@ def wave_stock() -> bytes:
     low = [under[:, 0], under[-1], under[::-1, -1], under[0, ::-1]]
     facets = [_sheet(top), _sheet(under)[:, ::-1]]
     facets += [_sheet(np.stack([b, t], axis=1)) for b, t in zip(low, rim, strict=True)]
-    return _binary_stl(np.concatenate(facets))
+    return _obj(np.concatenate(facets))
 
 
 def _sheet(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -75,11 +75,13 @@ def _sheet(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3, 3)
 
 
-def _binary_stl(facets: npt.NDArray[np.float64]) -> bytes:
-    """Corners on a grid of 1 um, so that no libm shows; normals are left to the reader."""
-    rows = np.zeros(len(facets), dtype=[("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
-    rows["corner"] = np.round(facets, 3)
-    return b"wave-stock, BSD-3-Clause".ljust(80) + np.uint32(len(facets)).astype("<u4").tobytes() + rows.tobytes()
+def _obj(facets: npt.NDArray[np.float64]) -> bytes:
+    """Each corner once, on a grid of 1 um, so that no libm shows."""
+    corner, of = np.unique(np.round(facets.reshape(-1, 3), 3) + 0.0, axis=0, return_inverse=True)
+    lines = ["# made by examples/make_jobs.py, BSD-3-Clause"]
+    lines += [f"v {x:g} {y:g} {z:g}" for x, y, z in corner]
+    lines += [f"f {a} {b} {c}" for a, b, c in of.reshape(-1, 3) + 1]
+    return ("\n".join(lines) + "\n").encode()
 
 
 def head(name: str, tool_words: str, *, tool: int, speed: int) -> list[str]:
@@ -95,7 +97,7 @@ def main() -> None:
     folder = parser.parse_args().out
     for name, lines in (("pocket", pocket()), ("contour", contour())):
         (folder / f"{name}.nc").write_bytes(("\n".join(lines) + "\n").encode())
-    (folder / "wave-stock.stl").write_bytes(wave_stock())
+    (folder / "wave-stock.obj").write_bytes(wave_stock())
 
 
 if __name__ == "__main__":

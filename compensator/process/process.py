@@ -78,10 +78,12 @@ class Process(ABC):
     Attributes:
         axes: of the wrench as the user thinks of it; in ``path`` axes it turns with the feed.
         yields: whether the wrench follows the deflection of the tool, so that a preview has to solve both together.
+        cuts_stock: whether there is a stock, with an engagement at every pose and something that remains.
     """
 
     axes: WrenchAxes
     yields: bool = False
+    cuts_stock: bool = False
 
     @abstractmethod
     def load(self, motion: ToolMotion) -> ProcessLoad:

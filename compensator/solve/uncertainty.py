@@ -28,7 +28,7 @@ class ErrorBand:
     """How sure the size of the predicted error is.
 
     Attributes:
-        size: (K,) m, of the error at some cutting poses.
+        size: (K,) m, of the error at some cutting poses; the last two are of the 95 % size and the largest.
         shift: input, such as ``material`` or an effect -> (P, K) m: change of the size with each of its numbers.
     """
 
@@ -37,6 +37,12 @@ class ErrorBand:
 
     def __repr__(self) -> str:
         return f"ErrorBand({len(self.size)} poses, {', '.join(self.shift)})"
+
+    @property
+    def evenly(self) -> Floats:
+        """(K,) weights of the mean along the path."""
+        n = len(self.size) - 2
+        return np.array([1.0 / n] * n + [0.0, 0.0])
 
     @property
     def sd(self) -> Floats:
@@ -50,7 +56,7 @@ class ErrorBand:
     @property
     def shares(self) -> dict[str, float]:
         """Of the variance of the mean error, by input."""
-        weights = np.full(len(self.size), 1.0 / len(self.size))
+        weights = self.evenly
         parts = {name: float(np.sum((s @ weights) ** 2)) for name, s in self.shift.items()}
         total = sum(parts.values())
         return {name: part / total if total else 0.0 for name, part in parts.items()}
@@ -61,7 +67,10 @@ def error_band(c: Compensation) -> ErrorBand | None:
     load, rows = c.load, np.flatnonzero(c.cutting)
     if not isinstance(load, MillingLoad) or not len(rows):
         return None
-    rows = rows[np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))]
+    whole = np.linalg.norm(c.error_before[rows], axis=1)
+    some = np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))
+    order = np.argsort(whole, kind="stable")
+    rows = rows[np.concatenate([some, order[[round(0.95 * (len(order) - 1)), -1]]])]
     error = c.error_before[rows]
     size = np.linalg.norm(error, axis=1)
     along = error / np.maximum(size, 1e-12)[:, None]

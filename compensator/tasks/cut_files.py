@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from compensator.errors import CellError
 from compensator.process.milling.left_mesh import left_mesh, refuse_suffix
-from compensator.process.milling.milling import MillingProcess
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.process.process import Process
 from compensator.report.csv.engagement import engagement_csv
@@ -27,7 +26,7 @@ def refuse_without_cut(process: Process, source: str, engagement: Path | None, l
         CellError: the process is another one.
         CompensatorError: the suffix of ``left`` is of no mesh.
     """
-    if (engagement or left) and not isinstance(process, MillingProcess):
+    if (engagement or left) and not process.cuts_stock:
         option = "--engagement" if engagement else "--left"
         raise CellError(f'{source}: {option} needs [process] kind = "milling": other kinds cut no stock')
     if left:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, pi, sin, tan
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -22,10 +21,9 @@ from compensator.process.milling.kernels.profile import (
     E,
     profile_distance,
 )
+from compensator.process.milling.shape import Shape
 
 Floats = npt.NDArray[np.float64]
-Shape = Literal["flat", "bull", "ball", "taper", "drill"]
-
 
 @dataclass(frozen=True)
 class ToolCylinder:

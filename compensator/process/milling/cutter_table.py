@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from compensator.process.milling.cutter import Cutter, Shape, ToolCylinder
+from compensator.process.milling.shape import Shape
 from compensator.toml_table import Number, TomlTable
+
+if TYPE_CHECKING:
+    from compensator.process.milling.cutter import Cutter
 
 KEYS_OF = {"bull": ("corner_radius",), "taper": ("half_angle", "corner_radius"), "drill": ("point_angle",)}
 NEEDED = {"bull": ("corner_radius",), "taper": ("half_angle",)}
@@ -59,6 +62,8 @@ class CutterTable(TomlTable):
 
     def cutter(self) -> Cutter:
         """In SI."""
+        from compensator.process.milling.cutter import Cutter, ToolCylinder  # loads the compiler of the kernels
+
         half = self.half_angle or 0.0
         if self.shape == "drill":
             half = 0.5 * (self.point_angle or POINT_ANGLE)

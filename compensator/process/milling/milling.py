@@ -67,6 +67,7 @@ class MillingProcess(Process):
     spindle: Spindle
     coupled: bool = True
     axes = "path"
+    cuts_stock = True
 
     def __repr__(self) -> str:
         return f"MillingProcess({self.material!r}, {len(self.cutters)} cutters, {self.shop.stock!r})"

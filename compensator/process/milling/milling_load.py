@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.process.milling.material import NAMES, SI, Material
-from compensator.process.milling.mill import Cut
 from compensator.process.process import ProcessLoad
+
+if TYPE_CHECKING:
+    from compensator.process.milling.mill import Cut
 
 Floats = npt.NDArray[np.float64]
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, model_validator
 
 from compensator.errors import CellError
-from compensator.process.milling.cutter import Cutter
 from compensator.process.milling.cutter_table import CutterTable
 from compensator.process.milling.material import CoefficientsTable, MaterialText, find_material, given_material
-from compensator.process.milling.milling import MillingProcess, Shop
 from compensator.process.milling.stock_table import StockTable
 from compensator.process.milling.used_tools import Spindle
 from compensator.process.process import ProcessContext, ProcessTable
 from compensator.toml_table import Number
+
+if TYPE_CHECKING:
+    from compensator.process.milling.cutter import Cutter
+    from compensator.process.milling.milling import MillingProcess
 
 RPM = 1.0 / 60.0  # rev/s
 
@@ -54,6 +56,8 @@ class MillingTable(ProcessTable):
         Raises:
             CellError: material or mesh are refused, or a cutter is longer than its tool.
         """
+        from compensator.process.milling.milling import MillingProcess, Shop  # loads the compiler of the kernels
+
         cutters: dict[int | None, Cutter] = {number: table.cutter() for number, table in self.cutters.items()}
         if self.cutter is not None:
             cutters[None] = self.cutter.cutter()

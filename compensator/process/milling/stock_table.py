@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from compensator.process.milling.mesh_file import read_mesh
-from compensator.process.milling.stock import Stock, box_stock, cylinder_stock
 from compensator.toml_table import Number, Three, TomlTable
+
+if TYPE_CHECKING:
+    from compensator.process.milling.stock import Stock
 
 Pair = tuple[Number, Number]
 SMALLEST, LARGEST = 1.0, 20_000.0  # mm
@@ -61,6 +62,9 @@ class StockTable(TomlTable):
         Raises:
             CellError: the mesh is refused.
         """
+        from compensator.process.milling.mesh_file import read_mesh
+        from compensator.process.milling.stock import box_stock, cylinder_stock
+
         if self.file is not None:
             return read_mesh(folder / self.file, self.units)
         if self.box is not None:
@@ -76,6 +80,8 @@ class StockTable(TomlTable):
         Raises:
             CellError: the mesh is refused.
         """
+        from compensator.process.milling.mesh_file import read_mesh
+
         return None if self.part is None else read_mesh(folder / self.part, self.units)
 
 

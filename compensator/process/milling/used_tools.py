@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.errors import CellError
-from compensator.process.milling.cutter import Cutter
 from toolpaths.finding import NOTE, Finding
 from toolpaths.languages.table import LANGUAGES
 from toolpaths.toolpath import CLOCKWISE, CUT, SENSE_OPEN, Toolpath
+
+if TYPE_CHECKING:
+    from compensator.process.milling.cutter import Cutter
 
 Floats = npt.NDArray[np.float64]
 TURN = 2.0 * np.pi

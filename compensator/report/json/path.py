@@ -30,12 +30,13 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
     c = a.result
     cut, plain = c.cutting, c.uncompensated
     q = c.command.q if corrected else c.path.q
+    before = statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1))
     milled = {"cut": c.load.summary()} if isinstance(c.load, MillingLoad) else {}
     return {
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
         "predicted_error_mm": {
-            "before": {**statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1)), **_band(a.band)},
+            "before": {**before, **_band(a.band, before)},
             "after": statistics(after[cut]),
             **_uncoupled(c),
         },
@@ -61,15 +62,12 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
     }
 
 
-def _band(band: ErrorBand | None) -> Report:
+def _band(band: ErrorBand | None, size: Report) -> Report:
     """95 % bands of mean, p95 and max, mm, and the share of each input in the variance of the mean."""
     if band is None:
         return {}
-    n, order = len(band.size), np.argsort(band.size)
-    weights = {"mean": np.full(n, 1.0 / n)}
-    for key, at in (("p95", order[round(0.95 * (n - 1))]), ("max", order[-1])):
-        weights[key] = np.eye(1, n, int(at))[0]
-    size = statistics(band.size)
+    n = len(band.size)
+    weights = {"mean": band.evenly, "p95": np.eye(1, n, n - 2)[0], "max": np.eye(1, n, n - 1)[0]}
     out: Report = {k: [max(size[k] - MM * band.of(w), 0.0), size[k] + MM * band.of(w)] for k, w in weights.items()}
     return {"band95": {**out, "share": band.shares}}
 
