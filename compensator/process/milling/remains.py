@@ -65,7 +65,7 @@ class Remains:
             rim[[0, -1]] = np.maximum(rim[[0, -1]], step)
         if values.min() >= 0:
             return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-        vertices, faces, _, _ = marching_cubes(values, 0.0, gradient_direction="ascent")  # type: ignore[no-untyped-call]
+        vertices, faces, _, _ = marching_cubes(values, 0.0)  # type: ignore[no-untyped-call]
         return vertices * step + start, faces.astype(np.int64)
 
     def writers(self, points: Floats) -> npt.NDArray[np.int64]:
