@@ -148,8 +148,8 @@ def test_standard_deviations_become_a_band(tmp_path: Path) -> None:
 
 
 def test_gouges_and_rest_material_against_the_part(tmp_path: Path) -> None:
-    """The part ends 2.5 mm below the top in the slot, so the cut of 3 mm gouges it; beside the slot 1 mm is left."""
-    trimesh.creation.box(bounds=[[5.0, -30.0, -20.0], [45.0, 30.0, -2.5]]).export(tmp_path / "part.stl")
+    """The part ends 2.5 mm below the top in the slot, so the cut of 3 mm gouges it; beside it 2.5 mm are left."""
+    trimesh.creation.box(bounds=[[0.0, -30.0, -20.0], [100.0, 30.0, -2.5]]).export(tmp_path / "part.stl")
     stock = {"file": None, "box": [[0.0, -30.0, -20.0], [100.0, 30.0, 0.0]], "part": "part.stl"}
     process = milling(tmp_path, cutter=CUTTER, stock=stock)
     job = files(tmp_path, {"process": process}, rows=SLOT, header=AXIS)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ def swept(points: np.ndarray) -> float:
     before = left.volume()
     radius = 10.0 / np.sqrt(np.sinc(2.0 / SEGMENTS))  # a polygon of the area of the circle
     body = manifold3d.Manifold.cylinder(25.0, radius, circular_segments=SEGMENTS)
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in pairwise(points):
         left -= manifold3d.Manifold.batch_hull([body.translate(tuple(a)), body.translate(tuple(b))])
     return float(before - left.volume())
 
@@ -38,4 +40,4 @@ def test_removed_volume(seed: int) -> None:
     corner = vertices[faces]
     volume = float(np.einsum("ij,ij->i", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum()) / 6 * 1e9
     assert volume == pytest.approx(80 * 80 * 20 - expected, rel=0.01)
-    assert cut.removed.sum() * 1e9 == pytest.approx(expected, rel=0.05)  # the sum of the moves, from their ends
+    assert cut.removed.sum() * 1e9 == pytest.approx(expected, rel=0.08)  # moves of up to 100 mm, from a few places each
