@@ -125,12 +125,12 @@ kae = 1.0
 [sd]
 ktc = 70.0
 """
-# a slot and two half immersions at two feeds; forces of 700/150/200/20/20/1 by the closed form of an arc
+# a slot and two half immersions at two feeds; forces of 700/150/200/20/20/1 by the closed form of an arc, and 1 N of noise
 FORCES = """shape,diameter_mm,flutes,ap_mm,entry_deg,exit_deg,feed_per_tooth_mm,fx_n,fy_n,fz_n
-flat,20,4,3,-90,90,0.05,-87.7,-128.7,44.2
-flat,20,4,3,-90,90,0.1,-121.2,-281.2,82.3
-flat,20,4,3,0,90,0.05,30.6,-103.0,22.1
-flat,20,4,3,-90,0,0.1,-160.0,-70.6,41.1
+flat,20,4,3,-90,90,0.05,-96.8,-183.9,44.6
+flat,20,4,3,-90,90,0.1,-122.0,-286.8,82.2
+flat,20,4,3,0,90,0.05,19.8,-135.9,21.2
+flat,20,4,3,-90,0,0.1,-162.2,-90.6,40.8
 """
 
 

@@ -17,6 +17,7 @@ Floats = npt.NDArray[np.float64]
 
 RANK = 1e-6  # of the largest singular value of columns of length 1: less tells nothing
 PART = 0.05  # share of a coefficient in a combination that the tests do not tell
+ROUNDING = 1e-9  # of the standard deviations: a smaller covariance is none
 WEIGHING = 3  # times that forces and powers are weighed by what they leave
 
 
@@ -124,6 +125,9 @@ def material_text(fit: ForceFit, name: str, source: str) -> str:
     used = [i for i in range(6) if NAMES[i] not in fit.undetermined]
     values, sd = fit.coefficients / SI, fit.sd / SI
     covariance = np.nan_to_num(fit.covariance / np.outer(SI, SI))
+    covariance = 0.5 * (covariance + covariance.T)
+    size = np.sqrt(np.diag(covariance))
+    covariance[np.abs(covariance) < ROUNDING * np.outer(size, size)] = 0.0  # which would differ between machines
     feeds = [t.feed * 1e3 for t in fit.tests]
     speeds = [60.0 * np.pi * t.cutter.diameter * t.spindle for t in fit.tests if t.spindle]
     tools = sorted({f"{t.cutter.shape} {t.cutter.diameter * 1e3:g} mm, {t.cutter.flutes} flutes" for t in fit.tests})
