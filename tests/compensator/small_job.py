@@ -125,7 +125,7 @@ kae = 1.0
 [sd]
 ktc = 70.0
 """
-# a slot and two half immersions at two feeds; forces of 700/150/200/20/20/1 by the closed form of an arc, and 1 N of noise
+# a slot and two half immersions at two feeds; forces of 700/150/200/20/20/1 by the closed form, with 1 N of noise
 FORCES = """shape,diameter_mm,flutes,ap_mm,entry_deg,exit_deg,feed_per_tooth_mm,fx_n,fy_n,fz_n
 flat,20,4,3,-90,90,0.05,-96.8,-183.9,44.6
 flat,20,4,3,-90,90,0.1,-122.0,-286.8,82.2
