@@ -23,11 +23,11 @@ from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
 
-ROUNDS, FEWEST = 12, 4
-FEW = 0.01  # of the poses: as where a cutter enters, and the force jumps with the place
+ROUNDS, FEWEST = 8, 2
+FEW = 0.02  # of the poses: as where a cutter enters, and the force jumps with the place
 SLOW = 0.8  # of a residual, or of the poses that are open: less progress is none
 CLOSE = 1e-6  # m between the deflection that was cut with and the one under the force of that cut
-SHARE = 0.01  # of the deflection: or that
+SHARE = 0.02  # of the deflection: or that
 LONGEST = 2.0  # times the first deflection: a longer step is cut short
 
 
