@@ -23,11 +23,11 @@ from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
 
-ROUNDS, FEWEST = 12, 4
-FEW = 0.01  # of the poses: as where a cutter enters, and the force jumps with the place
+ROUNDS, FEWEST, ENOUGH = 10, 2, 6
+FEW = 0.02  # of the poses: as where a cutter enters, and the force jumps with the place
 SLOW = 0.8  # of a residual, or of the poses that are open: less progress is none
 CLOSE = 1e-6  # m between the deflection that was cut with and the one under the force of that cut
-SHARE = 0.01  # of the deflection: or that
+SHARE = 0.02  # of the deflection: or that
 LONGEST = 2.0  # times the first deflection: a longer step is cut short
 
 
@@ -64,7 +64,7 @@ def _coupled(job: Job, path: PlannedPath, first: Compensation) -> Compensation:
         before, residual = np.sum(open_), after
         open_ = cut & (np.linalg.norm(residual, axis=1) > CLOSE + SHARE * np.linalg.norm(now.error_before, axis=1))
         few = open_.sum() < FEW * cut.sum()
-        if not open_.any() or (k + 1 >= FEWEST and (few or open_.sum() > SLOW * before)):
+        if not open_.any() or (k + 1 >= FEWEST and few) or (k + 1 >= ENOUGH and open_.sum() > SLOW * before):
             break
     found = (*now.load.findings, *_not_settled(path, residual, open_))
     return replace(now, load=replace(now.load, findings=merged(found)), uncoupled=first)
