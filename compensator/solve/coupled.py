@@ -66,7 +66,8 @@ def _coupled(job: Job, path: PlannedPath, first: Compensation) -> Compensation:
         few = open_.sum() < FEW * cut.sum()
         if not open_.any() or (k + 1 >= FEWEST and few) or (k + 1 >= ENOUGH and open_.sum() > SLOW * before):
             break
-    found = (*now.load.findings, *_not_settled(path, residual, open_))
+    # of the programmed path: a tool that springs back after a cut touches what it has left, which is no collision
+    found = (*first.load.findings, *_not_settled(path, residual, open_))
     return replace(now, load=replace(now.load, findings=merged(found)), uncoupled=first)
 
 

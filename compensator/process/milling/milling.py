@@ -129,16 +129,18 @@ class MillingProcess(Process):
         cutters, index = used_cutters(toolpath, self.cutters, self.context.source)
         speed, sense, found = used_spindle(toolpath, self.spindle, self.context.source)
         feed, more = _feeds(toolpath, self.context)
-        position, axis = toolpath.position, toolpath.axis
+        position, axis, programmed = toolpath.position, toolpath.axis, None
         if motion.workobject.rotation.ndim > 2:  # rail or table: the way of the tool on the part
             on_part = motion.nominal.relative_to(motion.workobject)
             position, axis = on_part.origin, -on_part.rotation[:, :, 2]
         if motion.deflected is not None:  # its tilt is left out: micrometres, and every move would be one of five axes
+            programmed = np.diff(position, axis=0, prepend=position[:1])
             position = motion.deflected.relative_to(motion.workobject).origin
         # copies: machine code for arrays that do not change would be made a second time
         path = MillingPath(
             position.copy(), axis.copy(), feed=np.where(rapid, 0.0, feed),
             spindle=np.where(speed > 0, speed, IDLE_SPEED), sense=sense, rapid=rapid, cutter=index, cutters=cutters,
+            programmed=programmed,
         )  # fmt: skip
         if not meets(path, self.shop.stock.box):
             what = f"the path never meets the stock ({self.shop.stock.source}): everything is cut in the air"

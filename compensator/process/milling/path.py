@@ -29,6 +29,8 @@ class MillingPath:
         feed: (N,) m/s; spindle: (N,) rev/s, above 0; sense: (N,) 1 for M3, -1 for M4.
         rapid: (N,) whether the move is a rapid.
         cutter: (N,) index into ``cutters``.
+        programmed: (N, 3) m of the moves without the deflection that is in ``position``; None: it has none. They turn
+            the path axes: from one side of a corner to the other the deflection moves the tool farther than its feed.
     """
 
     position: Floats
@@ -39,6 +41,7 @@ class MillingPath:
     rapid: npt.NDArray[np.bool_]
     cutter: Ints
     cutters: tuple[Cutter, ...]
+    programmed: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.position)
@@ -48,8 +51,9 @@ class MillingPath:
 
     @property
     def way(self) -> Floats:
-        """(N, 3) m of the move that ends at the pose; 0 at the first one."""
-        return np.asarray(np.diff(self.position, axis=0, prepend=self.position[:1]))
+        """(N, 3) m of the move that ends at the pose, as it is programmed; 0 at the first one."""
+        moved = np.diff(self.position, axis=0, prepend=self.position[:1])
+        return np.asarray(moved if self.programmed is None else self.programmed)
 
     @property
     def teeth_per_second(self) -> Floats:
