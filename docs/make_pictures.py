@@ -31,6 +31,7 @@ from compensator.tasks.compensate import compensate_file
 ROOT = Path(__file__).resolve().parents[1]
 Floats = npt.NDArray[np.float64]
 SCALE = "viridis"
+LIGHTEST = 0.98  # of the cutting poses: a few where a slot is cut would leave no colours for the others
 
 
 def solved(toolpath: Path, cell: Path) -> tuple[Compensation, Floats, Floats]:
@@ -44,7 +45,7 @@ def solved(toolpath: Path, cell: Path) -> tuple[Compensation, Floats, Floats]:
 
 def wave(result: Compensation, before: Floats, after: Floats, target: Path) -> None:
     """Both views on one colour scale."""
-    norm = Normalize(0.0, before[result.cutting].max())
+    norm = Normalize(0.0, np.quantile(before[result.cutting], LIGHTEST))
     figure = plt.figure(figsize=(11.0, 3.9), dpi=110)
     for k, (name, value) in enumerate((("uncompensated", before), ("compensated", after))):
         axes = figure.add_axes((0.038 + 0.445 * k, -0.02, 0.42, 0.93), projection="3d")
@@ -52,7 +53,7 @@ def wave(result: Compensation, before: Floats, after: Floats, target: Path) -> N
         cut = value[result.cutting]
         axes.set_title(f"{name}\nmean {length(cut.mean())}, at most {length(cut.max())}", fontsize=12, y=1.0)
     bar = figure.add_axes((0.93, 0.12, 0.014, 0.7))
-    figure.colorbar(plt.cm.ScalarMappable(norm, SCALE), bar, label="predicted TCP error, mm")
+    figure.colorbar(plt.cm.ScalarMappable(norm, SCALE), bar, label="predicted TCP error, mm", extend="max")
     drawn = BytesIO()
     figure.savefig(drawn, facecolor="white")
     plt.close(figure)
