@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from compensator.command_line import INPUT, OUTPUT, Verbs
+from compensator.devices.table import DEVICES
 from toolpaths.languages.table import READ, WRITTEN
 
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
@@ -234,6 +235,40 @@ def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
         done = plan_file(model, output, say=say, **options)
     print_findings(done.report)
     show_lines([done.sentence, *(f"wrote {file}" for file in done.files)])
+
+
+@main.command()
+@click.argument("file", type=INPUT)
+@click.option("-o", "--output", required=True, type=OUTPUT, help="trace/1 file to write.")
+@click.option("--samples", type=OUTPUT, help="Its samples.  [default: samples.csv beside it]")
+@click.option("--from", "read_as", type=click.Choice([d.name for d in DEVICES]), help="Where content does not tell.")
+@click.option("--cell", type=INPUT, help="The cell that the program ran in.  [default: cell.toml beside the trace]")
+@click.option("--program", type=INPUT, help="The program that ran, as csv.  [default: run.csv beside the trace]")
+@click.option("--units", type=click.Choice(("mm", "inch", "um", "m")), help="Of lengths, where the file has none.")
+@click.option("--frame", type=click.Choice(("base", "workobject", "free")), help="Of the points; free: any other.")
+@click.option("--noise", type=float, help="Standard deviation of a single reading, mm.")
+@click.option("--index", help="Rows of the program at the readings, from 0: 4,8,12 or 0:100:2.")
+@click.option("--dry", is_flag=True, help="The program ran in air.")
+@click.option("--group", help="Of several groups of points, the one to take.")
+@click.option("--point", help="Of several reflectors, the one to take.")
+@click.option("--column", "columns", multiple=True, help="NAME=HEADING of a csv, or NAME=NUMBER; several times.")
+@click.option("--nominals", type=INPUT, help="csv name,x,y,z,i,j,k of points whose normals the report lacks.")
+@click.option("--center", nargs=3, type=float, help="Of a ball-bar, mm in the base.")
+@click.option("--radius", type=float, help="Nominal length of a ball-bar, mm.")
+@click.option("--calibrated", is_flag=True, help="The length of the ball-bar is known.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@_strict_verb
+def trace(file: Path, output: Path, verbose: bool, **options: Any) -> None:
+    """Turn FILE of a measuring device into a trace of a program that ran."""
+    from compensator.devices.order import TraceOrder
+    from compensator.tasks.trace import trace_file
+    from compensator.terminal.screen import print_findings, progress, show_lines
+
+    told = {key: options.pop(key) for key in TraceOrder.__dataclass_fields__}
+    with progress(verbose) as say:
+        done = trace_file(file, output, order=TraceOrder(**told), say=say, **options)
+    print_findings(done.report)
+    show_lines([done.sentence, *(f"wrote {name}" for name in done.files)])
 
 
 @main.command()
