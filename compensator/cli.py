@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from compensator.command_line import INPUT, OUTPUT, Verbs
-from compensator.devices.table import DEVICES
+from compensator.command_line import INPUT, OUTPUT, Verbs, strict_verb
+from compensator.measuring_verbs import plan, trace
 from toolpaths.languages.table import READ, WRITTEN
 
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
@@ -19,13 +18,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 _LANGUAGES = [language.name for language in WRITTEN]
 _READ = click.Choice([language.name for language in READ])
 _from = click.option("--from", "read_as", type=_READ, help="Language of TOOLPATH, where its suffix does not say it.")
-
-
-def _strict_verb(task: Callable[..., None]) -> Callable[..., None]:
-    """A verb that makes a result: --verbose, and --strict, which turns the warnings about it into a refusal."""
-    strict = click.option("--strict", is_flag=True, help="Warnings refuse: exit status 1, nothing is written.")
-    verbose = click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-    return strict(verbose(task))
 
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -42,7 +34,7 @@ def main() -> None:
 @_from
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: bool, **options: Any) -> None:
     """Move every pose of TOOLPATH (files of a program, or its folder) so that the predicted deflection cancels."""
     from compensator.tasks.compensate import compensate_file
@@ -62,7 +54,7 @@ def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: b
 @click.option("--csv", type=OUTPUT, help="Deflection per pose.")
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
     from compensator.tasks.compensate import preview_file
@@ -83,7 +75,7 @@ def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: An
 @click.option("--prior", type=INPUT, help="Model to start from; its standard deviations are prior knowledge.")
 @click.option("--report", "html", type=OUTPUT, help="HTML report of the fit.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verbose: bool, **options: Any) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
     from compensator.tasks.identify import identify_files
@@ -103,7 +95,7 @@ def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verb
 @click.option("-o", "--output", type=OUTPUT, help="Refined model to write; the model itself where nothing was found.")
 @click.option("--report", "html", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def diagnose(
     sessions: tuple[Path, ...], model: Path, output: Path | None, verbose: bool, **options: Any
 ) -> None:
@@ -123,7 +115,7 @@ def diagnose(
 @click.option("--model", required=True, type=INPUT, help="Model to judge.")
 @click.option("--register", type=int, help="States per block that place the tracker; default 25 where not registered.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
     """Say how well a model predicts the readings of SESSION."""
     from compensator.tasks.identify import evaluate_file
@@ -159,7 +151,7 @@ def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
 @click.option("--png", type=OUTPUT, help="Contour maps.")
 @click.option("--csv", type=OUTPUT, help="A row per posture.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
     from compensator.tasks.stiffness_map import map_file, tool_of
@@ -185,7 +177,7 @@ def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     help="Standard deviation of the scale of the torque, as a share.",
 )
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
     from compensator.tasks.models import clamped_file
@@ -202,7 +194,7 @@ def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: A
 @click.argument("robot")
 @click.option("-o", "--output", "model", required=True, type=OUTPUT, help="Model file to write.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
     from compensator.tasks.models import datasheet_file
@@ -215,60 +207,8 @@ def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
     show_made(done)
 
 
-@main.command()
-@click.argument("model", type=INPUT)
-@click.option("-o", "--output", required=True, type=OUTPUT, help="CSV of the set-ups to measure, a row per reading.")
-@click.option("--session", "sessions", type=INPUT, multiple=True, help="Already measured; may be given several times.")
-@click.option("--count", type=int, default=12, show_default=True, help="How many set-ups.")
-@click.option("--force", type=float, help="Largest force, N; default that of the sessions, else 100.")
-@click.option("--toolpath", type=INPUT, help="Plan for the deflection at its poses; needs --cell.")
-@click.option("--cell", type=INPUT, help="cell/1 file of the toolpath, or of the tool to measure with.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the postures to choose from.")
-@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
-def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
-    """Say which set-ups to measure next, so that MODEL is known best."""
-    from compensator.tasks.plan import plan_file
-    from compensator.terminal.screen import print_findings, progress, show_lines
-
-    with progress(verbose) as say:
-        done = plan_file(model, output, say=say, **options)
-    print_findings(done.report)
-    show_lines([done.sentence, *(f"wrote {file}" for file in done.files)])
-
-
-@main.command()
-@click.argument("file", type=INPUT)
-@click.option("-o", "--output", required=True, type=OUTPUT, help="trace/1 file to write.")
-@click.option("--samples", type=OUTPUT, help="Its samples.  [default: samples.csv beside it]")
-@click.option("--from", "read_as", type=click.Choice([d.name for d in DEVICES]), help="Where content does not tell.")
-@click.option("--cell", type=INPUT, help="The cell that the program ran in.  [default: cell.toml beside the trace]")
-@click.option("--program", type=INPUT, help="The program that ran, as csv.  [default: run.csv beside the trace]")
-@click.option("--units", type=click.Choice(("mm", "inch", "um", "m")), help="Of lengths, where the file has none.")
-@click.option("--frame", type=click.Choice(("base", "workobject", "free")), help="Of the points; free: any other.")
-@click.option("--noise", type=float, help="Standard deviation of a single reading, mm.")
-@click.option("--index", help="Rows of the program at the readings, from 0: 4,8,12 or 0:100:2.")
-@click.option("--dry", is_flag=True, help="The program ran in air.")
-@click.option("--group", help="Of several groups of points, the one to take.")
-@click.option("--point", help="Of several reflectors, the one to take.")
-@click.option("--column", "columns", multiple=True, help="NAME=HEADING of a csv, or NAME=NUMBER; several times.")
-@click.option("--nominals", type=INPUT, help="csv name,x,y,z,i,j,k of points whose normals the report lacks.")
-@click.option("--center", nargs=3, type=float, help="Of a ball-bar, mm in the base.")
-@click.option("--radius", type=float, help="Nominal length of a ball-bar, mm.")
-@click.option("--calibrated", is_flag=True, help="The length of the ball-bar is known.")
-@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
-def trace(file: Path, output: Path, verbose: bool, **options: Any) -> None:
-    """Turn FILE of a measuring device into a trace of a program that ran."""
-    from compensator.devices.order import TraceOrder
-    from compensator.tasks.trace import trace_file
-    from compensator.terminal.screen import print_findings, progress, show_lines
-
-    told = {key: options.pop(key) for key in TraceOrder.__dataclass_fields__}
-    with progress(verbose) as say:
-        done = trace_file(file, output, order=TraceOrder(**told), say=say, **options)
-    print_findings(done.report)
-    show_lines([done.sentence, *(f"wrote {name}" for name in done.files)])
+main.add_command(plan)
+main.add_command(trace)
 
 
 @main.command()
