@@ -16,7 +16,7 @@ _LANGUAGES = [language.name for language in WRITTEN]
 
 @click.command(cls=Verb)
 @click.argument("model", type=INPUT, required=False)
-@click.option("-o", "--output", required=True, type=OUTPUT, help="CSV of the set-ups to measure, a row per reading; or the program.")
+@click.option("-o", "--output", required=True, type=OUTPUT, help="CSV of the set-ups, or the program.")
 @click.option("--session", "sessions", type=INPUT, multiple=True, help="Already measured; may be given several times.")
 @click.option("--count", type=int, help="How many set-ups.  [default: 12]")
 @click.option("--force", type=float, help="Largest force, N; default that of the sessions, else 100.")
@@ -25,7 +25,7 @@ _LANGUAGES = [language.name for language in WRITTEN]
 @click.option("--seed", type=int, help="Of the postures to choose from.  [default: 0]")
 @click.option("--ballbar", is_flag=True, help="Circles that tell the lost motion of every joint of --cell, a program.")
 @click.option("--probe", is_flag=True, help="Two-sided touches that tell it, for a dial gauge; a program.")
-@click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Of that program, where its suffix does not say.")
+@click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Of that program, where its suffix is none.")
 @click.option("--radius", type=float, help="Of the circles, mm.  [default: 150]")
 @click.option("--center", nargs=3, type=float, help="Of the circles, or of the touches, mm in the base.")
 @click.option("--feed", "feeds", type=float, multiple=True, help="Of the circles, mm/min.  [default: 500 and 2000]")

@@ -22,8 +22,8 @@ def read(file: DeviceFile) -> NoReturn:
         DeviceError: always.
     """
     raise DeviceError(
-        f"{file.label}: is a ball-bar file of Renishaw, a closed format: have its software list the readings (angle and "
-        "radius, or deviation, of every reading), save them as csv, and add a column index, the row of the program at "
-        "each reading, as the samples.csv of `compensator plan --ballbar` has it. Then: compensator trace run.csv "
+        f"{file.label}: is a ball-bar file of Renishaw, a closed format: have its software list the readings (angle "
+        "and radius, or deviation, of every reading), save them as csv, and add a column index, the row of the program "
+        "at each reading, as the samples.csv of `compensator plan --ballbar` has it. Then: compensator trace run.csv "
         '-o trace.toml --column index=index --column radius="Radius" --units mm --center X Y Z --radius 150'
     )

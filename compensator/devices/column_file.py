@@ -1,4 +1,4 @@
-"""Columns of plain text: a heading line, then a row per reading; separated by commas, semicolons, tabs or wide spaces."""
+"""Columns of text: a heading line, then a row per reading; between them commas, semicolons, tabs or wide spaces."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ NAME = "csv"
 XYZ, NORMAL, MEASURED = ("x", "y", "z"), ("i", "j", "k"), ("mx", "my", "mz")
 LENGTHS = (*XYZ, *MEASURED, "deviation", "radius", "sd")
 KNOWN = (*LENGTHS, *NORMAL, "index", "run", "time", "temperature", "name")
+OWN = ("deviation", "radius", "sd", "time", "index", "run")
 SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 PREAMBLE = 60  # lines that a heading is looked for in
 _UNIT = re.compile(r"(.*?)[\s_]*[\[(]?([A-Za-zµμ\"]+)[\])]?$")
@@ -52,14 +53,14 @@ def recognised(file: DeviceFile) -> bool:
 
 
 def read(file: DeviceFile) -> DeviceReadings:
-    """The rows of a table; its kind by its columns: a radius, a deviation along a normal, else positions.
+    """The rows of a table; its kind by its columns: a radius (or a deviation alone), a normal, else positions.
 
     Raises:
         DeviceError: no heading, a column that is not there, a cell that is no number, units that differ.
     """
     table = _found(file)
     if table is None:
-        wanted = ", ".join(file.columns.values()) or "x, y, z; radius; or x, y, z, i, j, k, deviation"
+        wanted = ", ".join(file.columns.values()) or "x, y, z; radius; or x ... k, deviation"
         raise DeviceError(
             f"{file.label}: no heading line with {wanted} in its first {PREAMBLE} lines; name the columns: "
             '--column x="Heading of x" --column y=... (--column z=0 gives a constant)'
@@ -80,7 +81,7 @@ def read(file: DeviceFile) -> DeviceReadings:
         place["normal"] = np.column_stack([numbers[k] for k in NORMAL])
         if "mx" in numbers:
             place["measured"] = np.column_stack([numbers[k] for k in MEASURED])
-    own = {k: numbers[k] for k in ("deviation", "radius", "sd", "time", "index", "run") if k in numbers}
+    own: dict[str, Floats] = {k: numbers[k] for k in OWN if k in numbers}
     return readings(
         file,
         NAME,
@@ -90,8 +91,7 @@ def read(file: DeviceFile) -> DeviceReadings:
         name=list(columns["name"].cells) if "name" in columns else None,
         columns={k: v for k, v in numbers.items() if k not in KNOWN or k == "temperature"},
         findings=tuple(_left_out(file, table, columns)),
-        **place,
-        **own,
+        numbers={**place, **own},
     )
 
 
@@ -117,7 +117,7 @@ def _is_heading(wanted: Mapping[str, str], heading: Sequence[str]) -> bool:
     if headings:
         return all(h in heading for h in headings)
     names = {_split(h)[0] for h in heading}
-    return {"radius"} <= names or set(XYZ) <= names
+    return "radius" in names or {"index", "deviation"} <= names or set(XYZ) <= names
 
 
 def _split(heading: str) -> tuple[str, str]:
@@ -167,7 +167,7 @@ def _numbers(file: DeviceFile, name: str, column: _Column, lines: list[int]) -> 
 
 
 def _kind(file: DeviceFile, columns: Mapping[str, _Column]) -> str:
-    if "radius" in columns:
+    if "radius" in columns or ("deviation" in columns and not {*XYZ, *NORMAL} & set(columns)):
         return BALLBAR
     surface = [k for k in (*NORMAL, *MEASURED, "deviation") if k in columns]
     wanted = [*XYZ, *(NORMAL if surface else ())]
@@ -198,4 +198,4 @@ def _left_out(file: DeviceFile, table: _Table, columns: Mapping[str, _Column]) -
     left = [h for h in table.heading if h not in used]
     if left:
         what = f"columns that no trace has are left out: {', '.join(left)}"
-        yield Finding(NOTE, f"{file.label}: line {table.at}", what, "--column NAME=HEADING keeps one as a regressor")
+        yield Finding(NOTE, f"{file.label}:{table.at}", what, "--column NAME=HEADING keeps one as a regressor")

@@ -42,7 +42,7 @@ def nominal_points(file: DeviceFile) -> dict[str, NominalPoint]:
     heading = [h.strip() for h in next(reader, [])]
     if missing := [name for name in NOMINALS if name not in heading]:
         wanted = ", ".join(NOMINALS)
-        raise DeviceError(f"{file.label}: line 1: no column {', '.join(missing)}; expected {wanted}, separated by commas")
+        raise DeviceError(f"{file.label}: line 1: no column {', '.join(missing)}; expected {wanted}, with commas")
     out: dict[str, NominalPoint] = {}
     for cells in reader:
         if not any(cell.strip() for cell in cells):
@@ -86,7 +86,7 @@ def completed(given: DeviceReadings, nominals: Mapping[str, NominalPoint] | None
         names = ", ".join(made.name[k] for k in left[:8]) + (" ..." if len(left) > 8 else "")
         what = f"points whose place, normal or deviation along it is not known are left out: {names}"
         remedy = f"Give them in --nominals, with the columns {', '.join(NOMINALS)}"
-        more.append(Finding(WARNING, made.at(int(left[0])), what, remedy, count=len(left)))
+        more.append(Finding(WARNING, made.place(int(left[0])), what, remedy, count=len(left)))
     return replace(made, normal=normal, deviation=own).take(np.flatnonzero(whole), *more)
 
 
@@ -102,8 +102,8 @@ def _filled(
         if np.any(apart > SAME):
             axis = int(np.nanargmax(apart))
             raise DeviceError(
-                f"{given.at(k)}: {'xyz'[axis]} of {name!r} is {place[k, axis]:g} there, but {found.place[axis]:g} at line "
-                f"{found.line} of the table of nominals: correct one of them"
+                f"{given.at(k)}: {'xyz'[axis]} of {name!r} is {place[k, axis]:g} there, but {found.place[axis]:g} at "
+                f"line {found.line} of the table of nominals: correct one of them"
             )
         place[k] = np.where(np.isfinite(place[k]), place[k], found.place)
         normal[k] = np.where(np.isfinite(normal[k]), normal[k], found.normal)
@@ -120,7 +120,7 @@ def _asks_for_nominals(given: DeviceReadings) -> str:
     more = "" if len(given) <= 12 else f"\n    ... {len(given)} points in all"
     head = ",".join(NOMINALS)
     return (
-        f"{given.source}: its points lack their normals, or coordinates: give a table of nominal points from the drawing "
-        f"as --nominals FILE.csv, lengths in the unit of the report, i j k pointing out of the material:\n    {head}\n"
+        f"{given.source}: its points lack their normals, or coordinates: give a table of nominal points from the "
+        f"drawing as --nominals FILE.csv, lengths in the unit of the report, i j k out of the material:\n    {head}\n"
         + "\n".join(lines) + more
     )

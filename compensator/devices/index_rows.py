@@ -1,4 +1,4 @@
-"""Rows of the program that readings belong to, as the command line gives them: 4,8,12 or 0:100:2, both ends included."""
+"""Rows of the program that readings belong to, as the command line gives them: 4,8,12 or 0:100:2 with both ends."""
 
 from __future__ import annotations
 

@@ -23,8 +23,8 @@ class TraceOrder:
     Attributes:
         units: of the lengths in the file, one of UNITS. frame: of its points, one of FRAMES.
         noise: mm, one sigma of a reading. index: rows of the program. dry: the program ran in air.
-        group, point: which readings. center: mm, base. radius: mm, nominal length of the ball-bar. calibrated: its length
-            is known.
+        group, point: which readings. center: mm, base. radius: mm, nominal length of the ball-bar. calibrated: its
+            length is known.
     """
 
     units: str | None = None
@@ -61,11 +61,11 @@ def _missing(given: DeviceReadings, order: TraceOrder) -> Iterator[str]:
         yield f"--units {' | '.join(UNITS)}: of the lengths in the file"
     if given.kind != BALLBAR and order.frame is None:
         home = HOME[given.kind]
-        where = "the base of the robot" if home == BASE else "the work object of the cell, where the program's poses stand"
+        where = "the base of the robot" if home == BASE else "the work object of the cell, as the program's poses"
         named = f" (the file calls its frame {given.frame!r})" if given.frame else ""
         yield f"--frame {home} where its points stand in {where}, --frame free where in any other frame{named}"
     if order.noise is None and not np.isfinite(given.sd).all():
-        yield "--noise MM: standard deviation of a single reading, such as 0.01 of a tracker, 0.002 of a measuring machine"
+        yield "--noise MM: standard deviation of a reading, such as 0.01 of a tracker, 0.002 of a measuring machine"
     if given.kind == BALLBAR:
         if order.center is None:
             yield "--center X Y Z: of the ball-bar, mm in the base, roughly"

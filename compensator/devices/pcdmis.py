@@ -61,7 +61,7 @@ def read(file: DeviceFile) -> DeviceReadings:
     """The points and planes of a report. It has no normals: they, and the axes that it leaves out, come from elsewhere.
 
     Raises:
-        DeviceError: nothing of a surface in it; a row that cannot be read, or whose deviation is not measured - nominal.
+        DeviceError: nothing of a surface in it; a row that cannot be read, or whose deviation is another.
     """
     points: dict[str, _Point] = {}
     units: dict[str, int] = {}
@@ -78,9 +78,8 @@ def read(file: DeviceFile) -> DeviceReadings:
                 units.setdefault(found[3].upper(), at)
         elif _HEADING.match(text) or _PAGE.match(text) or not text.strip():
             continue
-        elif within and point is not None and (words := text.split()) and words[0] in (*AXES, ALONG):
-            if _row(file, at, words, point):
-                twice.append(f"line {at}")
+        elif within and point is not None and _is_row(text) and _row(file, at, text.split(), point):
+            twice.append(f"{file.label}:{at}")
     chosen = [p for p in points.values() if p.axes]
     if not chosen:
         kinds = ", ".join(f"{n} {what}" for what, n in left.most_common(6)) or "no dimension"
@@ -95,13 +94,19 @@ def read(file: DeviceFile) -> DeviceReadings:
         line=[p.line for p in chosen],
         to_mm=_unit(file, units),
         name=[p.name for p in chosen],
-        nominal=[[p.axis(k).nominal for k in AXES] for p in chosen],
-        measured=[[p.axis(k).measured for k in AXES] for p in chosen],
-        deviation=[p.axis(ALONG).deviation for p in chosen],
-        low=[p.axis(ALONG).low for p in chosen],
-        high=[p.axis(ALONG).high for p in chosen],
+        numbers={
+            "nominal": [[p.axis(k).nominal for k in AXES] for p in chosen],
+            "measured": [[p.axis(k).measured for k in AXES] for p in chosen],
+            "deviation": [p.axis(ALONG).deviation for p in chosen],
+            "low": [p.axis(ALONG).low for p in chosen],
+            "high": [p.axis(ALONG).high for p in chosen],
+        },
         findings=tuple(_findings(file, left, twice)),
     )
+
+
+def _is_row(text: str) -> bool:
+    return text.split()[0] in (*AXES, ALONG)
 
 
 def _begun(points: dict[str, _Point], what: str, at: int) -> _Point | None:
@@ -157,4 +162,4 @@ def _findings(file: DeviceFile, left: Counter[str], twice: list[str]) -> Iterabl
         yield Finding(NOTE, file.label, f"{left.total()} dimensions are no points of a surface, left out: {kinds}")
     if twice:
         what = "an axis of a point is reported again: the last one counts"
-        yield Finding(WARNING, f"{file.label}: {twice[0]}", what, count=len(twice))
+        yield Finding(WARNING, twice[0], what, count=len(twice))

@@ -73,12 +73,14 @@ def read(file: DeviceFile) -> DeviceReadings:
         to_mm=None,  # inch or mm by the machine, and the file does not tell
         name=[t.name for t in touches],
         group=["" for _ in touches],
-        nominal=place,
-        measured=centre - radius[:, None] * unit,
-        normal=normal,
-        deviation=np.einsum("nk,nk->n", centre - place, unit) - radius - offset,
-        low=[-abs(t.nominal["L"]) for t in touches],
-        high=[abs(t.nominal["U"]) for t in touches],
+        numbers={
+            "nominal": place,
+            "measured": centre - radius[:, None] * unit,
+            "normal": normal,
+            "deviation": np.einsum("nk,nk->n", centre - place, unit) - radius - offset,
+            "low": [-abs(t.nominal["L"]) for t in touches],
+            "high": [abs(t.nominal["U"]) for t in touches],
+        },
         needs_free_frame=_turned(file, touches),
         findings=(*_findings(file, sets, others), *_offsets(file, touches)),
     )
@@ -88,11 +90,12 @@ def _sets(file: DeviceFile) -> tuple[list[_Set], list[int]]:
     """The sets of a file, and lines of blocks that are not used."""
     sets: list[_Set] = []
     others: list[int] = []
-    group, plane = "", (0.0,) * 6
+    group = ""
+    plane: tuple[float, ...] = (0.0,) * 6
     open_: tuple[int, dict[str, float]] | None = None
     for at, text in enumerate(file.lines, 1):
         words = text.strip().upper()
-        if words == "START" or not sets and words.startswith("G800"):
+        if words == "START" or (not sets and words.startswith("G800")):
             sets.append(_Set(at))
             open_ = None
         if words.startswith("TOOLPATH "):
@@ -100,18 +103,20 @@ def _sets(file: DeviceFile) -> tuple[list[_Set], list[int]]:
         if words in ("", "START") or words.startswith(_HEADERS) or words.startswith((";", "(")):
             continue
         if words.startswith("G330"):
-            plane = tuple(_block(file, at, words, "ABCXYZ").values())
+            plane = tuple(_block(file, at, words, needed="ABCXYZ").values())
         elif words.startswith(("G800", "END")):
             if open_ is not None:
                 sets[-1].missed.append(open_[0])
             open_ = None if words.startswith("END") else (at, _nominal(file, at, words))
         elif words.startswith("G801"):
-            measured = _block(file, at, words, "NXYZR")
+            measured = _block(file, at, words, needed="NXYZR")
             if open_ is None or open_[1]["N"] != measured["N"]:
                 why = f"G801 N{measured['N']:g} without its G800 before it"
                 raise DeviceError(f"{file.label}: line {at}: {why}: lines are missing; transfer the file again")
             name = f"N{measured['N']:g}" + (f" {group}" if group else "")
-            touch = _Touch(open_[0], name, group, plane, open_[1], measured)
+            touch = _Touch(
+                line=open_[0], name=name, group=group, plane=plane, nominal=open_[1], measured=measured
+            )
             sets[-1].touches.append(touch)
             open_ = None
         elif not words.startswith("G331"):  # where the model stands: nothing of the points
@@ -122,11 +127,11 @@ def _sets(file: DeviceFile) -> tuple[list[_Set], list[int]]:
 
 
 def _nominal(file: DeviceFile, at: int, words: str) -> dict[str, float]:
-    return _block(file, at, words, "NXYZIJK", {"O": 0.0, "U": np.nan, "L": np.nan})
+    return _block(file, at, words, needed="NXYZIJK", more={"O": 0.0, "U": np.nan, "L": np.nan})
 
 
 def _block(
-    file: DeviceFile, at: int, words: str, needed: str, more: Mapping[str, float] | None = None
+    file: DeviceFile, at: int, words: str, *, needed: str, more: Mapping[str, float] | None = None
 ) -> dict[str, float]:
     """Letters of a block with their numbers."""
     given = dict(_WORD.findall(words)[1:])
@@ -156,18 +161,19 @@ def _findings(file: DeviceFile, sets: Sequence[_Set], others: Sequence[int]) -> 
     if len(sets) > 1:
         lost = sum(len(s.touches) for s in sets[:-1])
         where = ", ".join(str(s.line) for s in sets[:-1])
-        what = f"{len(sets)} sets: the last counts (START at line {sets[-1].line}); {lost} points of those at {where} do not"
+        kept = f"{len(sets)} sets: the last counts (START at line {sets[-1].line})"
+        what = f"{kept}; {lost} points of those at line {where} do not"
         yield Finding(WARNING, file.label, what)
     if sets[-1].missed:
         what = "G800 without a G801: the point was not touched, it is left out"
-        yield Finding(WARNING, f"{file.label}: line {sets[-1].missed[0]}", what, count=len(sets[-1].missed))
+        yield Finding(WARNING, f"{file.label}:{sets[-1].missed[0]}", what, count=len(sets[-1].missed))
     if others:
         what = "blocks that are neither G330, G331, G800 nor G801 are not used"
-        yield Finding(NOTE, f"{file.label}: line {others[0]}", what, count=len(others))
+        yield Finding(NOTE, f"{file.label}:{others[0]}", what, count=len(others))
 
 
 def _offsets(file: DeviceFile, touches: Sequence[_Touch]) -> Iterator[Finding]:
     stock = [t for t in touches if t.nominal["O"]]
     if stock:
         what = "O: the surface was offset along the normal, deviations are from the offset surface"
-        yield Finding(NOTE, f"{file.label}: line {stock[0].line}", what, count=len(stock))
+        yield Finding(NOTE, f"{file.label}:{stock[0].line}", what, count=len(stock))

@@ -18,7 +18,7 @@ def program_rows(file: DeviceFile) -> int:
     names = [name.strip() for name in heading.split(",")]
     if missing := [name for name in NEEDED if name not in names]:
         raise DeviceError(
-            f"{file.label}: line 1: no column {', '.join(missing)}: expected the program as csv, as `compensator preview "
-            "--csv` or compensate writes it"
+            f"{file.label}: line 1: no column {', '.join(missing)}: expected the program as csv, as `compensator "
+            "preview --csv` or compensate writes it"
         )
     return len(rows)

@@ -71,8 +71,9 @@ def read(file: DeviceFile) -> DeviceReadings:
         raise DeviceError(f"{file.label}: {why}")
     place = np.array([_three(file, nominal, "Location") for _, _, nominal, _, _, _ in found])
     measured_at, normal = np.array([f[4] for f in found]), np.array([f[5] for f in found])
-    deviation = np.einsum("nk,nk->n", measured_at - place, normal / np.linalg.norm(normal, axis=1)[:, None])
-    seen = Counter(e.tag for e in root.walk() if e.tag.endswith("PointFeatureItem"))
+    deviation = np.einsum("nk,nk->n", measured_at - place, normal)
+    items = {e.attributes.get("id") for e in root.walk() if e.tag.endswith("PointFeatureItem")}
+    unmeasured = len(items - {f[0].words(f"{_ITEM}Id") for f in found})
     told = [values.get(e.attributes.get("id", "")) for e, *_ in found]
     return readings(
         file,
@@ -82,12 +83,9 @@ def read(file: DeviceFile) -> DeviceReadings:
         to_mm=_unit(file, root),
         name=[f[1] for f in found],
         group=[f[3] for f in found],
-        nominal=place,
-        measured=measured_at,
-        normal=normal,
-        deviation=deviation,
+        numbers={"nominal": place, "measured": measured_at, "normal": normal},
         findings=(
-            *_left_out(file, left, seen.total() - len({f[1] for f in found})),
+            *_left_out(file, left, unmeasured),
             *_disagreeing(file, found=[f[0].line for f in found], deviation=deviation, told=told),
         ),
     )
@@ -160,4 +158,4 @@ def _disagreeing(
     for line, own, values in zip(found, deviation.tolist(), told, strict=True):
         if values and min(abs(own - v) for v in values) > AGREES:
             what = "the deviation along the normal is not the value of its point profile: the location counts"
-            yield Finding(WARNING, f"{file.label}: line {line}", what)
+            yield Finding(WARNING, f"{file.label}:{line}", what)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -93,11 +94,8 @@ class DeviceReadings:
 
     def take(self, rows: Rows, *more: Finding) -> DeviceReadings:
         """Some of the readings, with further findings."""
-        taken = {
-            f.name: value[rows]
-            for f in fields(self)
-            if isinstance(value := getattr(self, f.name), np.ndarray)
-        }
+        arrays = {f.name: getattr(self, f.name) for f in fields(self)}
+        taken: dict[str, Any] = {name: a[rows] for name, a in arrays.items() if isinstance(a, np.ndarray)}
         return replace(
             self,
             name=tuple(self.name[k] for k in rows),
@@ -110,6 +108,10 @@ class DeviceReadings:
     def at(self, row: int) -> str:
         """Where a reading stands, for messages."""
         return f"{self.source}: line {self.line[row]}"
+
+    def place(self, row: int) -> str:
+        """The same, for findings."""
+        return f"{self.source}:{self.line[row]}"
 
 
 def readings(
@@ -125,9 +127,9 @@ def readings(
     columns: Mapping[str, Floats] | None = None,
     needs_free_frame: str = "",
     findings: tuple[Finding, ...] = (),
-    **numbers: npt.ArrayLike,
+    numbers: Mapping[str, npt.ArrayLike],
 ) -> DeviceReadings:
-    """Readings of N lines, NaN for every number that is not given; ``numbers``: those of DeviceReadings."""
+    """Readings of N lines; ``numbers``: those of DeviceReadings by name, NaN for every one that is not given."""
     count = len(line)
     empty = {
         key: np.full((count, 3) if key in ("nominal", "measured", "normal") else count, np.nan)

@@ -28,7 +28,7 @@ class TraceSamples:
     """Samples of a trace: N rows.
 
     Attributes:
-        kind: as in DeviceReadings. columns: name -> (N,) in the units of trace/1 (mm, s, deg C), as samples.csv has them.
+        kind: as in DeviceReadings. columns: name -> (N,) in the units of trace/1 (mm, s, deg C), as in samples.csv.
         findings: about them.
     """
 
@@ -83,7 +83,8 @@ def samples_of(given: DeviceReadings, order: TraceOrder, to_mm: float, rows: int
     if given.kind == POSITIONS:
         columns |= dict(zip("xyz", (given.measured * to_mm).T, strict=True))
     elif given.kind == BALLBAR:
-        columns["radius"] = given.radius * to_mm
+        nominal = np.nan if order.radius is None else order.radius
+        columns["radius"] = np.where(np.isfinite(given.radius), given.radius, nominal / to_mm + given.deviation) * to_mm
     else:
         columns |= dict(zip("xyz", (given.nominal * to_mm).T, strict=True))
         columns |= dict(zip("ijk", given.normal.T, strict=True))
@@ -108,13 +109,14 @@ def _index(given: DeviceReadings, order: TraceOrder, rows: int | None) -> tuple[
         times, left = divmod(len(given), len(each))
         if left:
             raise DeviceError(
-                f"{given.source}: --index {order.index}: {len(each)} rows for {len(given)} readings: give a row for every "
-                "reading, or of every run the same rows"
+                f"{given.source}: --index {order.index}: {len(each)} rows for {len(given)} readings: give a row for "
+                "every reading, or of every run the same rows"
             )
         index = np.tile(each, times)
         if times > 1:
             if run is not None:
-                raise DeviceError(f"{given.source}: --index {order.index}: the file has runs; give a row for every reading")
+                why = "the file has runs; give a row for every reading"
+                raise DeviceError(f"{given.source}: --index {order.index}: {why}")
             run = np.repeat(np.arange(1.0, times + 1), len(each))
     if index is not None:
         last = np.inf if rows is None else rows - 1
@@ -140,13 +142,14 @@ def _refuse_impossible(given: DeviceReadings, columns: Mapping[str, Floats], ord
         if len(bad):
             k = int(bad[0])
             raise DeviceError(
-                f"{given.at(k)}: radius {columns['radius'][k]:g} mm, nominal {order.radius:g}: no ball-bar is pulled out by "
-                f"{LARGE:g} mm. Readings that are deviations want --column deviation=... in place of radius"
+                f"{given.at(k)}: radius {columns['radius'][k]:g} mm, nominal {order.radius:g}: no ball-bar is pulled out "
+                f"by {LARGE:g} mm. Deviations want --column deviation=... instead"
             )
     if given.kind == POSITIONS and "index" not in columns:
         back = np.flatnonzero(np.diff(columns["time"]) < 0)
         if len(back):
-            raise DeviceError(f"{given.at(int(back[0]) + 1)}: time runs backwards; put the rows in order, or give --index")
+            why = "time runs backwards; put the rows in order, or give --index"
+            raise DeviceError(f"{given.at(int(back[0]) + 1)}: {why}")
     if "sd" in columns and np.any(columns["sd"] <= 0):
         k = int(np.argmax(columns["sd"] <= 0))
         raise DeviceError(f"{given.at(k)}: sd = {columns['sd'][k]:g} mm, expected above 0")
@@ -162,10 +165,10 @@ def _findings(given: DeviceReadings, columns: Mapping[str, Floats], to_mm: float
     out = np.flatnonzero((deviation > given.high * to_mm) | (deviation < given.low * to_mm))
     if len(out):
         what = "points out of their tolerance; they are kept"
-        yield Finding(NOTE, given.at(int(out[0])), what, count=len(out))
+        yield Finding(NOTE, given.place(int(out[0])), what, count=len(out))
     large = np.flatnonzero(np.abs(deviation) > LARGE)
     if len(large):
         k = int(large[0])
         what = f"deviations above {LARGE:g} mm"
         remedy = "Check units, the frame of the measurement, and that normals point out of the material"
-        yield Finding(WARNING, given.at(k), what, remedy, count=len(large))
+        yield Finding(WARNING, given.place(k), what, remedy, count=len(large))

@@ -37,7 +37,7 @@ def _of_group(given: DeviceReadings, wanted: str | None) -> DeviceReadings:
     others = Counter({g: n for g, n in counts.items() if g != kept})
     what = f"points of other groups than {kept!r} are left out: {_listed(others)}"
     level = WARNING if wanted is None else NOTE
-    return given.take(rows, Finding(level, given.at(int(lost[0])), what, count=len(lost)))
+    return given.take(rows, Finding(level, given.place(int(lost[0])), what, count=len(lost)))
 
 
 def _of_point(given: DeviceReadings, wanted: str | None) -> DeviceReadings:

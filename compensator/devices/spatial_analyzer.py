@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import NamedTuple
 
 import numpy as np
@@ -65,8 +65,7 @@ def read(file: DeviceFile) -> DeviceReadings:
         frame=frame,
         name=[r.name for r in rows],
         group=[r.group for r in rows],
-        measured=[r.xyz for r in rows],
-        time=time,
+        numbers={"measured": [r.xyz for r in rows], "time": time},
         findings=tuple(found_times),
     )
 
@@ -93,7 +92,7 @@ def _row(file: DeviceFile, at: int, text: str) -> _Row:
     xyz = (number(x, file.label, at, "x"), number(y, file.label, at, "y"), number(z, file.label, at, "z"))
     if is_number(names[-1]) and len(names) > 1 and "." in names[-1]:
         raise DeviceError(f"{file.label}: line {at}: more than three coordinates: {text.strip()[:60]!r}")
-    return _Row(at, "::".join(names[:-1]), names[-1], xyz, stamp)
+    return _Row(line=at, group="::".join(names[:-1]), name=names[-1], xyz=xyz, stamp=stamp)
 
 
 def _times(file: DeviceFile, rows: Sequence[_Row]) -> tuple[npt.NDArray[np.float64], list[Finding]]:
@@ -127,7 +126,8 @@ def _seconds(file: DeviceFile, row: _Row) -> float:
     one, two, year, hour, minute, second = (int(g) for g in found.groups()[:6]) if found else (0, 0, 0, 0, 0, 0)
     month, day = (one, two) if one <= 12 else (two, one)
     try:
-        date = datetime(year if year > 99 else 2000 + year, month, day, hour, minute, second)
+        day_begins = datetime(year if year > 99 else 2000 + year, month, day)
+        date = day_begins + timedelta(hours=hour, minutes=minute, seconds=second)
     except ValueError as e:
         raise DeviceError(f"{file.label}: line {row.line}: date {row.stamp!r}: {e}; export again") from e
     fraction = float(found[7] or 0.0) if found else 0.0

@@ -51,7 +51,7 @@ DEVICES = (
     Device(name="qif", module="qif", title="QIF 3 results"),
     Device(name="spatial-analyzer", module="spatial_analyzer", title="SpatialAnalyzer point export"),
     Device(name="pc-dmis", module="pcdmis", title="PC-DMIS text report"),
-    Device(name="probe-results", module="probe_results", title="Fusion, PowerInspect or Haas probe results (G800, G801)"),
+    Device(name="probe-results", module="probe_results", title="Fusion, PowerInspect or Haas results (G800, G801)"),
     Device(name="csv", module="column_file", title="columns of text"),
 )
 
@@ -62,6 +62,10 @@ def device_of(file: DeviceFile, name: str | None = None) -> Device:
     Raises:
         DeviceError: none does.
     """
+    if file.columns and name not in (None, "csv"):
+        raise DeviceError(f"{file.label}: --column names columns of a csv, not of --from {name}; leave one of them out")
+    if file.columns:
+        name = "csv"
     if name is not None:
         return next(d for d in DEVICES if d.name == name)
     found = next((d for d in DEVICES if d.recognised(file)), None)

@@ -20,7 +20,8 @@ def trace_toml(
         noise_line: in place of the noise where it is not known yet.
     """
     lines = [*(f"# {_one_line(text)}" for text in lead), 'schema = "trace/1"']
-    lines += [f"{key} = {_quoted(value)}" for key, value in (("cell", cell), ("program", program), ("samples", samples))]
+    named = {"cell": cell, "program": program, "samples": samples}
+    lines += [f"{key} = {_quoted(value)}" for key, value in named.items()]
     lines.append(f'kind = "{kind}"')
     if kind != BALLBAR:
         lines.append(f"registered = {_yes(order.frame != FREE)}")

@@ -69,16 +69,16 @@ class _Builder(ContentHandler):
         self._stack = [self.holder]
         self._locator: Locator | None = None
 
-    def setDocumentLocator(self, locator: Locator) -> None:  # noqa: N802, the name is of xml.sax
+    def setDocumentLocator(self, locator: Locator) -> None:
         self._locator = locator
 
-    def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802
+    def startElement(self, name: str, attrs: AttributesImpl) -> None:
         line = self._locator.getLineNumber() if self._locator else None
         made = Element(name.rpartition(":")[2], dict(attrs.items()), line or 0)
         self._stack[-1].children.append(made)
         self._stack.append(made)
 
-    def endElement(self, name: str) -> None:  # noqa: N802
+    def endElement(self, name: str) -> None:
         self._stack.pop()
 
     def characters(self, content: str) -> None:

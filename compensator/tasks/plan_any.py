@@ -42,7 +42,7 @@ def plan_any(
     if not (ballbar or probe):
         _refuse_given(of_trials, "to --ballbar or --probe")
         if model is None:
-            raise CompensatorError("MODEL is missing: give the model that is to be known better, or --ballbar or --probe")
+            raise CompensatorError("MODEL is missing: give the model to be known better, or --ballbar or --probe")
         return plan_file(
             model,
             output,

@@ -1,4 +1,4 @@
-"""What `plan --ballbar` and `plan --probe` do: from a cell to a program to be measured, and an empty trace to fill in."""
+"""What `plan --ballbar` and `plan --probe` do: from a cell to a program to measure, and an empty trace to fill in."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ from compensator.trials.trial_program import TrialProgram, trial_job, trial_prog
 from stiffness.model.model import load_model, robot_of
 from toolpaths.files import language_of, write_program
 from toolpaths.finding import NOTE, WARNING, Finding, of_kind
-from toolpaths.languages.table import Language
 
 Floats = npt.NDArray[np.float64]
 
@@ -94,9 +93,9 @@ def plan_trial_file(
     job = trial_job(load_cell(cell))
     refuse_study_frame(job)
     if model is not None and not robot_of(load_model(model)).same_kinematics(job.arm.robot):
-        raise CompensatorError(f"{model}: is for another robot than {cell}; leave it out, or give the cell of its robot")
+        raise CompensatorError(f"{model}: is for another robot than {cell}; leave it out")
     at = None if center is None else job.placement.workobject.inward(np.array(center) / MM)
-    names = (Path(os.path.relpath(cell.resolve(), output.resolve().parent)).as_posix(), _program_name(output, written_in))
+    names = (_beside(cell, output), output.name if written_in.table else PROGRAM)
     say("looking for circles" if ballbar else "looking for postures")
     if ballbar:
         made = _circles(job, radius or RADIUS, at, list(feeds or FEEDS), names=names)
@@ -113,8 +112,8 @@ def plan_trial_file(
                 staged.with_name(name).write_bytes(text.encode())
                 beside.append(staged.with_name(name))
         report = made.report
-        found = [*of_kind("cell", job.findings), *of_kind("plan", _findings(job, report)), *of_kind("program", written.findings)]
-        report["findings"] = findings_report(found)
+        found = [*of_kind("cell", job.findings), *of_kind("plan", _findings(job, report))]
+        report["findings"] = findings_report([*found, *of_kind("program", written.findings)])
         refuse_warnings(report, strict)
         files = outputs.add(written.files[0], output, beside)
         if json:
@@ -138,8 +137,9 @@ def _check(output: Path, *, ballbar: bool, radius: float | None, feeds: Sequence
         raise CompensatorError(f"{samples}: stands there and may hold readings; give the plan a folder of its own")
 
 
-def _program_name(output: Path, language: Language) -> str:
-    return output.name if language.table else PROGRAM
+def _beside(cell: Path, output: Path) -> str:
+    """The cell as the trace names it."""
+    return Path(os.path.relpath(cell.resolve(), output.resolve().parent)).as_posix()
 
 
 def _circles(
@@ -155,7 +155,7 @@ def _circles(
     about = [f"circle {k}: {c.shape.words}, centre and radius below" for k, c in enumerate(plan.circles, 1)]
     trace = _trace(BALLBAR, order, names, ["Fill in the column radius of the samples, mm.", *about])
     sentence = f"{len(plan.circles)} circles about {x:.0f}, {y:.0f}, {z:.0f} mm tell joints {_told(report, 'circle')}"
-    return _Made(trial, trace, csv_text(columns), report, sentence)
+    return _Made(trial=trial, trace=trace, samples=csv_text(columns), report=report, sentence=sentence)
 
 
 def _touches(job: Job, center: Floats | None, names: tuple[str, str]) -> _Made:
@@ -170,10 +170,10 @@ def _touches(job: Job, center: Floats | None, names: tuple[str, str]) -> _Made:
     told = {name: v for name, v in trial.columns.items() if name not in "ijk"}
     empty = {"deviation": np.full(len(trial.rows), np.nan)}
     columns = {"index": trial.rows.astype(float), **place, **normal, **empty, **told}
-    about = "Fill in the column deviation, mm: the gauge, positive along i, j, k; do not set it to zero within a posture."
+    about = "Fill in the column deviation, mm: the gauge, positive along i, j, k; set to zero only where it is moved."
     trace = _trace(SURFACE, TraceOrder(frame=FREE), names, [about])
     sentence = f"{len(plan.touches)} two-sided touches tell joints {_told(report, 'touch')}"
-    return _Made(trial, trace, csv_text(columns), report, sentence)
+    return _Made(trial=trial, trace=trace, samples=csv_text(columns), report=report, sentence=sentence)
 
 
 def _trace(kind: str, order: TraceOrder, names: tuple[str, str], about: list[str]) -> str:

@@ -12,6 +12,7 @@ from compensator.devices.completion import completed, nominal_points
 from compensator.devices.device_text import device_text
 from compensator.devices.order import TraceOrder, refuse_incomplete
 from compensator.devices.program_rows import program_rows
+from compensator.devices.readings import SURFACE
 from compensator.devices.samples import TraceSamples, samples_of
 from compensator.devices.selection import selected
 from compensator.devices.table import device_of
@@ -76,6 +77,8 @@ def trace_file(
     given = device.read(source)
     chosen = selected(given, order.group, order.point)
     to_mm = refuse_incomplete(chosen, order)
+    if nominals is not None and chosen.kind != SURFACE:
+        raise DeviceError(f"{file}: --nominals: its readings are {chosen.kind}, no surface points; leave it out")
     table = None if nominals is None else nominal_points(device_text(nominals))
     whole = completed(chosen, table, to_mm)
     _refuse_other_schema(cell)

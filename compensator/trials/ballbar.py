@@ -130,7 +130,9 @@ def ballbar_plan(job: Job, radius: float, center: Floats | None) -> BallbarPlan:
     rows = [c.gap_rows for c in chosen]
     bars = [np.tile(c.shape.outward(c.angle[c.data]), (2, 1)) for c in chosen]
     beside = [np.hstack([u, np.ones((len(u), 1))]) for u in bars]
-    return BallbarPlan(at, radius, tuple(chosen), gap_sd(rows, beside, NOISE), (tried, ran))
+    return BallbarPlan(
+        center=at, radius=radius, circles=tuple(chosen), sd=gap_sd(rows, beside, NOISE), tried=(tried, ran)
+    )
 
 
 def _centres(radius: float) -> Iterator[Floats]:
@@ -217,11 +219,19 @@ def ballbar_moves(plan: BallbarPlan, feeds: Sequence[float]) -> TrialMoves:
         parts.append(moves(place[[0]], shape.quaternion, feeds[0] / 6e4))
         begin, end = shape.arc
         data = (angle >= begin - 1e-9) & (angle <= end + 1e-9)
-        for feed in feeds:
+        for lap, feed in enumerate(feeds):
             for way in (1, -1):
-                told = {"circle": float(number), "angle": np.degrees(angle)[::way], "direction": float(way)}
-                wait = f"mount the ball-bar, circle {number}" if feed == feeds[0] and way == 1 else ""
-                run = moves(place[::way], shape.quaternion, feed / 6e4, read=data[::way], wait=wait, **told)
-                parts.append(run if wait else run.after_first())
+                first = lap == 0 and way == 1
+                run = moves(
+                    place[::way],
+                    shape.quaternion,
+                    feed / 6e4,
+                    read=data[::way],
+                    wait=f"mount the ball-bar, circle {number}" if first else "",
+                    circle=float(number),
+                    angle=np.degrees(angle)[::way],
+                    direction=float(way),
+                )
+                parts.append(run if first else run.after_first())
         parts.append(moves(above, shape.quaternion, feeds[0] / 6e4, wait="take the ball-bar off"))
     return joined(parts)

@@ -41,8 +41,8 @@ class CircleShape:
 
     @property
     def overshoot(self) -> float:
-        """rad before and after the data: the joints are on their way when these begin, and do not turn round in them."""
-        return np.radians(2.0 if self.standing else 45.0)
+        """rad before and after the data: the joints are on their way when these begin."""
+        return float(np.radians(2.0 if self.standing else 45.0))
 
     def angles(self, step: float) -> Floats:
         """(N,) rad with run-in and overshoot, one way."""

@@ -64,7 +64,7 @@ class Touch:
     @property
     def above(self) -> Floats:
         """(1, 3) m, clear of the gauge."""
-        return self.pose.origin + np.array([[0.0, 0.0, CLEAR]])
+        return np.asarray(self.pose.origin + np.array([[0.0, 0.0, CLEAR]]))
 
     @property
     def sd(self) -> float:

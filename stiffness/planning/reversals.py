@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -56,9 +57,9 @@ def _turns(angle: Floats) -> list[int]:
     """Rows where a joint turns round, with enough travel before and after."""
     step = np.diff(angle)
     moving = np.flatnonzero(np.abs(step) > STILL)
-    turns = [int(b) for a, b in zip(moving, moving[1:], strict=False) if step[a] * step[b] < 0]
+    turns = [int(b) for a, b in pairwise(moving) if step[a] * step[b] < 0]
     ends = [0, *turns, len(angle) - 1]
-    travel = [abs(float(angle[b] - angle[a])) for a, b in zip(ends, ends[1:], strict=False)]
+    travel = [abs(float(angle[b] - angle[a])) for a, b in pairwise(ends)]
     return [t for k, t in enumerate(turns) if min(travel[k], travel[k + 1]) > LEAST_TRAVEL]
 
 
@@ -68,8 +69,11 @@ def sides(q: Floats) -> Floats:
     out = np.vstack([np.full((1, q.shape[1]), np.nan), step])
     for j in range(q.shape[1]):
         known = np.flatnonzero(np.isfinite(out[:, j]))
-        last = known[np.maximum(np.searchsorted(known, np.arange(len(q)), side="right") - 1, 0)] if len(known) else []
-        out[:, j] = out[last, j] if len(known) else 0.0
+        if not len(known):
+            out[:, j] = 0.0
+            continue
+        last = np.maximum(np.searchsorted(known, np.arange(len(q)), side="right") - 1, 0)
+        out[:, j] = out[known[last], j]
     return out
 
 
