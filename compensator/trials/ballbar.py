@@ -27,6 +27,7 @@ NOISE = 1e-6  # m, of a ball-bar reading
 MOST = 4  # circles
 COARSE, STEP = np.radians(3.0), np.radians(1.0)
 TILTS = tuple(np.radians(t) for t in ((0, 0), (25, 0), (-25, 0), (0, 25), (0, -25)))
+FEW = 3  # centres, where a circle takes long to follow
 SPREAD = 0.3  # m from the work object's zero to the centres that are tried
 TURNS = 12
 CLEAR = 0.1  # m above a circle
@@ -110,7 +111,8 @@ def ballbar_plan(job: Job, radius: float, center: Floats | None) -> BallbarPlan:
     best: tuple[tuple[float, ...], Floats, list[Circle]] | None = None
     first: PathError | None = None
     tried = ran = 0
-    for at in _centres(radius) if center is None else [center]:
+    quick = job.planner.inverse.labelled  # without a closed form a circle takes a second
+    for at in list(_centres(radius))[: None if quick else FEW] if center is None else [center]:
         circles = []
         for shape in _shapes(job, at):
             tried += 1
@@ -123,6 +125,8 @@ def ballbar_plan(job: Job, radius: float, center: Floats | None) -> BallbarPlan:
         score = _score(chosen, job.arm.robot.n)
         if chosen and (best is None or score > best[0]):
             best = (score, at, chosen)
+        if not quick and score[0] >= _visible(circles):
+            break
     if best is None:
         where = "give --center X Y Z (mm, base) where the arm reaches all around, a smaller --radius, or another [tool]"
         raise PathError(f"none of {tried} circles of radius {radius * 1e3:g} mm can be run: {first}; {where}")
@@ -164,7 +168,7 @@ def _turn(job: Job, center: Floats) -> float:
 
 
 def _circle(job: Job, center: Floats, radius: float, shape: CircleShape) -> Circle:
-    angle = shape.angles(COARSE)
+    angle = shape.angles(COARSE if job.planner.inverse.labelled else 2 * COARSE)
     outward = shape.outward(angle)
     path = job.planner.plan(toolpath_of(moves(center + radius * outward, shape.quaternion, 0.01), "circle"))
     levers = tcp_levers(job.arm.robot, job.placement.tools.first, path.q)
@@ -205,6 +209,13 @@ def _score(circles: Sequence[Circle], joints: int) -> tuple[float, ...]:
     """The larger the better: joints told, few circles, long levers."""
     best = [max((abs(r.lever) for c in circles if (r := c.best(j))), default=0.0) for j in range(joints)]
     return float(np.count_nonzero(best)), -float(len(circles)), float(np.sum(np.log(np.maximum(best, LEVER))))
+
+
+def _visible(circles: Sequence[Circle]) -> float:
+    """How many joints move the bar at all; inf: no circle can be run."""
+    if not circles:
+        return np.inf
+    return float(np.count_nonzero(np.max([np.abs(c.lever).max(axis=0) for c in circles], axis=0) >= LEVER))
 
 
 def ballbar_moves(plan: BallbarPlan, feeds: Sequence[float]) -> TrialMoves:

@@ -29,6 +29,7 @@ MOST_TURN = np.radians(3.0)
 PIECE = np.radians(0.1)  # of an approach: its chords leave the arc by less than a micrometre, the other joints stand
 NOISE = 2e-6  # m, of a reading of a dial gauge
 REPEATS = 2
+FEW = 2  # places and turns, where a posture takes long to find
 SHARE = 0.5  # of the longest lever of a joint: a posture that shows less of it is not good for it
 MOST = 2  # postures: a frame of its own (six numbers) takes up the zeros of the gauge, three per posture
 TILTS = tuple(np.radians(t) for t in ((0, 0), (35, 0), (-35, 0), (0, 35), (0, -35)))
@@ -150,9 +151,10 @@ def _postures(job: Job, center: Floats | None) -> Iterator[_Posture]:
     """Postures of one arm configuration, with room for the approaches."""
     planner, robot = job.planner, job.arm.robot
     found: list[tuple[int, Floats, Frame]] = []
-    for at in _places() if center is None else [center]:
+    quick = planner.inverse.labelled  # without a closed form a posture takes a quarter of a second
+    for at in list(_places())[: None if quick else FEW] if center is None else [center]:
         for tilt in TILTS:
-            for turn in TURNS:
+            for turn in TURNS[: None if quick else FEW]:
                 shape = CircleShape("XY", (float(tilt[0]), float(tilt[1])), float(turn))
                 pose = toolpath_of(moves(at[None], shape.quaternion, 0.01), "")
                 tcp = planner.workobject.then(frames(pose))

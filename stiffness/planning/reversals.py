@@ -16,6 +16,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 LEAST_TRAVEL = 1e-3  # rad before and after a reversal: longer than any gap, which has to be crossed
+SEEN = 0.03  # of its lever: a joint whose step is so much smaller does not hide it, with a gap three times as large
 STILL = 1e-9  # rad from pose to pose: a joint that moves less stands
 
 
@@ -26,7 +27,7 @@ class Reversal:
     Attributes:
         joint: counted from 0. row: of the path. along: rad, place on the circle. angle: rad, of the joint there.
         lever: m/rad along the direction that is read, signed. apart: rad on the circle to the nearest reversal of
-            another joint; inf: there is none.
+            another joint that is seen beside it; inf: there is none.
     """
 
     joint: int
@@ -46,7 +47,8 @@ def reversals(along: Floats, q: Floats, lever: Floats) -> list[Reversal]:
     turned = [(j, row) for j in range(q.shape[1]) for row in _turns(q[:, j])]
     out = []
     for j, row in sorted(turned, key=lambda t: (t[1], t[0])):
-        others = [abs(along[row] - along[r]) for k, r in turned if k != j]
+        seen = SEEN * abs(lever[row, j])
+        others = [abs(along[row] - along[r]) for k, r in turned if k != j and abs(lever[r, k]) > seen]
         apart = float(min(others, default=np.inf))
         place, angle, by = float(along[row]), float(q[row, j]), float(lever[row, j])
         out.append(Reversal(joint=j, row=row, along=place, angle=angle, lever=by, apart=apart))
