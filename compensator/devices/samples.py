@@ -24,7 +24,7 @@ DECIMALS = 6  # of a millimetre, a second: a tenth of what any instrument of a s
 
 
 @dataclass(frozen=True, repr=False)
-class TraceSamples:
+class SampleTable:
     """Samples of a trace: N rows.
 
     Attributes:
@@ -40,7 +40,7 @@ class TraceSamples:
         return len(next(iter(self.columns.values())))
 
     def __repr__(self) -> str:
-        return f"TraceSamples({len(self)} {self.kind})"
+        return f"SampleTable({len(self)} {self.kind})"
 
     @property
     def runs(self) -> int:
@@ -70,7 +70,7 @@ def _text(name: str, value: float) -> str:
     return "0" if shown == "-0" else shown
 
 
-def samples_of(given: DeviceReadings, order: TraceOrder, to_mm: float, rows: int | None) -> TraceSamples:
+def samples_of(given: DeviceReadings, order: TraceOrder, to_mm: float, rows: int | None) -> SampleTable:
     """The samples that readings are; ``rows``: how many the program has, None: not known.
 
     Raises:
@@ -97,7 +97,7 @@ def samples_of(given: DeviceReadings, order: TraceOrder, to_mm: float, rows: int
         columns["sd"] = given.sd * to_mm
     columns |= given.columns
     _refuse_impossible(given, columns, order)
-    return TraceSamples(given.kind, columns, tuple(_findings(given, columns, to_mm)))
+    return SampleTable(given.kind, columns, tuple(_findings(given, columns, to_mm)))
 
 
 def _index(given: DeviceReadings, order: TraceOrder, rows: int | None) -> tuple[Floats | None, Floats | None]:
@@ -142,8 +142,8 @@ def _refuse_impossible(given: DeviceReadings, columns: Mapping[str, Floats], ord
         if len(bad):
             k = int(bad[0])
             raise DeviceError(
-                f"{given.at(k)}: radius {columns['radius'][k]:g} mm, nominal {order.radius:g}: no ball-bar is pulled out "
-                f"by {LARGE:g} mm. Deviations want --column deviation=... instead"
+                f"{given.at(k)}: radius {columns['radius'][k]:g} mm, nominal {order.radius:g}: no ball-bar is pulled "
+                f"out by {LARGE:g} mm. Deviations want --column deviation=... instead"
             )
     if given.kind == POSITIONS and "index" not in columns:
         back = np.flatnonzero(np.diff(columns["time"]) < 0)

@@ -21,7 +21,7 @@ from compensator.errors import CompensatorError
 from compensator.program.maker import refuse_study_frame
 from compensator.report.json.findings import findings_report
 from compensator.report.json.text import as_json
-from compensator.report.json.trial import ballbar_report, probe_report
+from compensator.report.json.trial import ballbar_report, probe_report, with_torques
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
@@ -111,7 +111,7 @@ def plan_trial_file(
             for name, text in ((TRACE, made.trace), (SAMPLES, made.samples)):
                 staged.with_name(name).write_bytes(text.encode())
                 beside.append(staged.with_name(name))
-        report = made.report
+        report = with_torques(made.report, made.trial.torque)
         found = [*of_kind("cell", job.findings), *of_kind("plan", _findings(job, report))]
         report["findings"] = findings_report([*found, *of_kind("program", written.findings)])
         refuse_warnings(report, strict)
@@ -193,10 +193,20 @@ def _told(report: dict[str, Any], key: str) -> str:
     return ", ".join(str(j["joint"]) for j in report["joints"] if j[key] is not None) or "none"
 
 
+def _span(torque: list[float]) -> str:
+    return f"{torque[0]:.3g} to {torque[1]:.3g}"
+
+
 def _findings(job: Job, report: dict[str, Any]) -> Iterator[Finding]:
     for j in report["joints"]:
         if j["why_not"]:
             yield Finding(WARNING, f"joint {j['joint']}", f"its lost motion is not told: {j['why_not']}")
+    held = [j for j in report["joints"] if not j["why_not"] and j["weight_keeps_its_side"]]
+    if held:
+        listed = ", ".join(f"{j['joint']} ({_span(j['torque_nm'])} N*m)" for j in held)
+        what = f"the weight keeps its sign on joints {listed}: a gap that it holds closed looks like a joint zero there"
+        remedy = "Friction and a softer flank still show; a gap does where friction is above the torque"
+        yield Finding(NOTE, "", what, remedy)
     if job.placement.start is None:
         what = "[start] is missing: the side that every joint comes from at first is not known"
         yield Finding(NOTE, job.placement.source, what, "Give [start] joints, and begin the program from there")

@@ -13,7 +13,7 @@ from compensator.devices.device_text import device_text
 from compensator.devices.order import TraceOrder, refuse_incomplete
 from compensator.devices.program_rows import program_rows
 from compensator.devices.readings import SURFACE
-from compensator.devices.samples import TraceSamples, samples_of
+from compensator.devices.samples import SampleTable, samples_of
 from compensator.devices.selection import selected
 from compensator.devices.table import device_of
 from compensator.devices.trace_toml import trace_toml
@@ -36,7 +36,7 @@ USUAL = {"cell": "cell.toml", "program": "run.csv"}
 class TraceMade:
     """The samples of a trace, its JSON report, one sentence for people, and the files that were written."""
 
-    samples: TraceSamples
+    samples: SampleTable
     report: dict[str, Any]
     sentence: str
     files: tuple[Path, ...]

@@ -30,12 +30,14 @@ class TrialProgram:
 
     Attributes:
         program: as the writers take it. rows: (M,) of it where readings are taken, as ``index`` counts them.
-        position: (M, 3) m, work object, there. columns: name -> (M,) of what is told beside the readings.
+        position: (M, 3) m, work object, there. torque: (M, n) N*m of the joints there, of weight alone.
+        columns: name -> (M,) of what is told beside the readings.
     """
 
     program: Program
     rows: npt.NDArray[np.intp]
     position: Floats
+    torque: Floats
     columns: dict[str, Floats]
 
     def __repr__(self) -> str:
@@ -82,5 +84,6 @@ def trial_program(job: Job, trial: TrialMoves, name: str, begin: Floats) -> Tria
         program=program_of(result, corrected=False, name=name),
         rows=rows.astype(np.intp),
         position=trial.position[read],
+        torque=result.before.torque[rows],
         columns={column: values[read] for column, values in trial.columns.items()},
     )

@@ -8,10 +8,10 @@ import numpy as np
 
 from compensator.devices.order import FREE, TraceOrder
 from compensator.devices.readings import BALLBAR, SURFACE
-from compensator.devices.samples import TraceSamples
+from compensator.devices.samples import SampleTable
 
 
-def trace_report(device: str, samples: TraceSamples, order: TraceOrder, *, read: int, to_mm: float) -> dict[str, Any]:
+def trace_report(device: str, samples: SampleTable, order: TraceOrder, *, read: int, to_mm: float) -> dict[str, Any]:
     """Without its findings; ``read``: readings in the file, ``to_mm``: mm in its unit of length."""
     columns = samples.columns
     return {

@@ -78,5 +78,16 @@ def probe_report(plan: ProbePlan, joints: int) -> Report:
     }
 
 
+def with_torques(report: Report, torque: np.ndarray) -> Report:
+    """A report with what the weight does to each joint; ``torque``: (M, n) N*m at the readings."""
+    low, high = torque.min(axis=0), torque.max(axis=0)
+    keeps = low * high > 0
+    told = [
+        {**j, "torque_nm": [float(f"{low[k]:.4g}"), float(f"{high[k]:.4g}")], "weight_keeps_its_side": bool(keeps[k])}
+        for k, j in enumerate(report["joints"])
+    ]
+    return {**report, "joints": told}
+
+
 def _rounded(values: Any) -> list[float]:
     return [round(float(v), 6) + 0.0 for v in values]

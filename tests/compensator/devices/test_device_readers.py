@@ -79,7 +79,8 @@ def test_pcdmis() -> None:
     ("old", "new", "why"),
     [
         ("42.520      0.020", "42.520     -0.020", r"line 5: axis Y of PLN4: DEV -0\.02, but MEAS - NOMINAL is 0\.02"),
-        ("Y       42.500      0.200      0.200     42.520", "Y       42.500", r"line 5: .* expected at least NOMINAL"[:9]),
+        ("     42.520      0.020      0.000 ----#----", "", r"line 5: axis Y of PLN4: DEV 0\.2, but MEAS"),
+        ("      0.200      0.200     42.520      0.020      0.000", "", r"line 5: .* has 1 numbers, expected at least"),
         ("PLN4  UNITS=MM", "PLN4  UNITS=ELL", r"line 3: UNITS=ELL, expected MM or IN"),
         ("PLN4  UNITS=MM", "PLN4  UNITS=IN", r"points in several units: IN \(line 3\), MM \(line 9\)"),
     ],
@@ -92,7 +93,7 @@ def test_pcdmis_refusals(old: str, new: str, why: str) -> None:
 
 def test_pcdmis_without_a_point() -> None:
     text = re.sub(r"LOCATION OF P\w+", "FLATNESS OF PLANE", PCDMIS)
-    with pytest.raises(DeviceError, match=r"no location of a point or plane in it \(4 FLATNESS, 1 POSITION OF CIRCLE\)"):
+    with pytest.raises(DeviceError, match=r"no location of a point or plane in it \(4 FLATNESS, 1 POSITION OF"):
         pcdmis.read(DeviceFile("f", text))
 
 
@@ -113,7 +114,7 @@ def test_qif() -> None:
     ("old", "new", "why"),
     [
         ("<FeatureItemId>12<", "<FeatureItemId>99<", r"line 19: PointFeatureMeasurement FeatureItemId is id '99'"),
-        ("4.01 5.02 6.5", "4.01 5.02", r"line 20: Location of PointFeatureMeasurement is '4\.01 5\.02', expected three"),
+        ("4.01 5.02 6.5", "4.01 5.02", r"line 20: Location of PointFeatureMeasurement is '4\.01 5\.02', expected"),
         ("0.6 0.8 0<", "0.6 O.8 0<", r"line 8: Normal of PointFeatureNominal is 'O\.8', expected a number"),
         ("</QIFDocument>", "", r"line \d+: is not complete XML"),
         ("PointFeatureMeasurement", "ArcFeatureMeasurement", r"no measured point .* \(2 Arc, 1 Circle\)"),

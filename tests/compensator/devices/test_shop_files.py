@@ -87,7 +87,8 @@ def test_qif_results_against_the_deviations_that_the_file_has(tmp_path: Path) ->
     q = "{http://qifstandards.org/xsd/qif3}"
     told: dict[str, list[float]] = {}
     for e in root.iter(f"{q}PointProfileCharacteristicMeasurement"):
-        told.setdefault(e.findtext(f"{q}FeatureMeasurementIds/{q}Id") or "", []).append(float(e.findtext(f"{q}Value") or 0))
+        key = e.findtext(f"{q}FeatureMeasurementIds/{q}Id") or ""
+        told.setdefault(key, []).append(float(e.findtext(f"{q}Value") or 0))
     ids = [e.get("id") for e in root.iter() if e.tag.endswith("PointFeatureMeasurement")]
     got = columns(tmp_path)
     assert len(ids) == 17 == len(got["deviation"])

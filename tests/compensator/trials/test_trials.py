@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 from click.testing import CliRunner
 
 from compensator.cli import main
@@ -138,7 +139,7 @@ def test_gaps_are_found_again_from_the_circles(circles: Made) -> None:
     q, index = circles.q, circles.index
     centre = np.array(circles.trace["ballbar"]["center"]) / 1e3
     rng = np.random.default_rng(1)
-    truth = tcp(with_play(q, GAPS))[index] - (centre + [2e-4, -1e-4, 3e-4])
+    truth = tcp(with_play(q, GAPS))[index] - (centre + np.array([2e-4, -1e-4, 3e-4]))
     radius = np.linalg.norm(truth, axis=1) + 4e-5 + rng.normal(0.0, 5e-6, len(index))
 
     # plain least squares: gaps by differences of the simulation, centre along the bar, length
@@ -198,6 +199,15 @@ def test_the_program_waits_for_people(circles: Made, touches: Made) -> None:
     assert krl.count("HALT") >= len(touches.samples) and "read the gauge" in krl
 
 
+def test_joints_that_the_weight_holds_are_told(circles: Made) -> None:
+    """Joint 1 stands upright: no weight; joint 2 carries the arm in front of it."""
+    joints = circles.report["joints"]
+    assert joints[0]["torque_nm"] == pytest.approx([0, 0], abs=1e-3) and not joints[0]["weight_keeps_its_side"]
+    assert joints[1]["weight_keeps_its_side"] and np.prod(joints[1]["torque_nm"]) > 0
+    note = next(f for f in circles.report["findings"] if "looks like a joint zero" in f["what"])
+    assert note["level"] == "note" and "2 (" in note["what"]
+
+
 def test_a_csv_is_the_program_of_its_trace_and_the_same_every_time(tmp_path: Path) -> None:
     job = small_job.files(tmp_path)
     center = (1500.0, -150.0, 1000.0)
@@ -246,8 +256,6 @@ def test_more_refusals(tmp_path: Path) -> None:
     with pytest.raises(CompensatorError, match=r"samples\.csv: stands there and may hold readings"):
         plan_trial_file(job.cell, job.out / "p.mod", ballbar=True)
     other = small_job.merged(small_job.MODEL, {"robot": "kuka-kr500"})
-    import tomli_w
-
     (tmp_path / "other.toml").write_text(tomli_w.dumps(other))
     (job.out / "samples.csv").unlink()
     with pytest.raises(CompensatorError, match="is for another robot"):
