@@ -40,9 +40,11 @@ class Element:
 
     def walk(self) -> Iterator[Element]:
         """It and all below it, in the order of the file."""
-        yield self
-        for e in self.children:
-            yield from e.walk()
+        left = [self]
+        while left:
+            here = left.pop()
+            yield here
+            left += reversed(here.children)
 
     def find_all(self, tag: str) -> Iterator[Element]:
         """All elements of a name, in the order of the file."""
@@ -56,7 +58,7 @@ def parsed(text: str) -> Element:
         xml.sax.SAXParseException: it is no complete XML.
     """
     builder = _Builder()
-    parseString(text.encode(), builder)
+    parseString(text, builder)  # of text: what it declares as its encoding is done with
     return builder.holder.children[0]
 
 

@@ -6,13 +6,14 @@ A circle is good for a joint that turns round in it, with a lever along the bar,
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.job import Job
 from compensator.errors import PathError
+from compensator.trials.begin import beginning_at
 from compensator.trials.circle import PLANES, CircleShape
 from compensator.trials.trial_path import TrialMoves, frames, joined, moves, toolpath_of
 from stiffness.planning.lever import tcp_levers
@@ -114,10 +115,12 @@ def ballbar_plan(job: Job, radius: float, center: Floats | None) -> BallbarPlan:
     quick = job.planner.inverse.labelled  # without a closed form a circle takes a second
     for at in list(_centres(radius))[: None if quick else FEW] if center is None else [center]:
         circles = []
-        for shape in _shapes(job, at):
+        turn, posture = _turn(job, at)
+        planner = job.planner if quick or posture is None else beginning_at(job.planner, posture)
+        for shape in _shapes(turn):
             tried += 1
             try:
-                circles.append(_circle(job, at, radius, shape))
+                circles.append(_circle(replace(job, planner=planner), at, radius, shape))
             except PathError as e:
                 first = first or e
         ran += len(circles)
@@ -146,25 +149,28 @@ def _centres(radius: float) -> Iterator[Floats]:
             yield np.array([x * SPREAD, y * SPREAD, z])
 
 
-def _shapes(job: Job, center: Floats) -> Iterator[CircleShape]:
-    turn = _turn(job, center)
+def _shapes(turn: float) -> Iterator[CircleShape]:
     for tilt in TILTS:
         for plane in PLANES:
             yield CircleShape(plane, (float(tilt[0]), float(tilt[1])), turn)
 
 
-def _turn(job: Job, center: Floats) -> float:
-    """rad about the tool axis that leaves most room to limits and singularities at the centre."""
-    planner, best = job.planner, (-np.inf, 0.0)
+def _turn(job: Job, center: Floats) -> tuple[float, Floats | None]:
+    """rad about the tool axis that leaves most room at the centre to limits and singularities, and the posture."""
+    planner, most = job.planner, -np.inf
+    best: tuple[float, Floats | None] = (0.0, None)
     for turn in np.arange(TURNS) * 2 * np.pi / TURNS:
         shape = CircleShape("XY", turn=float(turn))
         pose = toolpath_of(moves(center[None], shape.quaternion, 0.01), "")
         tcp = planner.workobject.then(frames(pose))
         postures = planner.inverse.postures(pose, tcp, limits=True)
-        if postures:
-            margin = float(np.max(planner.bounds.margin(np.array([q for _, q in postures]))))
-            best = max(best, (margin, float(turn)))
-    return best[1]
+        if not postures:
+            continue
+        q = np.array([posture for _, posture in postures])
+        margin = planner.bounds.margin(q)
+        if float(margin.max()) > most:
+            most, best = float(margin.max()), (float(turn), q[int(np.argmax(margin))])
+    return best
 
 
 def _circle(job: Job, center: Floats, radius: float, shape: CircleShape) -> Circle:

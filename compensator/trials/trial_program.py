@@ -12,11 +12,11 @@ from compensator.cell.cell_file import Cell
 from compensator.cell.job import Job, job_of
 from compensator.cell.placement import placement_of
 from compensator.errors import CellError
-from compensator.path.planner import Planner
 from compensator.process.constant import ConstantWrenchTable
 from compensator.program.export import program_of
 from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
+from compensator.trials.begin import beginning_at
 from compensator.trials.trial_path import TrialMoves, toolpath_of
 from toolpaths.writing.program import Program
 
@@ -66,17 +66,7 @@ def trial_program(job: Job, trial: TrialMoves, name: str, begin: Floats) -> Tria
     Raises:
         PathError: the arm cannot follow it.
     """
-    own = job.planner
-    start = begin if own.start is None else own.start
-    planner = Planner(
-        own.inverse,
-        own.bounds,
-        workobject=own.workobject,
-        start=np.clip(start, own.robot.lower, own.robot.upper),
-        free_tool_axis=own.free_tool_axis,
-        source=own.source,
-    )
-    path = planned(replace(job, planner=planner), toolpath_of(trial, name))
+    path = planned(replace(job, planner=beginning_at(job.planner, begin)), toolpath_of(trial, name))
     result = uncompensated(job, path)
     read = np.flatnonzero(trial.read)
     rows = np.searchsorted(path.toolpath.row, read)

@@ -128,6 +128,13 @@ def test_qif_refusals(old: str, new: str, why: str) -> None:
         qif.read(DeviceFile("f", QIF.replace(old, new)))
 
 
+def test_qif_in_another_encoding_and_deep_in_itself() -> None:
+    other = QIF.replace("UTF-8", "ISO-8859-1").replace(">B<", ">Bö<")  # as text it is read already
+    assert qif.read(DeviceFile("f", other)).name == ("Bö", "A")
+    deep = QIF.replace("<Features>", f"{'<Note>' * 5000}{'</Note>' * 5000}<Features>")
+    assert len(qif.read(DeviceFile("f", deep))) == 2
+
+
 def test_qif_without_units_asks() -> None:
     text = re.sub(r"<FileUnits>.*</FileUnits>", "", QIF, flags=re.S)
     assert qif.read(DeviceFile("f", text)).to_mm is None

@@ -256,8 +256,12 @@ def test_more_refusals(tmp_path: Path) -> None:
     with pytest.raises(CompensatorError, match=r"samples\.csv: stands there and may hold readings"):
         plan_trial_file(job.cell, job.out / "p.mod", ballbar=True)
     other = small_job.merged(small_job.MODEL, {"robot": "kuka-kr500"})
-    (tmp_path / "other.toml").write_text(tomli_w.dumps(other))
     (job.out / "samples.csv").unlink()
+    (job.out / "trace.toml").write_bytes(job.cell.read_bytes())  # the cell stands where the trace is to be
+    (job.out / "model.toml").write_bytes((tmp_path / "model.toml").read_bytes())
+    with pytest.raises(CompensatorError, match=r"trace\.toml: is an input of this run"):
+        plan_trial_file(job.out / "trace.toml", job.out / "p.mod", ballbar=False)
+    (tmp_path / "other.toml").write_text(tomli_w.dumps(other))
     with pytest.raises(CompensatorError, match="is for another robot"):
         plan_trial_file(job.cell, job.out / "p.mod", ballbar=True, model=tmp_path / "other.toml")
     assert issubclass(PathError, CompensatorError)
