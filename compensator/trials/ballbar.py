@@ -249,6 +249,6 @@ def ballbar_moves(plan: BallbarPlan, feeds: Sequence[float]) -> TrialMoves:
                     angle=np.degrees(angle)[::way],
                     direction=float(way),
                 )
-                parts.append(run if first else run.after_first())
+                parts.append(run.after_first())
         parts.append(moves(above, shape.quaternion, feeds[0] / 6e4, wait="take the ball-bar off"))
     return joined(parts)

@@ -80,10 +80,10 @@ def probe_report(plan: ProbePlan, joints: int) -> Report:
 
 def with_torques(report: Report, torque: np.ndarray) -> Report:
     """A report with what the weight does to each joint; ``torque``: (M, n) N*m at the readings."""
-    low, high = torque.min(axis=0), torque.max(axis=0)
+    low, high = (np.round(v, 3) + 0.0 for v in (torque.min(axis=0), torque.max(axis=0)))
     keeps = low * high > 0
     told = [
-        {**j, "torque_nm": [float(f"{low[k]:.4g}"), float(f"{high[k]:.4g}")], "weight_keeps_its_side": bool(keeps[k])}
+        {**j, "torque_nm": [float(low[k]), float(high[k])], "weight_keeps_its_side": bool(keeps[k])}
         for k, j in enumerate(report["joints"])
     ]
     return {**report, "joints": told}
