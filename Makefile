@@ -40,7 +40,7 @@ wheel-check: $(VENV)/.test
 	$(BIN)/python -m pip --disable-pip-version-check wheel --quiet --no-deps -w dist .
 	$(PYTHON) -m venv out/wheel
 	out/wheel/bin/python -m pip --disable-pip-version-check install --quiet -c constraints.txt dist/*.whl
-	cp examples/wave.nc examples/cell.toml examples/stiffness.toml out/wheel/
+	cp examples/wave.nc examples/wave-stock.obj examples/cell.toml examples/stiffness.toml out/wheel/
 	cd out/wheel && bin/compensator robots && bin/compensator compensate wave.nc --cell cell.toml -o wave.src \
 	    --json wave.json && bin/compensator preview wave.nc --cell cell.toml --csv wave.csv && ls -l wave.*
 

@@ -13,9 +13,9 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, diagnose, identify, paths, poses, reading, stages, start, table
+from benchmarks import commands, cut, diagnose, identify, paths, poses, reading, stages, start, table
 
-PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages")
+PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages", "cut")
 
 
 def main() -> None:
@@ -31,6 +31,7 @@ def main() -> None:
         "diagnose": diagnose.run,
         "reading": reading.run,
         "stages": stages.run,
+        "cut": cut.run,
     }
     rows: list[table.Row] = []
     print(_machine())

@@ -34,6 +34,8 @@ def main() -> None:
 @_from
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
+@click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")
 @strict_verb
 def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: bool, **options: Any) -> None:
     """Move every pose of TOOLPATH (files of a program, or its folder) so that the predicted deflection cancels."""
@@ -54,6 +56,8 @@ def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: b
 @click.option("--csv", type=OUTPUT, help="Deflection per pose.")
 @click.option("--report", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
+@click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")
 @strict_verb
 def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
@@ -188,6 +192,23 @@ def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: A
         done = clamped_file(readings, robot, model, say=say, **options)
     print_findings(done.report)
     show_made(done)
+
+
+@main.command()
+@click.argument("forces", type=INPUT)
+@click.option("-o", "--output", "material", required=True, type=OUTPUT, help="Material file to write.")
+@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
+@strict_verb
+def cutting(forces: Path, material: Path, verbose: bool, **options: Any) -> None:
+    """Fit coefficients of the cutting force to FORCES, a csv of mean forces or spindle powers."""
+    from compensator.tasks.cutting import cutting_file
+    from compensator.terminal.cutting import show_material
+    from compensator.terminal.screen import print_findings, progress
+
+    with progress(verbose) as say:
+        done = cutting_file(forces, material, say=say, **options)
+    print_findings(done.report)
+    show_material(done)
 
 
 @main.command()

@@ -193,7 +193,8 @@ def foreign_assignments(root: ast.AST) -> Iterator[ast.AST]:
 
 
 def test_no_attribute_of_another_object_is_assigned_to() -> None:
-    own_copy = {"stiffness/robot/robot.py"}  # gravity of a copied Pinocchio model: there is no other way to give it
+    # gravity of a copied Pinocchio model, numba's folder while a function is decorated: no other way to give it
+    own_copy = {"stiffness/robot/robot.py", "compensator/process/milling/kernels/compiled.py"}
     found = [at(p, n) for p in FILES for n in foreign_assignments(tree(p)) if str(p.relative_to(ROOT)) not in own_copy]
     assert found == []
 
@@ -216,7 +217,7 @@ def test_many_arguments_are_given_by_keyword() -> None:
 
 #: Functions of any number of like things, of libraries without keywords, and of numba's and CasADi's kind.
 VARIADIC = {"vertcat", "horzcat", "max", "min", "print", "zip", "chain", "group", "Function", "computeFrameJacobian",
-            "run", "_clamp"}  # fmt: skip
+            "run", "_clamp", "writes", "hover"}  # fmt: skip
 
 
 def test_markup_stands_in_templates() -> None:

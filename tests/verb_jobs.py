@@ -37,15 +37,19 @@ class VerbJob:
 
 
 PATH = ("path.csv", "cell.toml", "model.toml", "arm.toml", "w.csv")
+MILLED = ("path.csv", "mill.toml", "model.toml", "arm.toml", "stock.stl", "own.toml")
+CUT = {"--engagement": "cut.csv", "--left": "out.stl"}
 SESSION = ("session.toml", "samples.csv", "arm.toml")
 JOBS = {
     "compensate": VerbJob(
-        ("path.csv", "--cell", "cell.toml", "--format", "csv"),
-        PATH,
-        {"-o": "out.csv", "--report": "out.html", "--json": "out.json"},
+        ("path.csv", "--cell", "mill.toml", "--format", "csv"),
+        MILLED,
+        {"-o": "out.csv", "--report": "out.html", "--json": "out.json", **CUT},
     ),
     "preview": VerbJob(
-        ("path.csv", "--cell", "cell.toml"), PATH, {"--csv": "out.csv", "--report": "out.html", "--json": "out.json"}
+        ("path.csv", "--cell", "mill.toml"),
+        MILLED,
+        {"--csv": "out.csv", "--report": "out.html", "--json": "out.json", **CUT},
     ),
     "identify": VerbJob(
         ("session.toml", "--effects", "joint-stiffness", "--prior", "model.toml"),
@@ -70,6 +74,7 @@ JOBS = {
         ("readings.csv", "geared.toml"),
         {"-o": "out.toml", "--json": "out.json"},
     ),
+    "cutting": VerbJob(("forces.csv",), ("forces.csv",), {"-o": "out.toml", "--json": "out.json"}),
     "datasheet": VerbJob(("geared.toml",), ("geared.toml",), {"-o": "out.toml", "--json": "out.json"}),
     "plan": VerbJob(
         ("model.toml", "--session", "session.toml", "--toolpath", "path.csv", "--cell", "cell.toml", "--count", "2"),
@@ -103,7 +108,11 @@ def write_inputs(folder: Path) -> None:
     (folder / "arm.toml").write_text(arm.replace(f'name = "{small_job.ABB}"', 'name = "arm"'))
     (folder / "w.csv").write_text(WRENCHES)
     process = {"kind": "table", "frame": "workobject", "file": "w.csv"}
-    small_job.files(folder, {"robot": "arm.toml", "gravity": None, "process": process}, {"robot": "arm.toml"})
+    robot = {"robot": "arm.toml", "gravity": None}
+    milled = small_job.files(folder, {**robot, "process": small_job.milling(folder)}, {"robot": "arm.toml"})
+    milled.cell.rename(folder / "mill.toml")
+    small_job.files(folder, {**robot, "process": process}, {"robot": "arm.toml"})
+    (folder / "forces.csv").write_text(small_job.FORCES)
     (folder / "geared.toml").write_text(robot_text(*[BARE] * 6).replace('name = "arm"', 'name = "geared"'))
     written(folder, lines(cycle()))
     (folder / "points.csv").write_text("index,x_mm,y_mm,z_mm\n0,1,2,3\n1,2,3,4\n")

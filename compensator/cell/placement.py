@@ -68,12 +68,13 @@ def placement_of(cell: Cell) -> Placement:
         either = "give either [tool] or [tools.1], [tools.2], ... by the number in the file"
         raise CellError(f"{cell.source}: {either}{to_copy('tool')}")
     by_number = {number: table.tool() for number, table in cell.tools.items()}
+    tools = ToolSet(by_number) if cell.tool is None else ToolSet.of_one(cell.tool.tool())
     x, y, z = (float(v) for v in cell.mount.gravity_in_base())
     return Placement(
         source=cell.source,
         workobject=cell.workobject.frame(),
-        tools=ToolSet(by_number) if cell.tool is None else ToolSet.of_one(cell.tool.tool()),
-        process=cell.process.process(ProcessContext(cell.source, cell.folder)),
+        tools=tools,
+        process=cell.process.process(_context(cell, tools)),
         conditions=Conditions((x, y, z), cell.gravity, cell.temperature, cell.solve.complementary_stiffness),
         touches=cell.workobject.touches(),
         start=None if cell.start is None else np.radians(cell.start.joints),
@@ -83,3 +84,8 @@ def placement_of(cell: Cell) -> Placement:
         sampling=cell.sampling,
         program=cell.program,
     )
+
+
+def _context(cell: Cell, tools: ToolSet) -> ProcessContext:
+    lengths = {0 if tools.any_number else k: float(np.linalg.norm(t.position)) for k, t in tools.by_number.items()}
+    return ProcessContext(cell.source, cell.folder, cell.program.default_feed / 60e3, lengths)

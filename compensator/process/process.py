@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from compensator.path.added_poses import with_poses_before_corners
 from compensator.toml_table import TomlTable
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
@@ -76,9 +77,13 @@ class Process(ABC):
 
     Attributes:
         axes: of the wrench as the user thinks of it; in ``path`` axes it turns with the feed.
+        yields: whether the wrench follows the deflection of the tool, so that a preview has to solve both together.
+        cuts_stock: whether there is a stock, with an engagement at every pose and something that remains.
     """
 
     axes: WrenchAxes
+    yields: bool = False
+    cuts_stock: bool = False
 
     @abstractmethod
     def load(self, motion: ToolMotion) -> ProcessLoad:
@@ -93,6 +98,18 @@ class Process(ABC):
     @abstractmethod
     def description(self) -> str:
         """One line for reports: kind, axes and numbers."""
+
+    def with_corner_poses(self, toolpath: Toolpath, position: Floats | None = None) -> Toolpath:
+        """The path with poses at its corners, so that what changes there is not smeared over a move.
+
+        Args:
+            position: (N, 3) m on the part, where rail or table move it.
+        """
+        return with_poses_before_corners(toolpath, position) if self.axes == "path" else toolpath
+
+    def wrench_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> Floats:
+        """(N, 6) as ``load_between``, for looking at many places inside of segments."""
+        return self.load_between(motion, known_path, known).wrench
 
     def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
         """The load after poses were put into the segments of ``known_path``, whose load is ``known``.
@@ -124,10 +141,14 @@ class ProcessContext:
     Attributes:
         source: the cell file, for messages.
         folder: what paths in the cell are relative to.
+        default_feed: m/s where a toolpath gives none.
+        tool_lengths: m from the flange to the TCP, by the number of the tool; 0: of all of them.
     """
 
     source: str
     folder: Path
+    default_feed: float = 1000.0 / 60e3
+    tool_lengths: Mapping[int, float] = field(default_factory=dict)
 
 
 class ProcessTable(TomlTable):

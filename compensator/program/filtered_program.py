@@ -45,6 +45,10 @@ class FilteredProgram(MadeProgram):
     language: Language
     kept: tuple[Path, ...] = ()
 
+    @property
+    def poses(self) -> Index:
+        return np.flatnonzero(np.isin(self.result.path.toolpath.row, self.row))
+
 
 def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
     """Read the rewritten program and let the model deflect it, at every pose that was solved.

@@ -6,6 +6,9 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError
@@ -32,6 +35,11 @@ class MadeProgram:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.files[0].name}, {len(self.findings)} findings)"
+
+    @property
+    def poses(self) -> npt.NDArray[np.intp]:
+        """(M,) poses of ``result`` that stand in the program, in their order."""
+        return np.arange(len(self.result))
 
 
 def refuse_study_frame(job: Job) -> None:

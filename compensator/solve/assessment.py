@@ -12,6 +12,7 @@ from compensator.path.pose_text import place
 from compensator.path.tool_direction import ToolDirection, tool_direction
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import spread_of_unknown
+from compensator.solve.uncertainty import ErrorBand, error_band
 from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from toolpaths.finding import NOTE, WARNING, Finding, merged, of_kind
 
@@ -30,6 +31,7 @@ class Assessment:
         spread: (M,) m at each cutting pose: how far the unknown flanks leave the TCP open.
         shares: cause -> (K, 3) m at each cutting pose of the uncompensated path, base axes; they add up.
         direction: of the tool.
+        band: how sure the uncompensated error is; None: not known.
         findings: of all stages, repeats merged, the worst level first.
     """
 
@@ -38,6 +40,7 @@ class Assessment:
     spread: Floats
     shares: Mapping[str, Floats]
     direction: ToolDirection
+    band: ErrorBand | None
     findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
@@ -68,7 +71,8 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
         *of_kind("program", written),
     ))
     return Assessment(
-        result=c, open=found, spread=spread, shares=shares, direction=direction, findings=findings
+        result=c, open=found, spread=spread, shares=shares, direction=direction, band=error_band(plain),
+        findings=findings,
     )
 
 

@@ -25,6 +25,7 @@ from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.touching_off import touched_off
 from stiffness.statics.prediction import Command, Prediction, StartValues
 from toolpaths.finding import ERROR, merged
+from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -40,12 +41,12 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    job, load = touched_off(job, path), _load(job, path)
+    job, load = touched_off(job, path), _sound_load(job, path)
     first = result = _solved(job, path, load, rapids_stay=rapids_stay)
     finer = with_flank_poses(result)
     if finer is not None:
         near = _carried_over(first, finer)
-        result = _solved(job, finer, _load(job, finer, first), rapids_stay=rapids_stay, near=near)
+        result = _solved(job, finer, _sound_load(job, finer, first), rapids_stay=rapids_stay, near=near)
     refuse_unsafe(result)
     plain, nominal = uncompensated(job, path, load), result.path
     before = plain.before
@@ -56,7 +57,7 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
 
 def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:
     """The nominal path commanded as it is: what ``preview`` shows; ``load``: of the process, where it is known."""
-    job, load = touched_off(job, path), _load(job, path) if load is None else load
+    job, load = touched_off(job, path), load_along(job, path) if load is None else load
     before, state = equilibrium_along(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
     still = Command(
         q=path.q,
@@ -74,20 +75,32 @@ def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) 
     )  # fmt: skip
 
 
-def _load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> ProcessLoad:
-    """What the process does along ``path``, which is that of ``coarse`` with poses put in, if that is given.
+def load_along(
+    job: Job, path: PlannedPath, coarse: Compensation | None = None, deflected: Frame | None = None
+) -> ProcessLoad:
+    """What the process does along ``path``, its findings merged.
+
+    Args:
+        coarse: ``path`` is its path with poses put in.
+        deflected: (N) where the TCP really is; None: on the path.
+    """
+    work = workobject_along(job.placement, path.toolpath)
+    process, motion = job.placement.process, ToolMotion(path.toolpath, work, path.tcp, deflected)
+    load = process.load(motion) if coarse is None else process.load_between(motion, coarse.path.toolpath, coarse.load)
+    return replace(load, findings=merged(load.findings))
+
+
+def _sound_load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> ProcessLoad:
+    """What the process does along ``path``.
 
     Raises:
         SolveError: the process found an error; all that it found is listed.
     """
-    work = workobject_along(job.placement, path.toolpath)
-    process, motion = job.placement.process, ToolMotion(path.toolpath, work, path.tcp)
-    load = process.load(motion) if coarse is None else process.load_between(motion, coarse.path.toolpath, coarse.load)
-    found = merged(load.findings)
-    if any(f.level == ERROR for f in found):
-        listed = "\n".join(f"  {f}" for f in found)
+    load = load_along(job, path, coarse)
+    if any(f.level == ERROR for f in load.findings):
+        listed = "\n".join(f"  {f}" for f in load.findings)
         raise SolveError(f"{path.toolpath.source}: the process is refused:\n{listed}")
-    return replace(load, findings=found)
+    return load
 
 
 def _carried_over(old: Compensation, path: PlannedPath) -> StartValues:

@@ -33,6 +33,7 @@ class Compensation:
         iterations: rounds until state and correction agreed.
         inserted: poses that flank changes needed.
         plain: the path without poses put in and without a correction, as ``preview`` has it; None: this is it.
+        uncoupled: the prediction with the wrench of the nominal path, where here it follows the deflection; else None.
     """
 
     job: Job
@@ -45,6 +46,7 @@ class Compensation:
     iterations: int
     inserted: int
     plain: Compensation | None = None
+    uncoupled: Compensation | None = None
 
     def __len__(self) -> int:
         return len(self.path)

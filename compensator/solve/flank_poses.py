@@ -119,7 +119,7 @@ def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadSta
     fine, rows = with_poses_between(c.path.toolpath, segment, inner), rows_between(segment)
     path = planner.part(c.path, fine, rows)
     motion = ToolMotion(fine, workobject_along(placement, fine), planner.tcp(c.path, fine))
-    wrench = placement.process.load_between(motion, c.path.toolpath, c.load).wrench[rows]
+    wrench = placement.process.wrench_between(motion, c.path.toolpath, c.load)[rows]
     begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
     wrench[begin] = c.wrench[segment[begin]]  # may be a rapid, without load
     place = np.empty(len(order), dtype=np.intp)

@@ -10,7 +10,6 @@ from compensator.cell.external_axes import moved_workobject
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
-from compensator.path.added_poses import with_poses_before_corners
 from compensator.path.failure_hints import failure_hints
 from compensator.path.planned_path import PlannedPath
 from toolpaths.resample import resample
@@ -40,10 +39,8 @@ def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
     _refuse_missing_tools(placement, toolpath)
     s = placement.sampling
     dense = resample(_under_declared_tools(placement, toolpath), spacing=s.spacing / 1e3, angle=np.radians(s.angle))
-    if placement.process.axes != "path":
-        return dense
     moved = moved_workobject(placement, dense)
-    return with_poses_before_corners(dense, None if moved is None else moved.inward(dense.position))
+    return placement.process.with_corner_poses(dense, None if moved is None else moved.inward(dense.position))
 
 
 def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:

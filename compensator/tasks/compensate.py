@@ -20,9 +20,11 @@ from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
 from compensator.report.json.text import as_json
 from compensator.solve.assessment import Assessment, assessed
-from compensator.solve.compensate import compensate, uncompensated
+from compensator.solve.compensate import compensate
 from compensator.solve.compensation import Compensation
+from compensator.solve.coupled import previewed
 from compensator.solve.planned import planned
+from compensator.tasks.cut_files import refuse_without_cut, write_cut
 from compensator.tasks.outputs import UNNAMED, Outputs
 from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
@@ -69,7 +71,7 @@ class RunInput:
     source: Toolpath
 
 
-@writes("program", "report", "json")
+@writes("program", "report", "json", "engagement", "left")
 def compensate_file(
     toolpath: Path | Sequence[Path],
     cell: Path,
@@ -79,6 +81,8 @@ def compensate_file(
     read_as: str | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    engagement: Path | None = None,
+    left: Path | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Done:
@@ -104,6 +108,7 @@ def compensate_file(
         refuse_own(file, read_as)
     given = read_input(read_from, cell, say, written_in=written_in)
     refuse_study_frame(given.job)
+    refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
     maker = filter_of(read_from, given.source, written_in) or Export(given.source, written_in)
     named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
     maker.check(given.job.placement, given.path, named)
@@ -123,13 +128,14 @@ def compensate_file(
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
         refuse_warnings(numbers, strict)
+        write_cut(outputs, made.result, made.poses, engagement=engagement, left=left)
         _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
         outputs.commit()
-    files = (*programs, *(f for f in (report, json) if f))
+    files = (*programs, *(f for f in (engagement, left, report, json) if f))
     return Done(judged, numbers, files)
 
 
-@writes("csv", "report", "json")
+@writes("csv", "report", "json", "engagement", "left")
 def preview_file(
     toolpath: Path | Sequence[Path],
     cell: Path,
@@ -138,6 +144,8 @@ def preview_file(
     csv: Path | None = None,
     report: Path | None = None,
     json: Path | None = None,
+    engagement: Path | None = None,
+    left: Path | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Done:
@@ -148,9 +156,10 @@ def preview_file(
     """
     began = time.monotonic()
     given = read_input(_files(toolpath, read_as), cell, say)
+    refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
     say("predicting")
     path = planned(given.job, given.path)
-    result = uncompensated(given.job, path)
+    result = previewed(given.job, path)
     error = np.linalg.norm(result.error_before, axis=1)
     with Outputs() as outputs:
         written: tuple[Finding, ...] = ()
@@ -162,9 +171,10 @@ def preview_file(
         judged = assessed(result, written, corrected=False)
         numbers = path_report(judged, error, seconds=time.monotonic() - began, corrected=False)
         refuse_warnings(numbers, strict)
+        write_cut(outputs, result, np.arange(len(result)), engagement=engagement, left=left)
         _write_reports(outputs, result, numbers, report=report, json=json, after=None, say=say)
         outputs.commit()
-    return Done(judged, numbers, tuple(f for f in (csv, report, json) if f))
+    return Done(judged, numbers, tuple(f for f in (csv, engagement, left, report, json) if f))
 
 
 def _files(toolpath: Path | Sequence[Path], read_as: str | None) -> ProgramFiles:

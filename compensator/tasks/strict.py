@@ -6,7 +6,7 @@ from typing import Any
 
 from compensator.errors import CompensatorError
 from compensator.report.words.findings import finding_sentences
-from toolpaths.finding import WARNING
+from toolpaths.finding import ERROR, WARNING
 
 
 def refuse_warnings(report: dict[str, Any], strict: bool) -> None:
@@ -15,7 +15,7 @@ def refuse_warnings(report: dict[str, Any], strict: bool) -> None:
     Raises:
         CompensatorError: lists all of them.
     """
-    found = finding_sentences(report, (WARNING,)) if strict else []
+    found = finding_sentences(report, (ERROR, WARNING)) if strict else []
     if found:
         count = f"{len(found)} warnings refuse" if len(found) > 1 else "a warning refuses"
         raise CompensatorError("\n  ".join([f"--strict: {count} this run. Nothing was written", *found]))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from rich.console import Console
 from rich.text import Text
 
+from compensator.report.words.cut import cut_lines
 from compensator.report.words.numbers import deflection_mm
 from compensator.report.words.shares import SHARES, direction_words
 from compensator.tasks.compensate import Done
-from compensator.terminal.screen import print_written, screen, table
+from compensator.terminal.screen import print_lines, print_written, screen, table
 
 SEEN = 5e-4  # mm: a smaller share would be a row of zeros
 
@@ -25,6 +26,8 @@ def show_path(done: Done) -> None:
     errors = table("", "mean", "95 %", "max", right=range(1, 4), title="predicted TCP error, mm")
     error = report["predicted_error_mm"]
     errors.add_row("uncompensated", *_sizes(error["before"]))
+    if "uncoupled" in error:
+        errors.add_row("  with the force of the nominal path", *_sizes(error["uncoupled"]), style="dim")
     for name, share in report["deflection_mm"].items():
         if share["max"] >= SEEN:
             errors.add_row(f"  {SHARES[name]}", *_sizes(share), style="dim")
@@ -50,3 +53,4 @@ def _print_facts(console: Console, done: Done) -> None:
         text = f"largest correction {deflection_mm(r['max_correction_mm'])} mm; {text}"
         text += f"; poses put in at flank changes: {r['inserted_poses']}"
     console.print(text, highlight=False)
+    print_lines(console, cut_lines(done.result, r))

@@ -109,3 +109,45 @@ def columns(path: Path, *names: str) -> np.ndarray:
     """(N, k) numbers of a csv with a header."""
     with open(path, newline="") as stream:
         return np.array([[float(row[n]) for n in names] for row in csv.DictReader(stream)])
+
+
+MATERIAL = """schema = "material/1"
+name = "own"
+source = "a test"
+sign = "as measured"
+[coefficients]
+ktc = 700.0
+krc = 150.0
+kac = 200.0
+kte = 20.0
+kre = 20.0
+kae = 1.0
+[sd]
+ktc = 70.0
+"""
+# a slot and two half immersions at two feeds; forces of 700/150/200/20/20/1 by the closed form, with 1 N of noise
+FORCES = """shape,diameter_mm,flutes,ap_mm,entry_deg,exit_deg,feed_per_tooth_mm,fx_n,fy_n,fz_n
+flat,20,4,3,-90,90,0.05,-96.8,-183.9,44.6
+flat,20,4,3,-90,90,0.1,-122.0,-286.8,82.2
+flat,20,4,3,0,90,0.05,19.8,-135.9,21.2
+flat,20,4,3,-90,0,0.1,-162.2,-90.6,40.8
+"""
+
+
+def milling(folder: Path, **changes: Any) -> dict[str, Any]:
+    """A process that mills ``path.csv`` out of a mesh, with a material of its own; both are written."""
+    import trimesh
+
+    (folder / "own.toml").write_text(MATERIAL)
+    mesh = trimesh.creation.box(bounds=[[-20.0, -30.0, -25.0], [130.0, 90.0, 0.0]])
+    mesh.export(folder / "stock.stl")
+    table: dict[str, Any] = {
+        "kind": "milling",
+        "material": "own.toml",
+        "spindle_rpm": 6000.0,
+        "spindle": "m3",
+        "cutter": {"shape": "flat", "diameter": 12.0, "flutes": 3, "length": 20.0},
+        "stock": {"file": "stock.stl", "grid": 1.5},
+        "coupled": False,
+    }
+    return merged(table, changes)

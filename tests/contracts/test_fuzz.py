@@ -43,7 +43,7 @@ BROKEN = """
 from dataclasses import replace
 from tests import fuzz_readers as f
 
-f.SLOW, f.MEMORY, kept = 0.3, 300, []
+f.SLOW, f.MEMORY, kept = 0.3, 500, []
 
 def broken(language, folder):
     sound = f.reader(language, folder)

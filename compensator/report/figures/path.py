@@ -36,7 +36,7 @@ def path_figure(c: Compensation, views: list[tuple[str, Floats]]) -> Figure:
         name = number(k)
         left, right = k / len(views) + 0.005, (k + 1) / len(views) - 0.005
         data += _path_traces(c, rows, value, scene=name)
-        layout[f"scene{name}"] = _scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.9)
+        layout[f"scene{name}"] = path_scene(xyz, [left, right], 1.0 if len(views) > 1 else 0.9)
         layout[f"coloraxis{name}"] = _colours(top, 0.5 * (left + right), 0.8 / len(views))
         layout["annotations"].append(heading(title, 0.5 * (left + right)))
     return {"data": data, "layout": layout}
@@ -106,7 +106,7 @@ def _segments(mine: npt.NDArray[np.bool_]) -> tuple[Index, Index]:
     return np.concatenate(at), np.concatenate(end)
 
 
-def _scene(xyz: Floats, across: list[float], away: float) -> Figure:
+def path_scene(xyz: Floats, across: list[float], away: float) -> Figure:
     """Equal axes: the ranges and the shape of the box go together; a flat path still gets a box."""
     low, high = xyz.min(axis=0), xyz.max(axis=0)
     largest = max(float((high - low).max()), 1.0)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.figures.curves import along_figure, flanks_figure, joints_figure
+from compensator.report.figures.cut import cut_figure
 from compensator.report.figures.layout import Figure
 from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT
 from compensator.report.html import path_tables as tables
 from compensator.report.html.page import page
 from compensator.report.json.text import Report
+from compensator.report.words.cut import cut_lines
 from compensator.report.words.findings import finding_sentences, note_sentences
 from compensator.report.words.numbers import deflection_mm
 from compensator.solve.compensation import Compensation
@@ -51,6 +54,7 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         errors=tables.errors(report, corrected),
         shares=tables.shares(report),
         facts=tables.facts(report, corrected),
+        cut=cut_lines(c, report),
         joints=tables.joints(c),
         turnarounds=tables.turnarounds(c, report),
         inputs=tables.inputs(c),
@@ -70,8 +74,10 @@ def _left(c: Compensation, after: Floats | None) -> Floats:
 def _figures(c: Compensation, before: Floats, left: Floats | None) -> dict[str, Figure]:
     scenes = [("not compensated", before)] if left is None else [("before", before), ("after", left)]
     flanks = flanks_figure(c)
+    milled = {"cut": cut_figure(c, c.load)} if isinstance(c.load, MillingLoad) else {}
     return {
         "path": path_figure(c, scenes),
+        **milled,
         "along": along_figure(c, before, left),
         "joints": joints_figure(c),
         **({} if flanks is None else {"flanks": flanks}),
@@ -81,7 +87,7 @@ def _figures(c: Compensation, before: Floats, left: Floats | None) -> dict[str, 
 def _errors(c: Compensation, report: Report, key: str, size: Floats) -> dict[str, str]:
     """Mean and largest predicted error in mm, and where the largest of the cutting poses is."""
     cut = np.flatnonzero(c.cutting)
-    error = {name: deflection_mm(value) for name, value in report["predicted_error_mm"][key].items()}
+    error = {name: deflection_mm(report["predicted_error_mm"][key][name]) for name in ("mean", "p95", "max")}
     return {**error, "worst": _place(c, int(cut[np.argmax(size[cut])]))}
 
 

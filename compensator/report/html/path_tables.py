@@ -20,6 +20,8 @@ def errors(report: Report, corrected: bool) -> PageTable:
     """Before and after."""
     kinds = [("uncompensated", "before"), ("program as written", "after")][: 2 if corrected else 1]
     error = report["predicted_error_mm"]
+    if "uncoupled" in error:
+        kinds.append(("with the force of the nominal path", "uncoupled"))
     rows = [[name, *(deflection_mm(error[key][s]) for s in ("mean", "p95", "max"))] for name, key in kinds]
     head = ["mm, over cutting poses", "mean", "95 %", "max"]
     return PageTable(rows, head, right=range(1, 4), caption="Predicted TCP error")

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.analysis.turnarounds import reversals, sign_changes
 from compensator.report.json.findings import findings_report
 from compensator.report.json.text import MM, Report
 from compensator.solve.assessment import Assessment
+from compensator.solve.compensation import Compensation
+from compensator.solve.uncertainty import ErrorBand
 
 Floats = npt.NDArray[np.float64]
 
@@ -27,12 +30,15 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
     c = a.result
     cut, plain = c.cutting, c.uncompensated
     q = c.command.q if corrected else c.path.q
+    before = statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1))
+    milled = {"cut": c.load.summary()} if isinstance(c.load, MillingLoad) else {}
     return {
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
         "predicted_error_mm": {
-            "before": statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1)),
+            "before": {**before, **_band(a.band, before)},
             "after": statistics(after[cut]),
+            **_uncoupled(c),
         },
         "deflection_mm": {name: _share(a.shares[name]) for name in SHARES if name in a.shares},
         "tool_direction": {
@@ -40,6 +46,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
             "spread_deg": float(np.degrees(a.direction.spread)),
             "n_upward": a.direction.upward,
         },
+        **milled,
         "max_correction_mm": float(np.linalg.norm(c.correction, axis=1).max() * MM) if corrected else 0.0,
         "reversals": [t.as_dict() for t in reversals(c, q)],
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
@@ -53,6 +60,23 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "notes": [str(f) for f in a.findings if f.kind in ("cell", "model")],
         "seconds": round(seconds, 3),
     }
+
+
+def _band(band: ErrorBand | None, size: Report) -> Report:
+    """95 % bands of mean, p95 and max, mm, and the share of each input in the variance of the mean."""
+    if band is None:
+        return {}
+    n = len(band.size)
+    weights = {"mean": band.evenly, "p95": np.eye(1, n, n - 2)[0], "max": np.eye(1, n, n - 1)[0]}
+    out: Report = {k: [max(size[k] - MM * band.of(w), 0.0), size[k] + MM * band.of(w)] for k, w in weights.items()}
+    return {"band95": {**out, "share": band.shares}}
+
+
+def _uncoupled(c: Compensation) -> Report:
+    """The prediction with the force of the nominal path, where that above follows the deflection."""
+    if c.uncoupled is None:
+        return {}
+    return {"uncoupled": statistics(np.linalg.norm(c.uncoupled.error_before[c.cutting], axis=1))}
 
 
 def _share(vectors: Floats) -> Report:

@@ -54,9 +54,10 @@ def test_a_warning_goes_with_the_result(tmp_path: Path) -> None:
 
 
 def test_an_error_refuses(tmp_path: Path) -> None:
-    """Before anything is solved, with the place."""
+    """Before anything is solved, with the place; a preview only shows it."""
     job = job_with(tmp_path, ERROR)
     path = planned(job, read_toolpath(tmp_path / "path.csv"))
-    for solve in (compensate, uncompensated):
-        with pytest.raises(SolveError, match=r"csv: the process is refused:\n  error: .*path\.csv:4 \(and .* more"):
-            solve(job, path)
+    with pytest.raises(SolveError, match=r"csv: the process is refused:\n  error: .*path\.csv:4 \(and .* more"):
+        compensate(job, path)
+    (shown,) = uncompensated(job, path).load.findings
+    assert (shown.level, shown.lines) == (ERROR, (4, 5, 6))

@@ -34,7 +34,7 @@ def test_positions_take_back_what_the_tilt_left(tmp_path: Path, monkeypatch: pyt
     with monkeypatch.context() as m:  # what the test is worth: commands with a tilt, written without it
         m.setattr(filtering, "without_tilt", lambda c: c)
         spoilt = filtered(tmp_path).report["predicted_error_mm"]["after"]
-    assert spoilt["max"] > 2 * after["max"] and spoilt["mean"] > 2 * after["mean"]
+    assert spoilt["max"] > 2 * after["max"] and spoilt["mean"] > 1.5 * after["mean"]
 
 
 def test_what_is_written_is_reported_and_kept_within_bounds(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ REFUSED: dict[str, tuple[int, str]] = {
     "FN 17: SYSWRITE ID210 = 1": (5, "it writes into the control"),
     "FN 9: IF +Q7 EQU +1 GOTO LBL 1": (5, "known only at run time"),
     "FN 9: IF +0 EQU +0 GOTO LBL 9": (5, "there is no such label"),
-    "LBL 3\nL IX+1\nFN 9: IF +0 EQU +0 GOTO LBL 3": (7, "runs too many blocks"),
+    "LBL 3\nL IX+1\nFN 9: IF +0 EQU +0 GOTO LBL 3": (7, "a loop that never ends"),
     "Q1 = 1 / 0": (5, "has no value"),
     "/L X+5": (5, "whether the block counts"),
     "/M30\nL X+5": (5, "whether the block counts"),

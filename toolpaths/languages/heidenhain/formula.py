@@ -55,6 +55,10 @@ class QParameters:
         """The value of a parameter; Runtime where the program gives it none."""
         return self._values.get(_plain(name), Runtime(f"{name}, which has no value in the file"))
 
+    def state(self) -> int:
+        """A number that is the same where all parameters are."""
+        return hash(tuple((n, v.reason if isinstance(v, Runtime) else v) for n, v in self._values.items()))
+
     def put(self, name: str, value: Value) -> None:
         """Assign."""
         self._values[_plain(name)] = value

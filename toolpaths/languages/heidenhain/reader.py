@@ -56,6 +56,7 @@ class KlartextReader(KlartextActions):
         self._steps, self._depth, self._subprograms = LEAST_STEPS, 0, 0
         self._caller = 0  # line that poses carry where another program calls; 0: their own
         self._repeats: dict[tuple[str, int], int] = {}
+        self._jumped: set[int] = set()  # jumps back, with what decides about the next ones
         self._beside: dict[str, KlartextUnit] = {}
         self._enter(main)
 
@@ -79,6 +80,7 @@ class KlartextReader(KlartextActions):
             ReadError: a block is refused.
         """
         at, before, self.place = begin, self.place, unit
+        outer, self._jumped = self._jumped, set()
         while at >= 0 and self.ended_at < 0:
             line, text, comment = unit.blocks[at]
             unit.ran[at] = 1
@@ -93,7 +95,7 @@ class KlartextReader(KlartextActions):
                 raise ReadError(unit.source, line, f"{text[:60]}: {problem}", "Post it with numbers.") from None
             except ValueError as problem:
                 raise ReadError(unit.source, line, *map(str, problem.args[:2])) from None
-        self.place = before
+        self.place, self._jumped = before, outer
 
     def _enter(self, unit: KlartextUnit) -> None:
         """A program is read: how long it may run, and whether it turns axes."""
@@ -210,6 +212,15 @@ class KlartextReader(KlartextActions):
         self._repeats[self.place.source, at] = left - 1
         return first
 
+    def _jump(self, at: int, to: int) -> int:
+        """Where a jump leads; back with all that decides as it was before, the program would run for ever."""
+        if to <= at:
+            state = hash((at, self.q.state(), frozenset(self._repeats.items())))
+            if state in self._jumped:
+                raise ValueError("a loop that never ends: it comes here again with the same Q parameters")
+            self._jumped.add(state)
+        return to
+
     def _number(self, text: str) -> float:
         try:
             return self.q.number(text)
@@ -224,7 +235,7 @@ class KlartextReader(KlartextActions):
         number, rest = int(match[1]), match[2].strip()
         if number <= _DECIDED:
             label = self.q.function(number, rest)
-            return at + 1 if label is None else self.place.place(label)
+            return at + 1 if label is None else self._jump(at, self.place.place(label))
         if number in FUNCTIONS_REFUSED:
             raise ValueError(f"FN {number}: {FUNCTIONS_REFUSED[number]}")
         for kind, first in re.findall(r"Q([LRS]?)(\d+)(?=\s*=)", rest):

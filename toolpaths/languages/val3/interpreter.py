@@ -186,7 +186,7 @@ class ValInterpreter:
             self.values.put(key, blend=value)
         elif not field.startswith("config") and field not in ("accel", "decel"):
             self.values.forget(base, f"computed in line {at}")
-        self._event(line)
+            self._event(line)
 
     def _move(self, line: ValLine, word: str, arguments: str) -> None:
         self._decided(line)

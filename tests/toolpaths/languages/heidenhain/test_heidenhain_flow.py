@@ -136,6 +136,15 @@ REFUSED = {
 }
 
 
+def test_a_loop_that_runs_twice_with_the_same_parameters_is_none_without_end(tmp_path: Path) -> None:
+    """A subprogram with a loop, called twice: where it jumps, everything is as it was in the first call."""
+    loop = "LBL 5\nQ1 = 0\nLBL 6\nQ1 = Q1 + 1\nL IX+2.5\nFN 12: IF +Q1 LT +3 GOTO LBL 6\nLBL 0"
+    path = read(tmp_path, program(f"CALL LBL 5\nCALL LBL 5\nL X+1 M30\n{loop}"))
+    assert x_of(path) == [2.5, 5, 7.5, 10, 12.5, 15, 1]
+    with pytest.raises(ReadError, match="a loop that never ends"):
+        read(tmp_path, program(f"CALL LBL 5\nL X+1 M30\n{loop.replace('Q1 + 1', '1')}"))
+
+
 @pytest.mark.parametrize("text", REFUSED)
 def test_refused(tmp_path: Path, text: str) -> None:
     line, told = REFUSED[text]

@@ -1,0 +1,71 @@
+"""Grid: room for the field around what the cutters pass, and its growth."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.process.milling.kernels.field import (
+    BAND,
+    FREE,
+    NODES,
+    SIDE,
+    UNTOUCHED,
+    WRITERS,
+    Field,
+)
+from compensator.process.milling.kernels.profile import LENGTH
+from compensator.process.milling.kernels.stock_distance import AROUND, KIND, MESH, Solid
+from compensator.process.milling.kernels.sweep import AXIS, LAST, RADIUS, START, WAY
+
+Floats = npt.NDArray[np.float64]
+
+ROWS = 1024  # bricks with nodes to begin with
+
+
+def empty_field(solid: Solid, moves: Floats, cell: float) -> Field:
+    """The stock as it is, with bricks where the moves (M, at least 1) may cut it."""
+    swept = swept_box(moves)
+    low = np.maximum(swept[0], solid.number[AROUND : AROUND + 3]) - (BAND + 2.0) * cell
+    high = np.minimum(swept[1], solid.number[AROUND + 3 :]) + (BAND + 2.0) * cell
+    count = np.maximum(np.ceil((high - low) / (SIDE * cell)), 1).astype(int)
+    return Field(
+        np.array([*low, cell]),
+        brick=np.full(count, UNTOUCHED, dtype=np.int32),
+        around=np.full(count if solid.number[KIND] == MESH else (1, 1, 1), np.nan, dtype=np.float32),
+        value=np.empty((ROWS, NODES, WRITERS), dtype=np.float32),
+        writer=np.empty((ROWS, NODES, WRITERS), dtype=np.int32),
+        free=np.arange(ROWS, dtype=np.int32)[::-1].copy(),
+        state=np.array([ROWS, 0, 0]),
+        seen=np.full(len(moves), -1, dtype=np.int64),
+        range=np.zeros(6, dtype=np.int64),
+        solid=solid,
+        moves=moves,
+    )
+
+
+def swept_box(moves: Floats) -> Floats:
+    """(2, 3) m, a box that holds all that the cutters pass."""
+    corners = []
+    for way, axis in ((0.0, AXIS), (1.0, LAST)):
+        tip = moves[:, START : START + 3] + way * moves[:, WAY : WAY + 3]
+        top = tip + moves[:, [LENGTH]] * moves[:, axis : axis + 3]
+        wide = moves[:, [RADIUS]]
+        corners += [tip - wide, tip + wide, top - wide, top + wide]
+    every = np.concatenate(corners)
+    return np.stack([every.min(axis=0), every.max(axis=0)])
+
+
+def grown(f: Field) -> Field:
+    """The same field with room for twice as many bricks."""
+    rows = len(f.value)
+    more = np.arange(2 * rows - 1, rows - 1, -1, dtype=np.int32)
+    free = np.empty(2 * rows, dtype=np.int32)
+    used = f.state[FREE]
+    free[:used], free[used : used + rows] = f.free[:used], more
+    return f._replace(
+        value=np.concatenate([f.value, np.empty_like(f.value)]),
+        writer=np.concatenate([f.writer, np.empty_like(f.writer)]),
+        free=free,
+        state=np.array([used + rows, *f.state[1:]]),
+    )

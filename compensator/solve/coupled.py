@@ -1,0 +1,97 @@
+"""Force and deflection together: a tool that is pushed off cuts less, or more, until both agree at every pose.
+
+The walk through the stock gives the wrench at a deflection, the arm the deflection under a wrench. At every pose the
+difference of the two is brought to zero by Broyden's method (Mathematics of Computation 19 (1965) 577), which learns
+the local stiffness of the cut, 3 x 3, from the steps it makes; its first step is the plain fixed point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.cell.job import Job
+from compensator.path.planned_path import PlannedPath
+from compensator.path.pose_text import place
+from compensator.solve.compensate import load_along, uncompensated
+from compensator.solve.compensation import Compensation
+from toolpaths.finding import WARNING, Finding, merged
+from toolpaths.frame import Frame
+from toolpaths.toolpath import CUT
+
+Floats = npt.NDArray[np.float64]
+
+ROUNDS, FEWEST, ENOUGH = 10, 2, 6
+FEW = 0.02  # of the poses: as where a cutter enters, and the force jumps with the place
+SLOW = 0.8  # of a residual, or of the poses that are open: less progress is none
+CLOSE = 1e-6  # m between the deflection that was cut with and the one under the force of that cut
+SHARE = 0.02  # of the deflection: or that
+LONGEST = 2.0  # times the first deflection: a longer step is cut short
+
+
+def previewed(job: Job, path: PlannedPath) -> Compensation:
+    """The nominal path commanded; where the process follows the deflection, both are solved together.
+
+    ``uncoupled`` of the result is the prediction with the force of the nominal path, where that differs.
+    """
+    first = uncompensated(job, path)
+    if not job.placement.process.yields or not np.any(first.wrench):
+        return first
+    return _coupled(job, path, first)
+
+
+def _coupled(job: Job, path: PlannedPath, first: Compensation) -> Compensation:
+    """Deflections that the force of the cut with them causes."""
+    cut = path.toolpath.kind == CUT
+    still = path.tcp.origin
+    at, now = np.zeros_like(still), first
+    gain = np.tile(np.eye(3), (len(still), 1, 1))  # step per residual
+    residual = first.error_before - at
+    most = np.maximum(LONGEST * np.linalg.norm(residual, axis=1), CLOSE)[:, None]
+    open_ = cut
+    for k in range(ROUNDS):
+        step = np.einsum("nij,nj->ni", gain, residual)
+        size = np.linalg.norm(step, axis=1, keepdims=True)
+        step *= np.minimum(1.0, most / np.maximum(size, 1e-300))
+        at = at + step
+        deflected = Frame(now.before.rotation, still + at)
+        now = uncompensated(job, path, load_along(job, path, deflected=deflected))
+        after = now.error_before - at
+        gain = _learned(gain, step, after - residual)
+        gain[np.linalg.norm(after, axis=1) > SLOW * np.linalg.norm(residual, axis=1)] *= 0.5
+        before, residual = np.sum(open_), after
+        open_ = cut & (np.linalg.norm(residual, axis=1) > CLOSE + SHARE * np.linalg.norm(now.error_before, axis=1))
+        few = open_.sum() < FEW * cut.sum()
+        if not open_.any() or (k + 1 >= FEWEST and few) or (k + 1 >= ENOUGH and open_.sum() > SLOW * before):
+            break
+    found = (*now.load.findings, *_not_settled(path, residual, open_))
+    return replace(now, load=replace(now.load, findings=merged(found)), uncoupled=first)
+
+
+def _learned(gain: Floats, step: Floats, change: Floats) -> Floats:
+    """Broyden's update of the inverse Jacobian (N, 3, 3) after a step (N, 3) changed the residual by ``change``.
+
+    Where the change tells nothing, as in the air or where an update would turn the step round, the gain stays.
+    """
+    moved = -np.einsum("nij,nj->ni", gain, change)  # the step that the gain would have made of the change
+    along = np.einsum("ni,nij->nj", step, gain)
+    size = -np.sum(along * change, axis=1)
+    worth = size > 0.1 * np.sum(step * step, axis=1)
+    worth &= np.linalg.norm(step, axis=1) > 1e-9
+    update = (step - moved)[:, :, None] * along[:, None, :] / np.where(worth, size, 1.0)[:, None, None]
+    return np.where(worth[:, None, None], gain + update, gain)
+
+
+def _not_settled(path: PlannedPath, residual: Floats, open_: npt.NDArray[np.bool_]) -> list[Finding]:
+    if not open_.any():
+        return []
+    rows = np.flatnonzero(open_)
+    worst = int(rows[np.argmax(np.linalg.norm(residual[rows], axis=1))])
+    what = (
+        f"force and deflection do not settle at {len(rows):,} poses: they differ by up to "
+        f"{np.linalg.norm(residual[worst]) * 1e3:.3f} mm at {place(path.toolpath, worst)}"
+    )
+    remedy = "The cut may be unstable: take less depth, or a stiffer posture"
+    return [Finding(WARNING, place(path.toolpath, int(rows[0])), what, remedy, count=len(rows))]

@@ -1,0 +1,123 @@
+"""Uncertainty of a predicted deflection: what standard deviations of material and model make of it along the path.
+
+Each uncertain number is moved by one standard deviation and the equilibrium found again; to first order the variances
+of what that does to the error add up. The feedback of a coupled preview is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.process.milling.milling_load import MillingLoad
+from compensator.solve.compensation import Compensation
+from stiffness.effects.effect import Numbers
+from stiffness.statics.predictor import Predictor
+
+Floats = npt.NDArray[np.float64]
+
+MOST_POSES = 400  # cutting poses that it is found at, evenly along the path
+QUANTILE = 1.959964  # of the normal distribution: 95 % lie within
+
+
+@dataclass(frozen=True, repr=False)
+class ErrorBand:
+    """How sure the size of the predicted error is.
+
+    Attributes:
+        size: (K,) m, of the error at some cutting poses; the last two are of the 95 % size and the largest.
+        shift: input, such as ``material`` or an effect -> (P, K) m: change of the size with each of its numbers.
+    """
+
+    size: Floats
+    shift: Mapping[str, Floats]
+
+    def __repr__(self) -> str:
+        return f"ErrorBand({len(self.size)} poses, {', '.join(self.shift)})"
+
+    @property
+    def evenly(self) -> Floats:
+        """(K,) weights of the mean along the path."""
+        n = len(self.size) - 2
+        return np.array([1.0 / n] * n + [0.0, 0.0])
+
+    @property
+    def sd(self) -> Floats:
+        """(K,) m at each pose."""
+        return np.asarray(np.sqrt(sum(np.sum(s**2, axis=0) for s in self.shift.values())))
+
+    def of(self, weights: Floats) -> float:
+        """m: half of the 95 % band of a weighted mean (K,) of the sizes; an input moves all poses together."""
+        return QUANTILE * float(np.sqrt(sum(np.sum((s @ weights) ** 2) for s in self.shift.values())))
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Of the variance of the mean error, by input."""
+        weights = self.evenly
+        parts = {name: float(np.sum((s @ weights) ** 2)) for name, s in self.shift.items()}
+        total = sum(parts.values())
+        return {name: part / total if total else 0.0 for name, part in parts.items()}
+
+
+def error_band(c: Compensation) -> ErrorBand | None:
+    """The band of the uncompensated error of a milled path; None where no standard deviation is known."""
+    load, rows = c.load, np.flatnonzero(c.cutting)
+    if not isinstance(load, MillingLoad) or not len(rows):
+        return None
+    whole = np.linalg.norm(c.error_before[rows], axis=1)
+    some = np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))
+    order = np.argsort(whole, kind="stable")
+    rows = rows[np.concatenate([some, order[[round(0.95 * (len(order) - 1)), -1]]])]
+    error = c.error_before[rows]
+    size = np.linalg.norm(error, axis=1)
+    along = error / np.maximum(size, 1e-12)[:, None]
+    shift = {name: np.array(parts) for name, parts in _shifts(c, load, rows, along=along).items() if parts}
+    return ErrorBand(size, shift) if shift else None
+
+
+def _shifts(
+    c: Compensation, load: MillingLoad, rows: npt.NDArray[np.intp], *, along: Floats
+) -> dict[str, list[Floats]]:
+    here = _positions(c, rows, c.wrench[rows], {})
+    out: dict[str, list[Floats]] = {"material": []}
+    if load.material.covariance is not None:
+        variance, ways = np.linalg.eigh(load.material.covariance)
+        for value, way in zip(variance, ways.T, strict=True):
+            if value > 1e-12 * variance[-1]:
+                more = c.wrench[rows] + load.shares[rows] @ (way * np.sqrt(value))
+                out["material"].append(np.sum((_positions(c, rows, more, {}) - here) * along, axis=1))
+    for name, values in _moved(c):
+        there = _positions(c, rows, c.wrench[rows], {name: values})
+        out.setdefault(name, []).append(np.sum((there - here) * along, axis=1))
+    return out
+
+
+def _moved(c: Compensation) -> Iterator[tuple[str, Numbers]]:
+    """Every effect with one of its numbers moved by its standard deviation."""
+    arm = c.job.arm
+    for name, values in arm.values.items():
+        for parameter, sd in arm.model.sd.get(name, {}).items():
+            for k in np.flatnonzero(np.nan_to_num(np.atleast_1d(sd), posinf=0.0) > 0).tolist():
+                changed = np.atleast_1d(np.array(values[parameter], dtype=float))
+                changed[k] += np.atleast_1d(sd)[k]
+                yield name, {**values, parameter: changed.reshape(np.shape(values[parameter]))}
+
+
+def _positions(c: Compensation, rows: npt.NDArray[np.intp], wrench: Floats, values: Mapping[str, Numbers]) -> Floats:
+    """(K, 3) m where the TCP stands at the nominal commands with some values of the model changed."""
+    out = np.empty((len(rows), 3))
+    part = c.path.toolpath.take(rows)
+    for number, r in c.job.arm.tools.rows(part):
+        predictor = _with(c.job.arm.predictors[number], values) if values else c.job.arm.predictors[number]
+        out[r] = predictor.forward(c.path.q[rows][r], wrench[r], c.state.middle[rows][r]).position
+    return out
+
+
+def _with(p: Predictor, values: Mapping[str, Numbers]) -> Predictor:
+    return Predictor(
+        p.robot, p.effects, {**p.values, **values}, p.tool, gravity=p.gravity, calibrated_out=p.calibrated_out,
+        complementary=p.complementary, temperature=p.temperature,
+    )  # fmt: skip
