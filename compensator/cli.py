@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from compensator.command_line import INPUT, OUTPUT, Verbs
+from compensator.command_line import INPUT, OUTPUT, Verbs, strict_verb
+from compensator.measuring_verbs import plan, trace
 from toolpaths.languages.table import READ, WRITTEN
 
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
@@ -18,13 +18,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 _LANGUAGES = [language.name for language in WRITTEN]
 _READ = click.Choice([language.name for language in READ])
 _from = click.option("--from", "read_as", type=_READ, help="Language of TOOLPATH, where its suffix does not say it.")
-
-
-def _strict_verb(task: Callable[..., None]) -> Callable[..., None]:
-    """A verb that makes a result: --verbose, and --strict, which turns the warnings about it into a refusal."""
-    strict = click.option("--strict", is_flag=True, help="Warnings refuse: exit status 1, nothing is written.")
-    verbose = click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-    return strict(verbose(task))
 
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -43,7 +36,7 @@ def main() -> None:
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
 @click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")
-@_strict_verb
+@strict_verb
 def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: bool, **options: Any) -> None:
     """Move every pose of TOOLPATH (files of a program, or its folder) so that the predicted deflection cancels."""
     from compensator.tasks.compensate import compensate_file
@@ -65,7 +58,7 @@ def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: b
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
 @click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")
-@_strict_verb
+@strict_verb
 def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: Any) -> None:
     """Predict the deflection at every pose of TOOLPATH, uncompensated."""
     from compensator.tasks.compensate import preview_file
@@ -86,7 +79,7 @@ def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: An
 @click.option("--prior", type=INPUT, help="Model to start from; its standard deviations are prior knowledge.")
 @click.option("--report", "html", type=OUTPUT, help="HTML report of the fit.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verbose: bool, **options: Any) -> None:
     """Turn measurement SESSIONS of one robot into a stiffness model."""
     from compensator.tasks.identify import identify_files
@@ -106,7 +99,7 @@ def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verb
 @click.option("-o", "--output", type=OUTPUT, help="Refined model to write; the model itself where nothing was found.")
 @click.option("--report", "html", type=OUTPUT, help="HTML report.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def diagnose(
     sessions: tuple[Path, ...], model: Path, output: Path | None, verbose: bool, **options: Any
 ) -> None:
@@ -126,7 +119,7 @@ def diagnose(
 @click.option("--model", required=True, type=INPUT, help="Model to judge.")
 @click.option("--register", type=int, help="States per block that place the tracker; default 25 where not registered.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
     """Say how well a model predicts the readings of SESSION."""
     from compensator.tasks.identify import evaluate_file
@@ -162,7 +155,7 @@ def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
 @click.option("--png", type=OUTPUT, help="Contour maps.")
 @click.option("--csv", type=OUTPUT, help="A row per posture.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     """Map the Cartesian stiffness of MODEL over two joints, and what the complementary stiffness K_c is worth."""
     from compensator.tasks.stiffness_map import map_file, tool_of
@@ -188,7 +181,7 @@ def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     help="Standard deviation of the scale of the torque, as a share.",
 )
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Fit joint stiffness to READINGS of motor torque against motor angle, taken with the end-effector locked."""
     from compensator.tasks.models import clamped_file
@@ -205,7 +198,7 @@ def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: A
 @click.argument("forces", type=INPUT)
 @click.option("-o", "--output", "material", required=True, type=OUTPUT, help="Material file to write.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def cutting(forces: Path, material: Path, verbose: bool, **options: Any) -> None:
     """Fit coefficients of the cutting force to FORCES, a csv of mean forces or spindle powers."""
     from compensator.tasks.cutting import cutting_file
@@ -222,7 +215,7 @@ def cutting(forces: Path, material: Path, verbose: bool, **options: Any) -> None
 @click.argument("robot")
 @click.option("-o", "--output", "model", required=True, type=OUTPUT, help="Model file to write.")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
+@strict_verb
 def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
     """Make a starting model, with wide standard deviations, from the reducer data in the file of ROBOT."""
     from compensator.tasks.models import datasheet_file
@@ -235,26 +228,8 @@ def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
     show_made(done)
 
 
-@main.command()
-@click.argument("model", type=INPUT)
-@click.option("-o", "--output", required=True, type=OUTPUT, help="CSV of the set-ups to measure, a row per reading.")
-@click.option("--session", "sessions", type=INPUT, multiple=True, help="Already measured; may be given several times.")
-@click.option("--count", type=int, default=12, show_default=True, help="How many set-ups.")
-@click.option("--force", type=float, help="Largest force, N; default that of the sessions, else 100.")
-@click.option("--toolpath", type=INPUT, help="Plan for the deflection at its poses; needs --cell.")
-@click.option("--cell", type=INPUT, help="cell/1 file of the toolpath, or of the tool to measure with.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the postures to choose from.")
-@click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
-@_strict_verb
-def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
-    """Say which set-ups to measure next, so that MODEL is known best."""
-    from compensator.tasks.plan import plan_file
-    from compensator.terminal.screen import print_findings, progress, show_lines
-
-    with progress(verbose) as say:
-        done = plan_file(model, output, say=say, **options)
-    print_findings(done.report)
-    show_lines([done.sentence, *(f"wrote {file}" for file in done.files)])
+main.add_command(plan)
+main.add_command(trace)
 
 
 @main.command()

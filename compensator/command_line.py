@@ -21,6 +21,13 @@ REFUSED, INTERRUPTED, BROKEN_PIPE, TERMINATED = 1, 130, 141, 143  # exit status;
 INPUT, OUTPUT = click.Path(path_type=Path), click.Path(path_type=Path)
 
 
+def strict_verb(task: Callable[..., None]) -> Callable[..., None]:
+    """A verb that makes a result: --verbose, and --strict, which turns the warnings about it into a refusal."""
+    strict = click.option("--strict", is_flag=True, help="Warnings refuse: exit status 1, nothing is written.")
+    verbose = click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
+    return strict(verbose(task))
+
+
 class Verb(click.Command):
     """A command whose refusals are one message on stderr and exit status 1."""
 

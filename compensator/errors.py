@@ -17,3 +17,7 @@ class PathError(CompensatorError):
 
 class SolveError(CompensatorError):
     """The compensation of a pose is refused or did not converge."""
+
+
+class DeviceError(CompensatorError):
+    """A file of a measuring device is refused."""

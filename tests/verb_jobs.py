@@ -81,6 +81,11 @@ JOBS = {
         (*PATH, *SESSION),
         {"-o": "out.csv", "--json": "out.json"},
     ),
+    "trace": VerbJob(
+        ("points.csv", "--frame", "base", "--noise", "0.01", "--cell", "cell.toml", "--program", "ran.csv"),
+        ("points.csv", "cell.toml", "ran.csv"),
+        {"-o": "out.toml", "--samples": "out.csv", "--json": "out.json"},
+    ),
 }
 
 
@@ -110,6 +115,8 @@ def write_inputs(folder: Path) -> None:
     (folder / "forces.csv").write_text(small_job.FORCES)
     (folder / "geared.toml").write_text(robot_text(*[BARE] * 6).replace('name = "arm"', 'name = "geared"'))
     written(folder, lines(cycle()))
+    (folder / "points.csv").write_text("index,x_mm,y_mm,z_mm\n0,1,2,3\n1,2,3,4\n")
+    (folder / "ran.csv").write_text("index,kind,q1_deg\n0,cut,1\n1,cut,2\n")
 
 
 @cache

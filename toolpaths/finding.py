@@ -24,7 +24,8 @@ class Finding:
         remedy: what to do about it.
         count: how many places had the same; ``place`` is the first.
         places: all of them, where they were merged, in their order; empty where ``place`` is the only one.
-        kind: the stage that found it: ``toolpath``, ``cell``, ``model``, ``path``, ``process``, ``solve``, ``program``.
+        kind: the stage that found it: ``toolpath``, ``cell``, ``model``, ``path``, ``process``, ``solve``, ``program``,
+            ``device``, ``plan``.
         line: of the source, where ``place`` does not end in it.
     """
 

@@ -41,6 +41,7 @@ from toolpaths.toolpath import Toolpath
 Floats = npt.NDArray[np.float64]
 
 POSTURES = 300  # to choose from
+COUNT = 12
 FORCE = 100.0  # N, where neither the command line nor a session has one
 LEVELS = (1.0,)
 TWO_LEVELS = (0.4, 1.0)  # a gap and a softer flank are told apart by two
@@ -65,7 +66,7 @@ def plan_file(
     output: Path,
     *,
     sessions: Sequence[Path] = (),
-    count: int = 12,
+    count: int = COUNT,
     force: float | None = None,
     toolpath: Path | None = None,
     cell: Path | None = None,
