@@ -17,3 +17,7 @@ class PathError(CompensatorError):
 
 class SolveError(CompensatorError):
     """The compensation of a pose is refused or did not converge."""
+
+
+class TraceError(CompensatorError):
+    """A trace of a program that ran is refused."""

@@ -23,7 +23,6 @@ from stiffness.identification.station import TrackerPoses
 from stiffness.identification.unknowns import Unknowns
 from stiffness.memory.state_columns import state_columns
 from stiffness.numerics.kernel import Kernel
-from stiffness.robot.robot import STANDARD_GRAVITY
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -111,7 +110,7 @@ class SessionPredictor:
             unknowns,
             fixed,
             session.tool.tool(),
-            gravity=np.array(STANDARD_GRAVITY),
+            gravity=session.gravity_in_base,
             calibrated_out=session.gravity == "calibrated-out",
         )
         resting = np.zeros((len(data.samples), session.robot.n))

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from stiffness.identification.arm_loads import ArmLoads, LoadKind
 from stiffness.identification.load_history import LoadHistory
-from stiffness.identification.station import Station
+from stiffness.identification.path_history import PathHistory
+from stiffness.identification.path_station import Placing, station_of
 from stiffness.session.samples import Samples
 from stiffness.session.session import Session
 
@@ -31,7 +32,7 @@ class SessionData:
         time: (N, 1) s since the first reading; 0 where not known.
         link: (N,) the link that the reflector of a reading sits on.
         kinds: the kinds of load, each with its readings (N,). kind_number: (N,) which of them every reading has.
-        history: approaches and the order of loads.
+        history: approaches and the order of loads; of a trace, the walk along its path.
         station: layout of the session's own numbers.
     """
 
@@ -42,8 +43,8 @@ class SessionData:
     link: Index
     kinds: Mapping[LoadKind, Bools]
     kind_number: Index
-    history: LoadHistory
-    station: Station
+    history: LoadHistory | PathHistory
+    station: Placing
 
     def __repr__(self) -> str:
         return f"SessionData({self.session.source!r}, {len(self.samples)} readings)"
@@ -64,8 +65,8 @@ class SessionData:
             link=np.array([r.link for r in session.reflectors])[s.reflector],
             kinds=kinds,
             kind_number=number,
-            history=LoadHistory(session),
-            station=Station(session),
+            history=LoadHistory(session) if session.path is None else PathHistory(session, session.path),
+            station=station_of(session),
         )
 
     @property

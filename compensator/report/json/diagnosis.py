@@ -12,7 +12,7 @@ from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
-KINDS = ("displacement", "absolute")
+KINDS = ("displacement", "absolute", "path")
 
 
 def diagnosis_report(d: Diagnosis) -> Report:

@@ -29,6 +29,7 @@ def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()
         ]),
         "displacement": _score(result.displacement),
         "absolute": _score(result.absolute),
+        "path": _score(result.path),
         "with_outliers": {kind: _score(score) for kind, score in result.with_wrong.items()},
         "n_readings": len(session),
         "outlier_rows": [{"session": session.source, "row": int(row)} for row in rows],
