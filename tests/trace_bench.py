@@ -99,3 +99,18 @@ def ballbar(
     columns = {"index": at, "radius": read + np.random.default_rng(seed).normal(0, noise, len(at))}
     bar = {"center": list(np.array(centre) / MM), "radius": radius, "calibrated": False}
     return write_trace(ran, "ballbar", columns, noise, name, ballbar=bar, **more)
+
+
+def surface(ran: Ran, noise: float, normal: Array, seed: int = 0, name: str = "surface", **more: Any) -> Path:
+    """A part that was cut: the deviation of every cutting pose along `normal` (N,3), the frame of the work object."""
+    at = np.flatnonzero(ran.table.cut)
+    nominal = ran.table.nominal[:, :3, 3]
+    moved = (ran.tcp - ran.bench.in_base(ran.table.nominal)[:, :3, 3]) @ ran.bench.base_work[:3, :3]
+    off = np.sum(moved * normal, axis=1)[at] / MM + np.random.default_rng(seed).normal(0, noise, len(at))
+    columns = {
+        "index": at,
+        **dict(zip("xyz", (nominal[at] / MM).T, strict=True)),
+        **dict(zip("ijk", normal[at].T, strict=True)),
+        "deviation": off,
+    }
+    return write_trace(ran, "surface", columns, noise, name, **more)

@@ -145,6 +145,7 @@ def _path(file: TraceFile, cell: Cell, rows: CommandedRows, samples: TraceSample
         calibrated=bar.calibrated,
         length_sd=bar.length_sd / 1e3,
         dry=file.dry,
+        process=cell.process.names(),
         gravity_told=cell.gravity is not None,
         given=count,
         sources={},

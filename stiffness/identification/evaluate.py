@@ -20,7 +20,7 @@ from stiffness.identification.unknowns import Unknowns, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
 from stiffness.session.far_readings import far_rows
-from stiffness.session.session import Session
+from stiffness.session.session import Session, process_of
 
 Bools = npt.NDArray[np.bool_]
 
@@ -115,10 +115,13 @@ def predicted_rigid(session: Session, used: Bools) -> SessionFit:
     return _placed(session, layout, rigid, used)
 
 
-def shown_effects(model: ComplianceModel, session: Session) -> tuple[Effect, ...]:
-    """Effects of a model that the readings of a session show: the robot's, its tool's, and the instruments'."""
-    applied, _ = model.applied(session.tool.name)
-    return tuple(e for e in model.effects if e in applied or e.scope == "instruments")
+def shown_effects(model: ComplianceModel, *sessions: Session) -> tuple[Effect, ...]:
+    """Effects of a model that the readings of sessions show: the robot's, its tool's, the instruments', and those of
+    the process that was traced."""
+    applied, _ = model.applied(sessions[0].tool.name)
+    process = process_of(sessions) if any(s.path is not None for s in sessions) else None
+    shown = (*applied, *(e for e in model.effects if e.scope == "instruments" or model.of_process(e, process)))
+    return tuple(e for e in model.effects if e in shown)
 
 
 def _placed(session: Session, layout: Unknowns, fixed: Mapping[str, Numbers], used: Bools) -> SessionFit:

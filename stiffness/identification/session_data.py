@@ -34,6 +34,7 @@ class SessionData:
         kinds: the kinds of load, each with its readings (N,). kind_number: (N,) which of them every reading has.
         history: approaches and the order of loads; of a trace, the walk along its path.
         station: layout of the session's own numbers.
+        path_axes: (N, 9) of a trace, column after column; None: of a session of set-ups.
     """
 
     session: Session
@@ -45,6 +46,7 @@ class SessionData:
     kind_number: Index
     history: LoadHistory | PathHistory
     station: Placing
+    path_axes: Floats | None = None
 
     def __repr__(self) -> str:
         return f"SessionData({self.session.source!r}, {len(self.samples)} readings)"
@@ -67,6 +69,7 @@ class SessionData:
             kind_number=number,
             history=LoadHistory(session) if session.path is None else PathHistory(session, session.path),
             station=station_of(session),
+            path_axes=None if session.path is None else session.path.axes_at_readings,
         )
 
     @property
@@ -83,7 +86,13 @@ class SessionData:
         s = self.samples
         point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
         return ArmLoads(
-            q=s.q, wrench=self.wrench, point=point, state=state, payload=s.payload[:, None], warm=self.warm
+            q=s.q,
+            wrench=self.wrench,
+            point=point,
+            state=state,
+            payload=s.payload[:, None],
+            warm=self.warm,
+            path_axes=self.path_axes,
         )
 
     def cases(self, loads: ArmLoads) -> tuple[Index, Index]:
@@ -109,4 +118,5 @@ def _load_kinds(session: Session) -> tuple[dict[LoadKind, Bools], Index]:
     keys = np.stack([load.link, load.point_link, load.in_tool.astype(np.int64)], axis=1)
     unique, of = np.unique(keys, axis=0, return_inverse=True)
     of = of.reshape(-1)
-    return {LoadKind(int(a), int(b), bool(c)): of == k for k, (a, b, c) in enumerate(unique)}, of
+    programmed = session.path is not None
+    return {LoadKind(int(a), int(b), bool(c), programmed): of == k for k, (a, b, c) in enumerate(unique)}, of

@@ -112,6 +112,18 @@ class PathTrace:
         return self.kind != "positions"
 
     @property
+    def feeds(self) -> Floats:
+        """(F,) m/s, the feeds of the readings."""
+        feed = self.rows.feed[np.minimum(np.ceil(self.index).astype(np.int64), len(self.rows) - 1)]
+        return np.unique(feed[np.isfinite(feed)])
+
+    @property
+    def axes_at_readings(self) -> Floats:
+        """(N, 9) path axes, column after column."""
+        low = np.floor(self.index).astype(np.int64)  # axes turn at rows: between two, those of the feed that leaves
+        return np.swapaxes(self.rows.path_axes[low], 1, 2).reshape(-1, 9)
+
+    @property
     def whole_runs(self) -> bool:
         """Whether there are so many runs that whole ones are held out."""
         return len(np.unique(self.run)) >= MANY_RUNS

@@ -26,6 +26,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
             {
                 "effect": c.effect, "where": list(c.where), "parameter": c.parameter,
                 "from": float(c.before), "to": float(c.after), "sd": float(c.sd), "unit": c.unit,
+                "confused_with": list(c.confused_with),
             }
             for c in d.changed
         ],
@@ -48,6 +49,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
             }
             for s in d.next_setups
         ],
+        "next_traces": list(d.next_traces),
         "outlier_rows": [{"session": name, "row": int(row)} for name, row in d.outliers],
         "held_setups": [list(map(int, setups)) for setups in d.held],
         "not_applied": not_applied(d),
