@@ -194,17 +194,16 @@ class Fit:
 
     def observability(self) -> dict[str, float]:
         """Observability indices of the design in the directions that the data determine, numbers scaled to their
-        typical size (Nahvi & Hollerbach 1996), and how many directions are ``determined`` and ``undetermined``. o1:
-        mean of the singular values (geometric; Borm & Menq); o2: smallest over largest (Driels & Pathre); o3: smallest
-        (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers.
-        """
+        typical size (Nahvi & Hollerbach 1996). o1: geometric mean of the singular values (Borm & Menq); o2: smallest
+        over largest (Driels & Pathre); o3: smallest (Nahvi); o4: smallest squared over largest, the noise amplification
+        index. Per root of the numbers."""
         counts = {"determined": self.gauge.count, "undetermined": len(self.unknowns) - self.gauge.count}
         if not self.gauge.count:
             return {"o1": 0.0, "o2": 0.0, "o3": 0.0, "o4": 0.0, **counts}
         singular = self.gauge.singular[0] / np.sqrt(self.solution.count)
         low, high = float(singular[0]), float(singular[-1])
-        o1 = float(np.exp(np.mean(np.log(singular))))
-        return {"o1": o1, "o2": low / high, "o3": low, "o4": low**2 / high, **counts}
+        mean = float(np.exp(np.mean(np.log(singular))))
+        return {"o1": mean, "o2": low / high, "o3": low, "o4": low**2 / high, **counts}
 
     def not_identified(self) -> list[str]:
         """What the data do not determine, in the user's words."""

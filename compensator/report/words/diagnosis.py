@@ -17,7 +17,7 @@ LISTED = 3
 PLACES = 2
 CONSTANT = "always the same"
 NEAR = 1.1  # times the noise
-KINDS = {"displacement": "displacements under load", "absolute": "positions"}
+KINDS = {"displacement": "displacements under load", "absolute": "positions", "path": "readings along the path"}
 Report = dict[str, Any]
 
 
