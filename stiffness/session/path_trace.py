@@ -112,6 +112,33 @@ class PathTrace:
         return self.kind != "positions"
 
     @property
+    def force(self) -> Floats:
+        """(N, 3) N, programmed, base axes."""
+        return self.rows.at(self.rows.wrench, self.index)[:, :3]
+
+    @property
+    def joint_speed(self) -> Floats:
+        """(N, n) rad/s of every joint by the programmed feed, at 1 m/min where there is none."""
+        rows = self.rows
+        into = np.clip(np.ceil(self.index).astype(np.int64), 1, len(rows) - 1)
+        feed = np.where(np.isfinite(rows.feed[into]), rows.feed[into], 1 / 60)
+        step = np.linalg.norm(rows.position[into] - rows.position[into - 1], axis=1)
+        turned = rows.q[into] - rows.q[into - 1]
+        return np.asarray(turned * (feed / np.maximum(step, 1e-9))[:, None])
+
+    @property
+    def since_turning(self) -> Floats:
+        """(N, n) rad that every joint has travelled since it turned last."""
+        rows, out = self.rows, np.zeros((len(self.index), self.rows.q.shape[1]))
+        for j, q in enumerate(rows.q.T):
+            moving = np.flatnonzero(np.diff(q) != 0)
+            turns = moving[1:][np.diff(np.sign(np.diff(q)[moving])) != 0]
+            turns = np.concatenate([[0], turns])
+            last = turns[np.searchsorted(turns, self.index, side="right") - 1]
+            out[:, j] = np.abs(rows.at(q, self.index) - q[last])
+        return out
+
+    @property
     def feeds(self) -> Floats:
         """(F,) m/s, the feeds of the readings."""
         feed = self.rows.feed[np.minimum(np.ceil(self.index).astype(np.int64), len(self.rows) - 1)]
