@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.session.path_trace import CommandedRows
+from stiffness.session.turning import turning_rows
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -32,11 +33,7 @@ def thinned(index: Floats, run: Ints, rows: CommandedRows) -> Ints:
 
 
 def _about_turning_points(index: Floats, run: Ints, rows: CommandedRows) -> Ints:
-    turns = []
-    for move in np.diff(rows.q, axis=0).T:
-        moving = np.flatnonzero(move != 0)
-        turns.append(moving[1:][np.diff(np.sign(move[moving])) != 0])
-    at = np.unique(np.concatenate(turns)).astype(float) if turns else np.empty(0)
+    at = np.unique(np.concatenate(turning_rows(rows.q))).astype(float)
     found: list[Ints] = []
     for one in np.unique(run):
         mine = np.flatnonzero(run == one)

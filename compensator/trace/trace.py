@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from compensator.cell.cell_file import Cell, load_cell
 from compensator.errors import TraceError
+from compensator.trace.made_by import at_rows, with_contacts
 from compensator.trace.program_rows import RunsWith, read_program
 from compensator.trace.thinning import thinned
 from compensator.trace.trace_file import BallbarTable, TraceFile, read_trace_file
@@ -38,6 +40,7 @@ Ints = npt.NDArray[np.int64]
 
 STRETCHES = 20  # equal parts of a path by length, a fifth of which is held out
 FEW = 200  # readings of a run: with fewer there are half as many stretches
+AS_FAST = (0.5, 2.0)  # times the programmed feed: readings of an arm at rest are ten times as slow, or more
 NOMINAL = 20.0  # deg C, at which lengths hold (ISO 1)
 
 
@@ -67,10 +70,11 @@ def load_trace(path: str | Path) -> Session:
     raw = file_bytes(f"{file.source}: samples = {file.samples!r}", file.folder / file.samples, TraceError)
     samples = read_trace_samples(read_table(label, raw), file.kind, rows, file.instrument.noise / 1e3)
     count = len(samples)
-    if samples.index is None:
-        raise TraceError(f"{label}: column index missing, of kind = 'surface': add it")
-    samples = samples.take(thinned(samples.index, samples.run, rows))
+    samples, unmade = with_contacts(samples, rows, cell, label)
+    samples = samples.take(thinned(at_rows(samples), samples.run, rows))
     path_trace = _path(file, cell, rows=rows, samples=samples, count=count)
+    if unmade:
+        path_trace = replace(path_trace, notes=(*path_trace.notes, unmade))
     digest = hashlib.sha256(raw).hexdigest()
     return Session(
         source=file.source,
@@ -124,7 +128,7 @@ def _beside(cell: Cell, file: TraceFile) -> str:
 
 
 def _path(file: TraceFile, cell: Cell, rows: CommandedRows, samples: TraceSamples, count: int) -> PathTrace:
-    index = np.zeros(len(samples)) if samples.index is None else samples.index
+    index = at_rows(samples)
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows.position, axis=0), axis=1))])
     length = rows.at(travelled, index)
     bar = file.ballbar or BallbarTable(center=(0.0, 0.0, 0.0), radius=100.0)
@@ -145,12 +149,30 @@ def _path(file: TraceFile, cell: Cell, rows: CommandedRows, samples: TraceSample
         calibrated=bar.calibrated,
         length_sd=bar.length_sd / 1e3,
         dry=file.dry,
+        latency=file.instrument.latency,
+        lagging=file.instrument.latency is None and _in_motion(rows, samples),
         process=cell.process.names(),
         gravity_told=cell.gravity is not None,
         given=count,
         sources={},
         notes=_notes(file, rows, count, len(samples)),
     )
+
+
+def _in_motion(rows: CommandedRows, samples: TraceSamples) -> bool:
+    """Whether readings have a time, and follow each other as fast as the feed: then a lag shows in them."""
+    if samples.index is None or not np.isfinite(samples.time).all() or not np.isfinite(rows.feed).any():
+        return False
+    order = np.lexsort((samples.time, samples.run))
+    index, same = samples.index[order], np.diff(samples.run[order]) == 0
+    way = np.linalg.norm(np.diff(rows.at(rows.position, index), axis=0), axis=1)
+    took = np.diff(samples.time[order])
+    feed = rows.feed[np.ceil(index[1:]).astype(np.int64)]
+    told = same & (took > 0) & (way > 0) & np.isfinite(feed)
+    if not told.any():
+        return False
+    ratio = float(np.median(way[told] / took[told] / feed[told]))
+    return AS_FAST[0] < ratio < AS_FAST[1]
 
 
 def _stretch(length: Floats, run: Ints) -> Ints:

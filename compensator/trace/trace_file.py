@@ -20,7 +20,7 @@ Text = Annotated[str, Strict(), Field(min_length=1)]
 class InstrumentTable(TomlTable):
     """``noise``: one sigma of a single reading, mm: of a length, along a normal, per axis of a position.
 
-    ``latency``: s, how much later than the command of its row a reading was taken.
+    ``latency``: s: a reading shows where the arm was so much before its row; estimated where it is not given.
     """
 
     noise: Number = Field(gt=0, le=10)

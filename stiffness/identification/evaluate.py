@@ -60,7 +60,8 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
     Raises:
         StiffnessError: the tracker's pose is unknown and nothing may estimate it.
     """
-    placing = not session.registered or (session.path is not None and session.path.kind == "ballbar")
+    path = session.path
+    placing = not session.registered or (path is not None and (path.kind == "ballbar" or path.lagging))
     count = register if register is not None else (REGISTER if placing else 0)
     if count < 0 or (count == 0 and placing):
         raise StiffnessError(

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.arm_loads import ArmLoads, LoadKind
+from stiffness.identification.lagging_station import LaggingStation
 from stiffness.identification.load_history import LoadHistory
 from stiffness.identification.path_history import PathHistory
 from stiffness.identification.path_station import Placing, station_of
@@ -68,7 +69,7 @@ class SessionData:
             kinds=kinds,
             kind_number=number,
             history=LoadHistory(session) if session.path is None else PathHistory(session, session.path),
-            station=station_of(session),
+            station=_station(session),
             path_axes=None if session.path is None else session.path.axes_at_readings,
         )
 
@@ -100,6 +101,11 @@ class SessionData:
         keys = np.column_stack([loads.table(), self.kind_number])
         _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         return np.asarray(first), np.asarray(of).reshape(-1)
+
+
+def _station(session: Session) -> Placing:
+    inner, path = station_of(session), session.path
+    return inner if path is None or not (path.lagging or path.latency) else LaggingStation(inner, path)
 
 
 def _loading_wrench(session: Session) -> Floats:

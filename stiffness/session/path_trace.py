@@ -13,6 +13,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.session.turning import turning_rows
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -76,6 +78,8 @@ class PathTrace:
         normal: (N, 3) outward, base axes; of a surface, else zero. point: (N, 3) m in the base, the same.
         centre: (3,) m in the base, roughly known; radius: m, nominal. calibrated: the length has no error; of a
             ball-bar. length_sd: m, of its length as calibrated.
+        latency: s, by which readings show the arm earlier than their rows; None: not given. lagging: it is estimated,
+            where readings were taken in motion and have a time.
         process: names of ``material`` and ``cutter`` that effects of the process hold for; "": not told.
         gravity_told: whether the cell says who takes the sag off; else it is as in the model.
         given: readings in the file, before it was thinned.
@@ -96,6 +100,8 @@ class PathTrace:
     radius: float = 0.0
     calibrated: bool = True
     length_sd: float = 0.0
+    latency: float | None = None
+    lagging: bool = False
     process: tuple[str, str] = ("", "")
     dry: bool = False
     gravity_told: bool = True
@@ -130,10 +136,8 @@ class PathTrace:
     def since_turning(self) -> Floats:
         """(N, n) rad that every joint has travelled since it turned last."""
         rows, out = self.rows, np.zeros((len(self.index), self.rows.q.shape[1]))
-        for j, q in enumerate(rows.q.T):
-            moving = np.flatnonzero(np.diff(q) != 0)
-            turns = moving[1:][np.diff(np.sign(np.diff(q)[moving])) != 0]
-            turns = np.concatenate([[0], turns])
+        for j, turned in enumerate(turning_rows(rows.q)):
+            q, turns = rows.q[:, j], np.concatenate([[0], turned]).astype(np.int64)
             last = turns[np.searchsorted(turns, self.index, side="right") - 1]
             out[:, j] = np.abs(rows.at(q, self.index) - q[last])
         return out

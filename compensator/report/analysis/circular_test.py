@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.session.path_trace import PathTrace
+from stiffness.session.turning import turning_rows
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -125,9 +126,8 @@ def _turning(path: PathTrace, mine: Index, place: Floats, deviation: Floats) -> 
     index, out = path.index[mine][order], []
     first = path.run[mine][order] == path.run[mine].min()
     index, level, at = index[first], deviation[order][first], place[order][first]
-    for j, move in enumerate(np.diff(rows.q, axis=0).T):
-        moving = np.flatnonzero(move != 0)
-        for row in moving[1:][np.diff(np.sign(move[moving])) != 0]:
+    for j, turns in enumerate(turning_rows(rows.q)):
+        for row in turns:
             k = int(np.searchsorted(index, row, side="right"))
             near = np.arange(k - BESIDE, k + BESIDE)
             if near[0] < 0 or near[-1] >= len(index) or index[near[-1]] - index[near[0]] > 4 * BESIDE:
