@@ -21,3 +21,7 @@ class SolveError(CompensatorError):
 
 class DeviceError(CompensatorError):
     """A file of a measuring device is refused."""
+
+
+class TraceError(CompensatorError):
+    """A trace of a program that ran is refused."""

@@ -53,9 +53,15 @@ class Arm:
     def __repr__(self) -> str:
         return f"Arm({self.robot.name}, {self.model.source!r})"
 
-    def acting(self, tool_name: str) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
-        """Effects that act on a path with a tool of this name, and names of those that do not."""
-        return self.model.applied(tool_name)
+    def acting(
+        self, tool_name: str, process: tuple[str, str] | None = None
+    ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+        """Effects that act on a path with a tool of this name, and names of those that do not.
+
+        Args:
+            process: names of material and cutter; None: nothing is cut.
+        """
+        return self.model.applied(tool_name, process)
 
     def sag(self, conditions: Conditions) -> str:
         """Whether the controller takes the sag of arm and tool off: ``uncompensated`` or ``calibrated-out``."""

@@ -65,6 +65,14 @@ def _not_applied(arm: EquippedArm) -> list[Finding]:
             what = f"{name} was measured with tool {arm.model.tools[name]!r}, the tool here is {arm.tools.first.name!r}"
             remedy = "name the tools alike where they are the same"
             found.append(Finding(WARNING, arm.model.source, f"{what}: it is not applied", remedy))
+        elif BY_NAME[name].scope == "process":
+            names = [f"{key} {value!r}" for key, value in _process_of(arm, name) if value]
+            held = f"was measured with {', '.join(names) or 'a process without names'}"
+            found.append(Finding(NOTE, arm.model.source, f"{name} {held}: it is not applied to this path"))
         else:
             found.append(Finding(NOTE, arm.model.source, f"{name} is of the instruments: it is not applied"))
     return found
+
+
+def _process_of(arm: EquippedArm, name: str) -> list[tuple[str, str]]:
+    return list(zip(("material", "cutter"), arm.model.processes.get(name, ("", "")), strict=True))

@@ -74,8 +74,8 @@ class Cell(TomlTable):
         return None if self.machine is None else self.machine.machine()
 
 
-def load_cell(path: str | Path) -> Cell:
-    """Read a cell/1 file.
+def load_cell(path: str | Path, *, model_needed: bool = True) -> Cell:
+    """Read a cell/1 file; ``model`` may be missing where it is not needed.
 
     Raises:
         CellError: names the file, the key, the value and what was expected, all findings in one message.
@@ -85,6 +85,8 @@ def load_cell(path: str | Path) -> Cell:
     for reserved in ("source", "folder", "schema_"):
         if reserved in table:
             raise CellError(f"{name}: unknown key {reserved}")
+    if not model_needed:
+        table = {"model": "", **table}
     try:
         return Cell.model_validate({**table, "source": name, "folder": Path(path).parent})
     except ValidationError as e:

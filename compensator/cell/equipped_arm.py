@@ -154,11 +154,13 @@ def _merged(rows: int, parts: Sequence[tuple[Rows, Floats]]) -> Floats:
     return out
 
 
-def equipped(arm: Arm, tools: ToolSet, conditions: Conditions, source: str) -> EquippedArm:
+def equipped(
+    arm: Arm, tools: ToolSet, conditions: Conditions, source: str, process: tuple[str, str] | None = None
+) -> EquippedArm:
     """An arm with tools, under these conditions.
 
     Args:
-        source: the file that gives them, for messages.
+        source: the file that gives them, for messages. process: names of material and cutter; None: nothing is cut.
 
     Raises:
         CellError: the model has effects of one tool and there are several; masses are not known where they count.
@@ -167,7 +169,7 @@ def equipped(arm: Arm, tools: ToolSet, conditions: Conditions, source: str) -> E
     if len(names) > 1 and any(e.scope == "tool" for e in arm.model.effects):
         listed = ", ".join(sorted(names))
         raise CellError(f"{source}: the model has effects of one tool; the cell has tools {listed}")
-    effects, not_applied = arm.acting(tools.first.name)
+    effects, not_applied = arm.acting(tools.first.name, process)
     _refuse_without_masses(source, arm.robot, effects, arm.sag(conditions))
     return EquippedArm(
         robot=arm.robot,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from compensator.cell.placement import Placement, placement_of
 from compensator.path.motion_bounds import MotionBounds
 from compensator.path.planner import Planner
 from compensator.path.tcp_inverse import TcpInverse
+from compensator.process.acting_process import ActingProcess
 from toolpaths.finding import Finding
 
 
@@ -56,7 +57,10 @@ def job_of(arm: Arm, placement: Placement, findings: tuple[Finding, ...] = ()) -
         CellError: the two do not belong together.
     """
     tools, solve = placement.tools, placement.solve
-    able = equipped(arm, tools, placement.conditions, placement.source)
+    able = equipped(arm, tools, placement.conditions, placement.source, process=placement.process_names)
+    changed = [e for e in able.effects if e.process_wrench]
+    if changed:
+        placement = replace(placement, process=ActingProcess(placement.process, changed, able.values))
     inverse = TcpInverse(arm.inverse, tools)
     bounds = MotionBounds(
         arm.inverse,

@@ -33,6 +33,7 @@ class Placement:
         conditions: gravity, temperature.
         touches: where the work object was touched off with the tool: points (3,) m of it, and postures (n,) rad; empty:
             it was not; None: not known.
+        process_names: of the material and the cutter; "" where they are not told.
         start: (n,) rad where the path starts from; None: not known.
         external: external axes of robot programs by name.
         machine: that the toolpath was posted for; None: not declared.
@@ -45,6 +46,7 @@ class Placement:
     process: Process
     conditions: Conditions
     touches: tuple[Floats, ...] | None = None
+    process_names: tuple[str, str] = ("", "")
     start: Floats | None = None
     external: Mapping[str, ExternalAxisTable] = field(default_factory=dict)
     machine: Machine | None = None
@@ -77,6 +79,7 @@ def placement_of(cell: Cell) -> Placement:
         process=cell.process.process(_context(cell, tools)),
         conditions=Conditions((x, y, z), cell.gravity, cell.temperature, cell.solve.complementary_stiffness),
         touches=cell.workobject.touches(),
+        process_names=cell.process.names(),
         start=None if cell.start is None else np.radians(cell.start.joints),
         external=cell.external,
         machine=cell.posted_for(),

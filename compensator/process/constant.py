@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.process.given_wrench import GivenWrench
-from compensator.process.process import ProcessContext, ProcessTable, ToolMotion, WrenchAxes
+from compensator.process.process import NamedCutterTable, ProcessContext, ProcessTable, ToolMotion, WrenchAxes
 from compensator.toml_table import Wrench
 
 Floats = npt.NDArray[np.float64]
@@ -21,6 +21,9 @@ class ConstantWrenchTable(ProcessTable):
     kind: Literal["constant"]
     frame: WrenchAxes
     wrench: Wrench
+
+    material: str | None = None
+    cutter: NamedCutterTable | None = None
 
     def process(self, context: ProcessContext) -> ConstantProcess:
         return ConstantProcess(context, self.frame, self.wrench)

@@ -10,9 +10,10 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
 from compensator.path.added_poses import with_poses_before_corners
-from compensator.toml_table import TomlTable
+from compensator.toml_table import Number, TomlTable
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
@@ -60,6 +61,7 @@ class ProcessLoad:
 
     Attributes:
         wrench: (N, 6) N and N*m on the robot, base axes, about the TCP; 0 at rapids.
+        programmed: (N, 6) the same as the process has it, where effects of a model change it; None: they do not.
         findings: about poses of the path; one of level ``error`` refuses it.
         columns: name with unit, such as ``chip_mm`` -> (N,) of that unit, for tables of the poses.
     """
@@ -67,6 +69,12 @@ class ProcessLoad:
     wrench: Floats
     findings: tuple[Finding, ...] = ()
     columns: Mapping[str, Floats] = field(default_factory=dict)
+    programmed: Floats | None = None
+
+    @property
+    def unchanged(self) -> Floats:
+        """(N, 6) the wrench as the process has it: what a program that is written tells."""
+        return self.wrench if self.programmed is None else self.programmed
 
     def __repr__(self) -> str:
         return f"ProcessLoad({len(self.wrench)} poses, {len(self.findings)} findings, {', '.join(self.columns)})"
@@ -151,10 +159,30 @@ class ProcessContext:
     tool_lengths: Mapping[int, float] = field(default_factory=dict)
 
 
+class NamedCutterTable(TomlTable):
+    """A cutter that a given wrench belongs to: its name, or whatever tells it from others; mm."""
+
+    name: str | None = None
+    shape: str | None = None
+    diameter: Number | None = Field(default=None, gt=0, le=1000)
+    flutes: int | None = Field(default=None, ge=1)
+    length: Number | None = Field(default=None, gt=0)
+    corner_radius: Number | None = Field(default=None, ge=0)
+
+
 class ProcessTable(TomlTable):
     """[process] of a cell file; every kind adds ``kind``, a literal of its name, and its own keys."""
 
     kind: str
+
+    def names(self) -> tuple[str, str]:
+        """Names of the material and the cutter, which effects of the process hold for; "" where they are not told."""
+        material, cutter = getattr(self, "material", None), getattr(self, "cutter", None)
+        if cutter is None:
+            return material or "", ""
+        told = cutter.model_dump(exclude_unset=True)
+        listed = [f"{key} {value}" for key, value in sorted(told.items())]
+        return material or "", str(told.get("name") or ", ".join(listed))
 
     def process(self, context: ProcessContext) -> Process:
         """The process that the table describes."""

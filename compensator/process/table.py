@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from compensator.errors import CellError
 from compensator.process.given_wrench import GivenWrench
-from compensator.process.process import ProcessContext, ProcessTable, ToolMotion, WrenchAxes
+from compensator.process.process import NamedCutterTable, ProcessContext, ProcessTable, ToolMotion, WrenchAxes
 from stiffness.text_file import decoded, file_bytes
 from toolpaths.languages.table import LANGUAGES
 from toolpaths.toolpath import CUT, Toolpath
@@ -27,6 +27,9 @@ class WrenchFileTable(ProcessTable):
     kind: Literal["table"]
     frame: WrenchAxes
     file: str
+
+    material: str | None = None
+    cutter: NamedCutterTable | None = None
 
     def process(self, context: ProcessContext) -> WrenchFileProcess:
         source = context.folder / self.file

@@ -100,7 +100,7 @@ def program_of(c: Compensation, *, corrected: bool = True, name: str = "") -> Pr
         nominal_position=nominal.origin,
         nominal_rotation=nominal.rotation,
         nominal_joints=path.q,
-        wrench=c.wrench,
+        wrench=c.load.unchanged,
         deflection=deflection,
     )
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.text import as_json
+from compensator.tasks.measurements import in_terms_of, load_measurements
 from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
 from compensator.tasks.run_files import writes
@@ -19,7 +20,7 @@ from compensator.version import version
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
 from stiffness.model.model import ComplianceModel, load_model, model_text
-from stiffness.session.session import Session, load_session
+from stiffness.session.session import Session
 
 
 @dataclass(frozen=True, repr=False)
@@ -53,8 +54,9 @@ def diagnose_files(
         StiffnessError, CompensatorError: refused; no output is left behind.
     """
     say("reading the sessions")
-    loaded = [load_session(path) for path in sessions]
+    loaded = load_measurements(sessions)
     known = load_model(model, loaded[0].robot.n)
+    loaded = [in_terms_of(session, known) for session in loaded]
     for session in loaded:
         refuse_other_robot(session, known)
     found = diagnose(loaded, known, say)

@@ -26,6 +26,7 @@ _SCOPES = {
     "robot": "robot: goes wherever the robot goes",
     "tool": "tool: holds for the tool that it was measured with",
     "instruments": "instruments: judges readings, never acts on a planned path",
+    "process": "process: holds for the material and the cutter that were traced",
 }
 _SLOTS = {
     "joint": "deflects joints",
@@ -35,6 +36,8 @@ _SLOTS = {
     "place": "moves the places that it sits in",
     "wrench_reading": "changes what the wrench sensor shows",
     "position_reading": "changes what the tracker shows",
+    "process_wrench": "changes the wrench that the process says",
+    "surface_reading": "changes the deviation that a cut surface shows",
 }
 
 

@@ -13,6 +13,7 @@ from compensator.report.json.evaluation import evaluation_report
 from compensator.report.json.fit import fit_report, local_fit_report
 from compensator.report.json.text import as_json
 from compensator.solve.unlearned_angles import AngleUncertainty, NotLearned
+from compensator.tasks.measurements import in_terms_of, load_measurement, load_measurements
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
@@ -27,7 +28,7 @@ from stiffness.identify import identify
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.identify import identify_local
 from stiffness.model.model import ComplianceModel, load_model, model_text
-from stiffness.session.session import Session, load_session
+from stiffness.session.session import Session
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +62,9 @@ def identify_files(
     if method == "local" and (effects is not None or prior is not None):
         raise StiffnessError("--method local takes no --effects and no --prior: it fits the joints one by one")
     say("reading the sessions")
-    loaded = [load_session(path) for path in sessions]
+    loaded = load_measurements(sessions)
+    if method == "local" and any(s.path is not None for s in loaded):
+        raise StiffnessError("--method local takes sessions of set-ups, no traces: leave the traces to --method global")
     if method == "local" and html is not None:
         raise StiffnessError("--report shows a global fit; --method local has none: read the notes in --json instead")
     if method == "local":
@@ -69,6 +72,7 @@ def identify_files(
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
     if known is not None:
         refuse_other_robot(loaded[0], known)
+        loaded = [in_terms_of(session, known) for session in loaded]
     say("fitting")
     fit = identify(loaded, effects, known)
     report = fit_report(fit)
@@ -112,8 +116,9 @@ def evaluate_file(
         StiffnessError, CompensatorError: refused.
     """
     say("reading the session")
-    loaded = load_session(session)
+    loaded = load_measurement(session)
     values = load_model(model, loaded.robot.n)
+    loaded = in_terms_of(loaded, values)
     refuse_other_robot(loaded, values)
     _same_kind(loaded, values.gravity, values.source)
     say("predicting")

@@ -43,10 +43,11 @@ def show_evaluation(report: dict[str, Any]) -> None:
     console = screen()
     if console is None:
         return
-    for kind in ("displacement", "absolute"):
+    for kind in ("displacement", "absolute", "path"):
         score = report[kind]
         if score is None:
-            console.print(f"{kind}: no such evidence")
+            if kind != "path":
+                console.print(f"{kind}: no such evidence")
             continue
         console.print(
             f"{kind}: rms {score['rms_mm']:.4f} mm per axis (noise {score['noise_floor_mm']:.4f}), "

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from stiffness.diagnosis.linear_fit import HeldOutFold, NormalEquations
 from stiffness.diagnosis.linearisation import normal_equations
-from stiffness.diagnosis.regressors import Regressors, regressors, without_columns
+from stiffness.diagnosis.regressors import PROCESS, Regressors, regressors, without_columns
 from stiffness.diagnosis.selection import steady
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name
@@ -26,6 +26,8 @@ Index = npt.NDArray[np.intp]
 
 RIDGES = (1e-3, 1e-2, 1e-1)  # prior precision of a weight over that of the data, all columns scaled alike
 SIX = 0.8  # factor on the fraction of a place: it has six coordinates, one of which moves as the joint beside it
+FIXTURE = "fixture"
+OF_PATH = (PROCESS, "arc-length")  # of every path, and no column of a file
 LEAST = 0.02  # a smaller fraction is not reported
 SECOND = 0.1  # of what the best family leaves: so much more a second family has to explain to be named
 
@@ -38,6 +40,11 @@ class ResidualSource:
     what: str
     fraction: float
     follows: str = ""
+
+    @property
+    def is_place(self) -> bool:
+        """Whether it is a part of the arm; else a column, or what belongs to a path."""
+        return self.what.startswith(("joint-", "link-")) or self.what in ("base", "tool")
 
 
 def residual_sources(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[ResidualSource]:
@@ -56,11 +63,18 @@ def residual_sources(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[R
         fraction *= 1.0 if k < n else SIX
         if fraction > LEAST:
             out.append(ResidualSource(place, fraction, follows))
+        if fraction > LEAST and k == n and _on_a_part(fit):
+            # seen from the part, a base that moves and a fixture that moves are one
+            out.append(ResidualSource(FIXTURE, min(fraction / SIX, 1.0), follows))
     for name in sorted({c for c in first.column if c}):
         fraction = structure.explained(np.concatenate([_of_column(index[k], first, name) for k in range(n)]))
         if fraction > LEAST:
-            out.append(ResidualSource(f"column:{name}", fraction))
+            out.append(ResidualSource(name if name in OF_PATH else f"column:{name}", fraction))
     return sorted(out, key=lambda s: -s.fraction)
+
+
+def _on_a_part(fit: Fit) -> bool:
+    return all(s.session.path is not None and s.session.path.kind == "surface" for s in fit.sessions)
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -14,6 +14,8 @@ from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.held_out import held_out, held_out_scores
 from stiffness.diagnosis.known_effects import KnownEffects, with_known
 from stiffness.diagnosis.moved_parameters import moved_parameters
+from stiffness.diagnosis.next_traces import next_traces
+from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
 from stiffness.diagnosis.refined_model import refined_model
 from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search
@@ -21,7 +23,7 @@ from stiffness.diagnosis.searched_numbers import searched_deviations, with_bette
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import shown_effects
-from stiffness.identification.fit import Fit
+from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import cleaned, with_whole_setups
 from stiffness.identification.robust import one_robot
@@ -71,7 +73,7 @@ class _Found:
 
 
 def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, notes: Sequence[str]) -> Diagnosis:
-    effects = shown_effects(model, sessions[0])
+    effects = shown_effects(model, *sessions)
     values = {e.name: model.values[e.name] for e in effects}
     held = [held_out(s) for s in sessions]
     fits = ModelFits.of(sessions, effects, values, [~h for h in held])
@@ -80,12 +82,19 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= ENOUGH
     own = KnownEffects.of(model, effects, sessions)
     bare = replace(fits, base=own.base, given=own.given, ending=ROUGH)
-    found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
+    alone = _alone(bare, model, base) if enough and not own.known else None
+    if alone is not None and alone.better:
+        bare, found = alone.fits, _of_process(alone, base)
+    else:
+        found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
     news = [a for a in (_new(a, own.known) for a in additions) if a is not None]
     # structure that no effect explains biases the model's own numbers: none of them is reported as moved
     known = enough and not structure.left
+    known &= alone is None or not alone.better
     changed = moved_parameters(fits=fits, model=model, base=base, fit=fit, additions=news) if known else []
+    if alone is not None and not news:
+        changed = [replace(c, confused_with=tuple(a.effect.name for a in alone.additions)) for c in changed]
     other = bool(news or found.removed)
     verdict, more = _verdict(
         sessions=sessions, enough=enough, structure=structure, other=other, changed=changed, base=base
@@ -117,6 +126,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
         notes=(*notes, *structure.notes, *more),
+        next_traces=tuple(next_traces(sessions, found.alternatives, changed, structure.left)),
         model=refined_model(
             model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]
         )
@@ -155,6 +165,21 @@ def _searched(search: Search, base: Fit) -> _Found:
     return _Found(
         judged=outcome, alternatives=tuple(kept), ranking=tuple(ranking), base_rms=base_rms, removed=tuple(removed)
     )
+
+
+def _alone(fits: ModelFits, model: ComplianceModel, base: Fit) -> ProcessAlone | None:
+    """What effects of the process explain by themselves, where a cut was traced."""
+    if all(s.path is None or s.path.dry for s in fits.sessions):
+        return None
+    moved = moved_parameters(fits=fits, model=model, base=base, fit=base, additions=[])
+    return process_alone(fits, base, len(moved))
+
+
+def _of_process(alone: ProcessAlone, base: Fit) -> _Found:
+    """Effects of the process, which the numbers of the robot would imitate."""
+    imitated = {e.name: base for e in alone.fits.base if e.is_base and base.solution.misfit < CLEAR}
+    found = [Alternatives(a, alone.explains, imitated) for a in alone.additions]
+    return _Found(Judged(alone.fit, alone.additions, Structure(False, [])), alternatives=tuple(found))
 
 
 def _as_it_is(base: Fit, known: Sequence[Addition]) -> _Found:
@@ -205,10 +230,12 @@ def _mute(sessions: Sequence[Session], base: Fit) -> bool:
 def _next_setups(
     verdict: Verdict, fit: Fit, found: Sequence[Alternatives], sources: Sequence[ResidualSource]
 ) -> list[NextSetup]:
-    for own in found:
+    for own in found if fit.sessions[0].session.path is None else ():
         for name, other in own.fits.items():
             return splitting(fit, other, f"tells {own.addition.effect.name} from {name}")
-    session = fit.sessions[0].session
+    session = next((s.session for s in fit.sessions if s.session.path is None), None)
+    if session is None:  # a trace has no set-ups: ``next_traces``
+        return []
     if verdict == "unexplained":
         top = next((s.what for s in sources if s.what.startswith("joint-")), None)
         joint = int(top.removeprefix("joint-")) - 1 if top else None

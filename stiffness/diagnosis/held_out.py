@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -11,23 +11,26 @@ from stiffness.diagnosis.result import HeldOutScores
 from stiffness.identification import scores
 from stiffness.identification.evaluate import predicted_by
 from stiffness.identification.fit import Fit
-from stiffness.identification.prediction import PredictedReadings
-from stiffness.identification.scores import Score
+from stiffness.identification.scores import KINDS, Score
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
-Judge = Callable[[Session, PredictedReadings, Bools, Bools], Score | None]
 
 FEWEST = 8  # set-ups; with fewer, leaving some out leaves nothing
 EVERY = 5  # set-ups, one of which takes part in nothing
-KINDS: dict[str, Judge] = {"displacement": scores.displacement, "absolute": scores.absolute}
 
 
 def held_out(session: Session) -> Bools:
-    """(N,) readings of every fifth set-up of every block, in the order of the file."""
+    """(N,) readings of every fifth set-up of every block, in the order of the file; of a trace every fifth stretch of
+    the path, in all runs, or every fifth run where there are many."""
     s = session.samples
     out = np.zeros(len(s), dtype=bool)
+    if session.path is not None:
+        part = session.path.run if session.path.whole_runs else session.path.stretch
+        parts = np.unique(part)
+        # not the middle one of five: a path there and back would have the same places held out both ways
+        return np.isin(part, parts[1::EVERY]) if len(parts) >= EVERY else out
     for block in np.unique(s.block):
         rows = np.flatnonzero(s.block == block)
         setups = list(dict.fromkeys(s.setup[rows].tolist()))

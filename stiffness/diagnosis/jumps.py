@@ -99,7 +99,10 @@ class _Series:
 
 
 def measurement_changes(fit: SessionFit) -> tuple[MeasurementChange, ...]:
-    """What changed in a session while it was measured, the largest first; () where nothing did."""
+    """What changed in a session while it was measured, the largest first; () where nothing did, and of a trace, whose
+    order is that of the path."""
+    if fit.session.path is not None:
+        return ()
     rows = _readings(fit)
     answer = RefitAnswer.of(fit, rows)
     series = list(_series(fit, rows))

@@ -18,6 +18,7 @@ from stiffness.numerics.whitened import Whitened, gram
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
+ROUNDING = 1e-11  # of the largest: sums have some 1e-14 of rounding, and a fold is a difference of such sums
 SINGULAR = 1e-4  # of a column's square: less, beside nuisance and other columns, counts as linearly dependent
 
 
@@ -104,7 +105,9 @@ class NormalEquations:
         own = products[:m, :m] + np.diag(self._precision)
         scale = 1 / np.sqrt(np.maximum(np.diag(own), 1e-300))
         values, vectors = np.linalg.eigh(own * np.outer(scale, scale))
-        inverse = (vectors / np.maximum(values, 1e-13)) @ vectors.T * np.outer(scale, scale)
+        # a direction that the sums do not tell, but for rounding, stays where the fit has it
+        told = np.where(values > ROUNDING, 1 / np.maximum(values, ROUNDING), 0.0)
+        inverse = (vectors * told) @ vectors.T * np.outer(scale, scale)
         out = inverse @ products[:m, m:]
         rest = products[m:, m:] - products[m:, :m] @ out
         return ReducedEquations(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), np.diag(products)[m:-1].copy()), out

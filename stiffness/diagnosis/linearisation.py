@@ -171,7 +171,11 @@ def can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
     if effect.wrench_reading:
         return any(s.has_wrench for s in sessions)
     if effect.position_reading:
-        return any(bool(np.ptp(_finite(s.samples.time)) > 0) for s in sessions)
+        return any(bool(np.ptp(_finite(s.samples.time)) > 0) for s in sessions if s.numbers_each == 3)
+    if effect.surface_reading:
+        return any(s.path is not None and s.path.kind == "surface" for s in sessions)
+    if effect.process_wrench:
+        return any(s.path is not None and bool(s.samples.load.wrench.any()) for s in sessions)
     if effect.thermal:
         return any(bool(np.ptp(_finite(s.samples.temperature)) > WARMED) for s in sessions)
     return True

@@ -10,6 +10,7 @@ import numpy as np
 from stiffness.diagnosis.added_effects import Addition
 from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
+from stiffness.session.session import process_of
 
 
 def refined_model(
@@ -17,7 +18,8 @@ def refined_model(
 ) -> ComplianceModel:
     """``model`` with the numbers of a fit, without the ``removed`` effects; standard deviations of ``free``, where
     nothing was held."""
-    held = {a.effect.name for a in additions if a.held}
+    free_effects = {u.effect for u in free.unknowns.free}
+    held = {e.name for e in free.unknowns.effects if e.name not in free_effects}
     gone = set(removed) - {e.name for e in fit.unknowns.effects}
     fitted = fit.model(model.robot, model.provenance)
     model = replace(
@@ -26,6 +28,7 @@ def refined_model(
         sd={e: v for e, v in model.sd.items() if e not in gone},
         identified={e: v for e, v in model.identified.items() if e not in gone},
         tools={e: v for e, v in model.tools.items() if e not in gone},
+        processes={e: v for e, v in model.processes.items() if e not in gone},
     )
     values = {
         name: {k: np.array(v) for k, v in numbers.items()}
@@ -36,8 +39,10 @@ def refined_model(
         name: {k: np.array(v) for k, v in numbers.items()}
         for name, numbers in {**model.sd, **deviations}.items()
     }
-    tools = dict(model.tools)
+    tools, processes = dict(model.tools), dict(model.processes)
     for a in additions:
         if a.effect.scope == "tool":
             tools[a.effect.name] = fit.sessions[0].session.tool.name
-    return replace(model, values=values, sd=sd, tools=tools, correlations=None)
+        if a.effect.scope == "process":
+            processes[a.effect.name] = process_of([s.session for s in fit.sessions])
+    return replace(model, values=values, sd=sd, tools=tools, processes=processes, correlations=None)

@@ -11,11 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.session_fit import SessionFit
+from stiffness.session.path_trace import PathTrace
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 
 HARMONICS = 4
+PROCESS = "process"  # what a residual follows that goes with the programmed force
+TRAVELS = (1e-3, 1e-2)  # rad since a joint turned: of play, and of friction
 SILENT = 0.02  # of the largest torque: below, a torque has no sign
 
 
@@ -58,6 +61,7 @@ def regressors(fit: SessionFit) -> Regressors:
         out.append((approach, f"approach of joint {j + 1}", f"approach{j + 1}", j))
         out.append((approach * np.abs(tau[:, j]), f"approach of joint {j + 1} times its load", f"approach{j + 1}", j))
         out.append((_change(fit.session, tau[:, j]), f"last change of load of joint {j + 1}", "state", j))
+    out += [] if fit.session.path is None else along_the_path(fit.session.path)
     for name, column in columns(fit.session).items():
         out.append((column, name, name, -1))
         out += [(column * tau[:, j], f"{name} times torque of joint {j + 1}", name, j) for j in range(n)]
@@ -70,6 +74,24 @@ def regressors(fit: SessionFit) -> Regressors:
         tuple(str(c) for *_, c, _ in keep),
         tuple(int(j) for *_, j in keep),
     )
+
+
+def along_the_path(path: PathTrace) -> list[tuple[Floats, str, str, int]]:
+    """What is of a commanded path: speeds of joints, their travel since they turned, and the programmed force."""
+    out: list[tuple[Floats, str, str, int]] = []
+    speed, since = path.joint_speed, path.since_turning
+    for j in range(speed.shape[1]):
+        out.append((speed[:, j] / max(float(np.abs(speed[:, j]).max()), 1e-9), f"speed of joint {j + 1}", "", j))
+        way = np.sign(speed[:, j])
+        for travel in TRAVELS:
+            name = f"distance from the last reversal of joint {j + 1}"
+            out.append((way * np.exp(-since[:, j] / travel), name, "", j))
+    force = np.einsum("nij,ni->nj", path.axes_at_readings.reshape(-1, 3, 3).swapaxes(1, 2), path.force)
+    for k, way_of in enumerate(("along the feed", "across the feed", "along the tool")):
+        size = float(np.abs(force[:, k]).max())
+        if size > 0:
+            out.append((force[:, k] / size, f"programmed force {way_of}", PROCESS, -1))
+    return out
 
 
 def columns(session: Session) -> dict[str, Floats]:
@@ -95,6 +117,6 @@ def _change(session: Session, tau: Floats) -> Floats:
 
 
 def without_columns(f: Regressors) -> Regressors:
-    keep = [i for i, c in enumerate(f.column) if not c or c[0] == "a" or c == "state"]
+    keep = [i for i, c in enumerate(f.column) if not c or c.startswith("approach") or c == "state"]
     family, column, joint = (tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint))
     return Regressors(f.values[:, keep], family, column, joint)  # type: ignore[arg-type]

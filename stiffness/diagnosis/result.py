@@ -49,7 +49,8 @@ class RemovedEffect:
 
 @dataclass(frozen=True)
 class MovedParameter:
-    """A number of the model that has moved since the model was made, with its standard deviation."""
+    """A number of the model that has moved since the model was made, with its standard deviation, and the effects that
+    these readings do not tell from that."""
 
     effect: str
     where: tuple[str, ...]
@@ -58,6 +59,7 @@ class MovedParameter:
     after: float
     sd: float
     unit: str
+    confused_with: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class HeldOutScores:
-    """Residuals on held-out set-ups, of displacements or of absolute positions: of the model as it was, with its own
+    """Residuals on held-out set-ups or stretches, of one kind of evidence: of the model as it was, with its own
     parameters ``refitted`` (what it leaves above the noise is structure), and refined."""
 
     before: Score
@@ -92,7 +94,7 @@ class Diagnosis:
         notes: in words, for the report.
         model: refined.
         base, fit: the model at hand fitted anew, and with what was added, on the readings that took part.
-        held: set-ups that took no part, per session.
+        held: set-ups that took no part, per session. next_traces: what to trace next, in words.
         base_heldout_rms: of the model at hand, as ``Candidate.heldout_rms``.
     """
 
@@ -111,6 +113,7 @@ class Diagnosis:
     fit: Fit
     held: tuple[tuple[int, ...], ...] = field(default=())
     base_heldout_rms: float | None = None
+    next_traces: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Diagnosis({self.verdict}, added {', '.join(a.effect for a in self.added) or 'nothing'})"

@@ -83,7 +83,7 @@ class Sensitivities:
             at, d = first[some], self._derivatives(kind)
             own = loads.take(at)
             given = (own.q, own.wrench, own.point, own.payload, own.warm, own.state, error[at])
-            (nonzero,) = d.kernel.run(*given, p[model.tables.core], x[at])
+            (nonzero,) = d.kernel.run(*given, p[model.tables.core], x[at], own.axes)
             run_of[some] = np.arange(len(some))
             runs.append((rows, d, nonzero))
         dense = np.zeros((len(data.samples), 3, len(self._core)))
@@ -154,7 +154,8 @@ class Sensitivities:
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
         own = state * ca.vertcat(*full) if full else state
         posture = s.posture(q, x)
-        load = model.acting(kind=kind, posture=posture, w=w, point=point, values=values)
+        axes = ca.SX.sym("axes", 9 if kind.programmed else 0)
+        load = model.acting(kind=kind, posture=posture, w=w, point=point, values=values, path_axes=axes)
         new, _ = s.law(
             posture=posture,
             q=q,
@@ -169,5 +170,5 @@ class Sensitivities:
         jacobian = ca.jacobian(new, p)[:, wanted.tolist()]
         row, column = (np.array(v, dtype=np.intp) for v in jacobian.sparsity().get_triplet())
         nonzero = ca.SX(jacobian.nz[:])
-        given = [q, w, point, payload, warm, state, error, p, x]
+        given = [q, w, point, payload, warm, state, error, p, x, axes]
         return _Derivatives(Kernel(ca.Function("sensitivities", given, [ca.densify(nonzero)])), row, column)

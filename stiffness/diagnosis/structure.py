@@ -111,7 +111,7 @@ def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alt
     """The first addition that only took the nearest name beside structure that is left; one that is far ahead of all
     other effects is the right name for its part."""
     joints = search.fits.joints
-    places = [s.what for s in now.structure.sources if not s.what.startswith("column:")]
+    places = [s.what for s in now.structure.sources if s.is_place]
     for a in (a for a in now.additions if not a.held):
         without = search.fits.fit([b for b in now.additions if b is not a], now.fit)
         explained = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)

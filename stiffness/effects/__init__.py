@@ -10,6 +10,8 @@ from typing import Any
 from stiffness.effects import (
     backlash,
     base_compliance,
+    cutter_size,
+    cutting_force,
     force_sensor_bias,
     gravity_compensator,
     joint_angle_error,
@@ -47,6 +49,8 @@ BUILT_IN: tuple[Effect, ...] = (
     thermal_drift.EFFECT,
     tracker_drift.EFFECT,
     force_sensor_bias.EFFECT,
+    cutting_force.EFFECT,
+    cutter_size.EFFECT,
 )
 BASE = joint_stiffness.EFFECT  # every model has it
 CATALOGUE: tuple[Effect, ...]

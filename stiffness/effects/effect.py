@@ -18,8 +18,11 @@ the same text and take derivatives from it.
     place    PlaceInput: wrench that crosses the place          [d; phi] (6,) m and rad, in its axes
     wrench_reading    ShownWrench: what the sensor shows        the wrench (6,) that acts, same axes
     position_reading  a position (3,) in the tracker's frame, time s   the position (3,) that it shows
+    process_wrench    ProgrammedWrench: what a process says     the wrench (6,) that acts, base axes
+    surface_reading   deviation of a cut surface, m             the deviation that the part shows
 
-The two readings belong to instruments: they judge data and never act on a planned path. The wrench of a place is the
+The two readings belong to instruments: they judge data and never act on a planned path. The last two belong to a
+process: they hold for one material and one cutter. The wrench of a place is the
 generalised force of its six coordinates, so that a symmetric compliance has a potential.
 
 A joint law with memory declares it as a clamp,
@@ -35,8 +38,8 @@ whether it is there. ``neutral`` values are those without effect; ``trials`` are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import casadi as ca
@@ -49,7 +52,7 @@ Floats = npt.NDArray[np.float64]
 Values = Mapping[str, ca.SX]  # parameter name -> column vector
 Numbers = Mapping[str, Floats]
 REVERSAL = 1e-6  # rad of travel that counts as a change of direction: 2 um at 2 m
-Scope = Literal["robot", "tool", "instruments"]
+Scope = Literal["robot", "tool", "instruments", "process"]
 Size = Literal["joint", "pair", "place"]
 
 
@@ -151,6 +154,14 @@ class ShownWrench:
 
 
 @dataclass(frozen=True)
+class ProgrammedWrench:
+    """What a process says that the cut does to the robot."""
+
+    wrench: ca.SX  # (6,) N and N*m on the robot, base axes, about the TCP
+    to_path: ca.SX  # (3, 3) from base axes to those of the path: along the feed, across it, along the tool
+
+
+@dataclass(frozen=True)
 class PointMass:
     """A mass that the robot model does not contain."""
 
@@ -171,11 +182,12 @@ class Effect:
         name: as files and reports write it.
         cause: one sentence for the report.
         scope: ``robot`` goes where the robot goes, ``tool`` with the tool it was measured with,
-            ``instruments`` concerns readings only and never a path.
+            ``instruments`` concerns readings only and never a path, ``process`` goes with one material and one cutter.
         parameters: in the order of the model file.
         site_kind: what its numbers belong to: ``joint``, ``link``, ``inner-link`` (1 ... n - 1), ``pair`` (of joints),
             ``place`` (0 ... n), two of them with ``|`` between, or the name of its one place.
-        joint, angle, torque, mass, place, wrench_reading, position_reading: the slots, None where not filled.
+        joint, angle, torque, mass, place, wrench_reading, position_reading, process_wrench, surface_reading: the slots,
+            None where not filled.
         places: joints -> the places that ``place`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         unloaded: it acts without load too, so that absolute positions show it.
@@ -208,6 +220,8 @@ class Effect:
     places: Callable[[int], tuple[int, ...]] = lambda n: ()
     wrench_reading: Callable[[ShownWrench, Values], ca.SX] | None = None
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
+    process_wrench: Callable[[ProgrammedWrench, Values], ca.SX] | None = None
+    surface_reading: Callable[[ca.SX, Values], ca.SX] | None = None
     memory: Memory | None = None
     unloaded: bool = False
     thermal: bool = False
@@ -236,6 +250,16 @@ class Effect:
     def neutral(self, joints: int) -> dict[str, Floats]:
         """Values without effect, the rest at their start; for effects that have such values."""
         return {p.name: np.full(p.count(joints), p.start if p.neutral is None else p.neutral) for p in self.parameters}
+
+
+def acting_wrench(
+    effects: Sequence[Effect], given: ProgrammedWrench, values: Mapping[str, Values]
+) -> ca.SX:
+    """(6,) N and N*m, base axes: a programmed wrench as effects of the process leave it."""
+    for e in effects:
+        if e.process_wrench:
+            given = replace(given, wrench=e.process_wrench(given, values[e.name]))
+    return given.wrench
 
 
 def place_name(place: int, joints: int) -> str:

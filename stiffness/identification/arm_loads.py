@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,11 +23,13 @@ class LoadKind:
         link: the load acts on.
         point_link: the point that its moment is taken about moves with (0: it does not move).
         tool_axes: the wrench is written in the axes of the tool (else of the base).
+        programmed: it is what a process says (else what a sensor shows).
     """
 
     link: int
     point_link: int
     tool_axes: bool
+    programmed: bool = False
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -38,6 +41,7 @@ class ArmLoads:
         wrench: (N, 6) N and N*m, as the sensor shows it. point: (N, 3) m in its link, that the moment is about.
         state: (N, s) memory as a share of its half range, -1 ... 1.
         payload: (N, 1) kg at the tool's centre of mass. warm: (N, 1) K above the reference temperature.
+        path_axes: (N, 9) of a programmed wrench, in the base, column after column; None: of a sensor.
     """
 
     q: Floats
@@ -46,10 +50,18 @@ class ArmLoads:
     state: Floats
     payload: Floats
     warm: Floats
+    path_axes: Floats | None = None
 
     def take(self, rows: Index) -> ArmLoads:
         """Some of them, in the given order."""
-        return ArmLoads(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+        there = {f.name: getattr(self, f.name) for f in fields(self)}
+        some: dict[str, Any] = {name: None if values is None else values[rows] for name, values in there.items()}
+        return ArmLoads(**some)
+
+    @property
+    def axes(self) -> Floats:
+        """(N, 9) path axes, (N, 0) where there are none."""
+        return np.empty((len(self.q), 0)) if self.path_axes is None else self.path_axes
 
     def table(self) -> Floats:
         """All numbers of an arm in one row: arms with equal rows deflect alike."""

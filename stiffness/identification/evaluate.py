@@ -20,7 +20,7 @@ from stiffness.identification.unknowns import Unknowns, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
 from stiffness.session.far_readings import far_rows
-from stiffness.session.session import Session
+from stiffness.session.session import Session, process_of
 
 Bools = npt.NDArray[np.bool_]
 
@@ -34,7 +34,7 @@ class Evaluation:
     """Scores on every reading that did not help to place the tracker; None where a session cannot tell.
 
     Attributes:
-        displacement, absolute: without wrong rows; ``with_wrong``: by kind, with them.
+        displacement, absolute, path: without wrong rows; ``with_wrong``: by kind, with them.
         registered_on: readings that placed the tracker.
         wrong: (N,) readings that were left out: gross errors, and single rows that nothing else of their state shares.
         seen: the session as predicted; the readings that are not wrong are in use.
@@ -42,6 +42,7 @@ class Evaluation:
 
     displacement: scores.Score | None
     absolute: scores.Score | None
+    path: scores.Score | None
     registered_on: int
     with_wrong: Mapping[str, scores.Score | None]
     wrong: Bools
@@ -53,17 +54,20 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
 
     Args:
         register: states per block, evenly by position in the file, that estimate what belongs to the set-up (tracker
-            pose, roughly known reflectors, tracker drift where the model has one); all others are scored. Default 25
-            where the session is not registered, else 0.
+            pose, roughly known reflectors, tracker drift where the model has one; centre and length of a ball-bar); all
+            others are scored. Default 25 where there is anything of that kind to place, else 0.
 
     Raises:
         StiffnessError: the tracker's pose is unknown and nothing may estimate it.
     """
-    count = register if register is not None else (0 if session.registered else REGISTER)
-    if count < 0 or (count == 0 and not session.registered):
+    path = session.path
+    placing = not session.registered or (path is not None and (path.kind == "ballbar" or path.lagging))
+    count = register if register is not None else (REGISTER if placing else 0)
+    if count < 0 or (count == 0 and placing):
         raise StiffnessError(
             f"{session.source}: --register {count}: the session is not registered, so some states have to place "
-            f"the tracker; give a number above 0 (default {REGISTER})"
+            f"the tracker{' (a ball-bar: its centre)' if session.path else ''}; give a number above 0 (default "
+            f"{REGISTER})"
         )
     chosen = _evenly(session, count)
     free = _drift(session, model) if count else None
@@ -77,11 +81,9 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
     return Evaluation(
         displacement=scores.displacement(session, seen, rest, ~wrong),
         absolute=scores.absolute(session, seen, rest, ~wrong),
+        path=scores.path(session, seen, rest, ~wrong),
         registered_on=int(chosen.sum()),
-        with_wrong={
-            "displacement": scores.displacement(session, seen, rest, every),
-            "absolute": scores.absolute(session, seen, rest, every),
-        },
+        with_wrong={kind: judge(session, seen, rest, every) for kind, judge in scores.KINDS.items()},
         wrong=wrong,
         seen=replace(placed, state=replace(placed.state, used=~wrong)),
     )
@@ -114,10 +116,13 @@ def predicted_rigid(session: Session, used: Bools) -> SessionFit:
     return _placed(session, layout, rigid, used)
 
 
-def shown_effects(model: ComplianceModel, session: Session) -> tuple[Effect, ...]:
-    """Effects of a model that the readings of a session show: the robot's, its tool's, and the instruments'."""
-    applied, _ = model.applied(session.tool.name)
-    return tuple(e for e in model.effects if e in applied or e.scope == "instruments")
+def shown_effects(model: ComplianceModel, *sessions: Session) -> tuple[Effect, ...]:
+    """Effects of a model that the readings of sessions show: the robot's, its tool's, the instruments', and those of
+    the process that was traced."""
+    applied, _ = model.applied(sessions[0].tool.name)
+    process = process_of(sessions) if any(s.path is not None for s in sessions) else None
+    shown = (*applied, *(e for e in model.effects if e.scope == "instruments" or model.of_process(e, process)))
+    return tuple(e for e in model.effects if e in shown)
 
 
 def _placed(session: Session, layout: Unknowns, fixed: Mapping[str, Numbers], used: Bools) -> SessionFit:

@@ -21,6 +21,7 @@ from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, GLANCE, ROUGH, Ending, Solution, inverse
+from stiffness.session.session import process_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -193,11 +194,9 @@ class Fit:
 
     def observability(self) -> dict[str, float]:
         """Observability indices of the design in the directions that the data determine, numbers scaled to their
-        typical size (Nahvi & Hollerbach 1996), and how many directions are ``determined`` and ``undetermined``.
-
-        o1: geometric mean of the singular values (Borm & Menq); o2: smallest over largest (Driels & Pathre); o3:
-        smallest (Nahvi); o4: smallest squared over largest, the noise amplification index. Per root of the numbers.
-        """
+        typical size (Nahvi & Hollerbach 1996). o1: geometric mean of the singular values (Borm & Menq); o2: smallest
+        over largest (Driels & Pathre); o3: smallest (Nahvi); o4: smallest squared over largest, the noise amplification
+        index. Per root of the numbers."""
         counts = {"determined": self.gauge.count, "undetermined": len(self.unknowns) - self.gauge.count}
         if not self.gauge.count:
             return {"o1": 0.0, "o2": 0.0, "o3": 0.0, "o4": 0.0, **counts}
@@ -237,7 +236,7 @@ class Fit:
 
     def model(self, robot: str, provenance: Mapping[str, object]) -> ComplianceModel:
         """The fit as a model of ``robot`` (name or path, as it shall stand in the model file)."""
-        first = self.sessions[0].session
+        first, cut = self.sessions[0].session, process_of([s.session for s in self.sessions])
         known = self.determined()
         identified = {}
         for e in self.unknowns.effects:
@@ -259,6 +258,7 @@ class Fit:
             sd=self.deviations(),
             identified=identified,
             tools={e.name: first.tool.name for e in self.unknowns.effects if e.scope == "tool"},
+            processes={e.name: cut for e in self.unknowns.effects if e.scope == "process"},
             provenance=dict(provenance),
             correlations=self.correlations(),
         )

@@ -26,6 +26,8 @@ ALONE = 3.0  # times the residual of every other reflector of its link in the sa
 def isolated_rows(session: Session, seen: PredictedReadings) -> Bools:
     """(N,) readings whose position, or whose displacement, is missed as no other of its kind."""
     s, every = session.samples, np.arange(len(session.samples))
+    if session.path is not None:
+        return _off_the_path(session, seen)
     counted = every[session.counts]
     variance = s.sd**2 + sensor_variance(session, seen, every)
     off = s.position - seen.position
@@ -38,6 +40,14 @@ def isolated_rows(session: Session, seen: PredictedReadings) -> Bools:
         wrong = _isolated(session, row, off[row] - off[reference], variance[row] + variance[reference])
         out[_at_fault(row, reference, wrong)] = True
     return out
+
+
+def _off_the_path(session: Session, seen: PredictedReadings) -> Bools:
+    """(N,) readings of a trace that are missed by far more than all others."""
+    numbers = slice(session.numbers_each)
+    chi2 = (((session.samples.position - seen.position) / session.samples.sd)[:, numbers] ** 2).sum(axis=1)
+    bulk = max(float(np.quantile(chi2, UPPER)), float(stats.chi2.ppf(UPPER, session.numbers_each)))
+    return np.asarray(chi2 > GROSS**2 * bulk)
 
 
 def _at_fault(row: Index, reference: Index, wrong: Bools) -> Index:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -80,19 +80,43 @@ class LoadHistory:
 
         A state at its bound stays there; one between its bounds does not grow with them.
         """
-        if not np.any((np.abs(state) < 1 - 1e-9) & (state != 0)):
-            return {}
-        out, columns = {}, state_columns(effects, self._n)
-        for effect in (e for e in effects if e.memory):
-            for p in effect.parameters:
-                if p.fit == "direct" and (only is None or (effect.name, p.name) in only):
-                    now = opened(effect, values[effect.name])
-                    step = -RELATIVE * np.maximum(np.abs(now[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
-                    more = {**values, effect.name: {**now, p.name: now[p.name] + step}}
-                    own = columns[effect.name]
-                    moved = self.state(effects, more, torque, resting)[:, own] - state[:, own]
-                    out[effect.name, p.name] = moved / np.tile(step, moved.shape[1] // self._n)
-        return out
+        return memory_slopes(
+            lambda other: self.state(effects, other, torque, resting),
+            effects=effects,
+            values=values,
+            state=state,
+            joints=self._n,
+            only=only,
+        )
+
+
+def memory_slopes(
+    walked: Callable[[Mapping[str, Numbers]], Floats],
+    *,
+    effects: Sequence[Effect],
+    values: Mapping[str, Numbers],
+    state: Floats,
+    joints: int,
+    only: Collection[tuple[str, str]] | None,
+) -> dict[tuple[str, str], Floats]:
+    """How shares ``state`` (N, n * states) change with the numbers of what remembers, by effect and parameter.
+
+    Args:
+        walked: values of all effects -> shares.
+    """
+    if not np.any((np.abs(state) < 1 - 1e-9) & (state != 0)):
+        return {}
+    out, columns = {}, state_columns(effects, joints)
+    for effect in (e for e in effects if e.memory):
+        for p in effect.parameters:
+            if p.fit == "direct" and (only is None or (effect.name, p.name) in only):
+                now = opened(effect, values[effect.name])
+                step = -RELATIVE * np.maximum(np.abs(now[p.name]), SMALLEST * p.scale)  # inwards of an upper bound
+                more = {**values, effect.name: {**now, p.name: now[p.name] + step}}
+                own = columns[effect.name]
+                moved = walked(more)[:, own] - state[:, own]
+                out[effect.name, p.name] = moved / np.tile(step, moved.shape[1] // joints)
+    return out
 
 
 def opened(effect: Effect, values: Numbers) -> dict[str, Floats]:

@@ -197,7 +197,7 @@ def _with_rows_back(fit: Fit, level: float) -> tuple[States, bool]:
         scores = _Deletions.of(s, level)
         for row in out:
             bulk = scores.bulk_of(int(s.samples.reflector[row]), s)
-            limit = stats.chi2.isf(FALSE_ALARM / max(int(s.used.sum()), 1), 3) * bulk
+            limit = stats.chi2.isf(FALSE_ALARM / max(int(s.used.sum()), 1), s.session.numbers_each) * bulk
             with_row = replace(state, used=_with(state.used, int(row)))
             chi2, with_row = _deletion_of_row(s, with_row, int(row))
             state = with_row if chi2 <= limit else replace(with_row, used=state.used)

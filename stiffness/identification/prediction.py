@@ -23,7 +23,6 @@ from stiffness.identification.station import TrackerPoses
 from stiffness.identification.unknowns import Unknowns
 from stiffness.memory.state_columns import state_columns
 from stiffness.numerics.kernel import Kernel
-from stiffness.robot.robot import STANDARD_GRAVITY
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -111,7 +110,7 @@ class SessionPredictor:
             unknowns,
             fixed,
             session.tool.tool(),
-            gravity=np.array(STANDARD_GRAVITY),
+            gravity=session.gravity_in_base,
             calibrated_out=session.gravity == "calibrated-out",
         )
         resting = np.zeros((len(data.samples), session.robot.n))
@@ -258,14 +257,17 @@ class SessionPredictor:
     @cached_property
     def _instruments(self) -> Kernel | None:
         """(position, time, parameters) -> position shown, its derivatives by position and by parameters but tables."""
-        effects = [e for e in self.unknowns.effects if e.position_reading]
-        if not effects:
-            return None
+        path = self.data.session.path
+        points, surface = path is None or not path.scalar, path is not None and path.kind == "surface"
         at, time, p = ca.SX.sym("at", 3), ca.SX.sym("time"), ca.SX.sym("p", len(self.unknowns))
         values, shown = self.unknowns.values(p, self.fixed), at
-        for e in effects:
-            if e.position_reading:
+        for e in self.unknowns.effects:
+            if points and e.position_reading:
                 shown = e.position_reading(shown, time, values[e.name])
+            elif surface and e.surface_reading:
+                shown = ca.vertcat(e.surface_reading(shown[0], values[e.name]), shown[1:])
+        if shown is at:
+            return None
         by_core = ca.jacobian(shown, p)[:, self.model.tables.core.tolist()]
         out = [shown, ca.jacobian(shown, at), by_core]
         return Kernel(ca.Function("shown", [at, time, p], [ca.densify(ca.vec(v)) for v in out]))

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.effects.effect import Effect, Numbers, ShownWrench, Values
+from stiffness.effects.effect import Effect, Numbers, ProgrammedWrench, ShownWrench, Values, acting_wrench
 from stiffness.identification.angle_tables import AngleTables
 from stiffness.identification.arm_loads import ArmEquilibria, ArmLoads, LoadKind
 from stiffness.identification.equilibrium_kernel import EquilibriumKernel
@@ -103,7 +103,8 @@ class ReadingModel:
         values = self.unknowns.values(p, self.fixed)
         error = self.tables.error(loads.q, p)
         inputs = (loads.q, loads.wrench, loads.point, loads.state, loads.payload, loads.warm, error)
-        new, torque, by = equilibrium_kernel(self.sweep, kind).run([*inputs, self._every.start(values)], x)
+        given = [*inputs, self._every.start(values), loads.axes]
+        new, torque, by = equilibrium_kernel(self.sweep, kind).run(given, x)
         by[0] = by[0][:, :, self._own]
         return ArmEquilibria(loads.q, new, torque, *by)
 
@@ -162,6 +163,7 @@ class ReadingModel:
         state, payload, warm = ca.SX.sym("state", s.n_state), ca.SX.sym("payload"), ca.SX.sym("warm")
         error = ca.SX.sym("error", n if self.tables else 0)
         core, x = ca.SX.sym("p", len(self.tables.core)), ca.SX.sym("x", self.n_x)
+        axes = ca.SX.sym("axes", 9 if kind.programmed else 0)
         values = self.unknowns.values(self.tables.whole(core), self.fixed)
         by_angle = error if self.tables else None
         full = [e.memory.bounds(values[e.name]) for e in s.remembering if e.memory]
@@ -170,7 +172,7 @@ class ReadingModel:
             posture=posture,
             q=q,
             weights=self.weights(values, payload),
-            loads=self.acting(kind=kind, posture=posture, w=w, point=point, values=values),
+            loads=self.acting(kind=kind, posture=posture, w=w, point=point, values=values, path_axes=axes),
             state=state * ca.vertcat(*full) if full else state,
             values=values,
             temperature=warm,
@@ -188,7 +190,7 @@ class ReadingModel:
                 angle_error=by_angle,
             )
             new = ca.vertcat(new, sag, s.unloaded(q, values, warm, by_angle))
-        inputs = [q, w, point, state, payload, warm, error, core]
+        inputs = [q, w, point, state, payload, warm, error, core, axes]
         return EquilibriumKernel.of(inputs, wanted=(7, 1, 3, 6), x=x, sweep=new, torque=torque)
 
     def weights(self, values: Mapping[str, Values], payload: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
@@ -203,9 +205,18 @@ class ReadingModel:
         return self.statics.loads_of_weight(self._gravity, extra, values)
 
     def acting(
-        self, kind: LoadKind, posture: DeflectedArm, w: ca.SX, point: ca.SX, values: Mapping[str, Values]
+        self,
+        kind: LoadKind,
+        posture: DeflectedArm,
+        w: ca.SX,
+        point: ca.SX,
+        values: Mapping[str, Values],
+        path_axes: ca.SX,
     ) -> list[Load]:
-        """The load that acts where the sensor shows ``w``."""
+        """The load that acts where the sensor shows, or the process says, ``w``; ``path_axes`` (9,) of a process."""
+        if kind.programmed:
+            given = ProgrammedWrench(w, ca.reshape(path_axes, 3, 3).T)
+            return [Load(kind.link, point, acting_wrench(self.statics.effects, given, values), kind.point_link)]
         turn = ca.mtimes(posture.links[-1].rotation, ca.SX(ca.DM(self.tool.rotation)))
         for e in self.statics.effects:
             if e.wrench_reading:

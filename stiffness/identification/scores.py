@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Score:
-    """Residuals of one kind of comparison, of displacements or of absolute positions; m.
+    """Residuals of one kind of comparison: of displacements, of absolute positions, of readings along a path; m.
 
     Attributes:
         rms: per axis, root of the mean of all squared components.
@@ -36,6 +36,9 @@ class Score:
     count: int
 
 
+Judge = Callable[[Session, PredictedReadings, Bools, Bools], Score | None]
+
+
 def displacement(session: Session, seen: PredictedReadings, rows: Bools, used: Bools) -> Score | None:
     """Score of displacements whose loaded reading is one of ``rows`` (N,); both readings are among the ``used``."""
     pairs = session.pairs
@@ -51,10 +54,23 @@ def displacement(session: Session, seen: PredictedReadings, rows: Bools, used: B
 def absolute(session: Session, seen: PredictedReadings, rows: Bools, used: Bools) -> Score | None:
     """Score of absolute positions at ``rows`` (N,) that are among the ``used``."""
     at = np.flatnonzero(rows & used & session.counts)
-    if not session.has_absolute or not len(at):
+    if session.path is not None or not session.has_absolute or not len(at):
         return None
     residual = session.samples.position[at] - seen.position[at]
     return _score(session, residual, session.samples.sd[at] ** 2 + sensor_variance(session, seen, at), at)
+
+
+def path(session: Session, seen: PredictedReadings, rows: Bools, used: Bools) -> Score | None:
+    """Score of the readings of a trace at ``rows`` (N,) that are among the ``used``: per axis where they are points."""
+    at = np.flatnonzero(rows & used)
+    if session.path is None or not session.has_absolute or not len(at):
+        return None
+    numbers = slice(session.numbers_each)
+    residual = (session.samples.position[at] - seen.position[at])[:, numbers]
+    return _score(session, residual, session.samples.sd[at, numbers] ** 2, at)
+
+
+KINDS: dict[str, Judge] = {"displacement": displacement, "absolute": absolute, "path": path}  # of evidence
 
 
 def sensor_variance(session: Session, seen: PredictedReadings, rows: Index) -> Floats:

@@ -9,8 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.arm_loads import ArmLoads, LoadKind
+from stiffness.identification.lagging_station import LaggingStation
 from stiffness.identification.load_history import LoadHistory
-from stiffness.identification.station import Station
+from stiffness.identification.path_history import PathHistory
+from stiffness.identification.path_station import Placing, station_of
 from stiffness.session.samples import Samples
 from stiffness.session.session import Session
 
@@ -31,8 +33,9 @@ class SessionData:
         time: (N, 1) s since the first reading; 0 where not known.
         link: (N,) the link that the reflector of a reading sits on.
         kinds: the kinds of load, each with its readings (N,). kind_number: (N,) which of them every reading has.
-        history: approaches and the order of loads.
+        history: approaches and the order of loads; of a trace, the walk along its path.
         station: layout of the session's own numbers.
+        path_axes: (N, 9) of a trace, column after column; None: of a session of set-ups.
     """
 
     session: Session
@@ -42,8 +45,9 @@ class SessionData:
     link: Index
     kinds: Mapping[LoadKind, Bools]
     kind_number: Index
-    history: LoadHistory
-    station: Station
+    history: LoadHistory | PathHistory
+    station: Placing
+    path_axes: Floats | None = None
 
     def __repr__(self) -> str:
         return f"SessionData({self.session.source!r}, {len(self.samples)} readings)"
@@ -64,8 +68,9 @@ class SessionData:
             link=np.array([r.link for r in session.reflectors])[s.reflector],
             kinds=kinds,
             kind_number=number,
-            history=LoadHistory(session),
-            station=Station(session),
+            history=LoadHistory(session) if session.path is None else PathHistory(session, session.path),
+            station=_station(session),
+            path_axes=None if session.path is None else session.path.axes_at_readings,
         )
 
     @property
@@ -82,7 +87,13 @@ class SessionData:
         s = self.samples
         point = np.where((s.load.at >= 0)[:, None], places[s.load.at], s.load.point)
         return ArmLoads(
-            q=s.q, wrench=self.wrench, point=point, state=state, payload=s.payload[:, None], warm=self.warm
+            q=s.q,
+            wrench=self.wrench,
+            point=point,
+            state=state,
+            payload=s.payload[:, None],
+            warm=self.warm,
+            path_axes=self.path_axes,
         )
 
     def cases(self, loads: ArmLoads) -> tuple[Index, Index]:
@@ -90,6 +101,11 @@ class SessionData:
         keys = np.column_stack([loads.table(), self.kind_number])
         _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         return np.asarray(first), np.asarray(of).reshape(-1)
+
+
+def _station(session: Session) -> Placing:
+    inner, path = station_of(session), session.path
+    return inner if path is None or not (path.lagging or path.latency) else LaggingStation(inner, path)
 
 
 def _loading_wrench(session: Session) -> Floats:
@@ -108,4 +124,5 @@ def _load_kinds(session: Session) -> tuple[dict[LoadKind, Bools], Index]:
     keys = np.stack([load.link, load.point_link, load.in_tool.astype(np.int64)], axis=1)
     unique, of = np.unique(keys, axis=0, return_inverse=True)
     of = of.reshape(-1)
-    return {LoadKind(int(a), int(b), bool(c)): of == k for k, (a, b, c) in enumerate(unique)}, of
+    programmed = session.path is not None
+    return {LoadKind(int(a), int(b), bool(c), programmed): of == k for k, (a, b, c) in enumerate(unique)}, of

@@ -85,7 +85,7 @@ class Weighting:
         for members, _ in probes:
             free[members] = False
         rows = [block.rows[k : k + 1] for k in np.flatnonzero(free)] + [block.rows[m] for m, _ in probes]
-        sizes = [3] * int(free.sum()) + [len(_told(lever)) for _, lever in probes]
+        sizes = [self.session.numbers_each] * int(free.sum()) + [len(_told(lever)) for _, lever in probes]
         return rows, deletion_statistics(block, sizes), np.array(sizes, dtype=float)
 
     def _setups(self, used: Bools) -> list[Index]:
@@ -147,7 +147,10 @@ class Weighting:
         return out
 
     def _independent(self, rows: Index) -> Floats | None:
-        """(m, 3k) that makes of every pose reading of a probe the numbers that it tells; None without a probe."""
+        """(m, 3k) that makes of every reading the numbers that it tells: of the pose of a probe fewer than its points
+        have, of a reading of one number the first; None where these are all."""
+        if self.session.numbers_each == 1:
+            return np.eye(3 * len(rows))[::3]
         probes = self._probes(rows)
         if not probes:
             return None

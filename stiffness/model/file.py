@@ -70,13 +70,14 @@ class EffectValues:
     """The table of an effect: parameter -> numbers, and their standard deviations where given.
 
     ``identified`` (n,) tells the joints that have been identified, ``tool`` the tool that the effect was measured with;
-    None where the table has no such key.
+    ``process`` the names of its material and cutter. None where the table has no such key.
     """
 
     values: Mapping[str, Floats]
     sd: Mapping[str, Floats]
     identified: Bools | None
     tool: str | None
+    process: tuple[str, str] | None = None
 
 
 def read_tables(
@@ -139,6 +140,9 @@ def effect_table(effect: Effect, joints: int) -> type[StrictTable]:
     fields: dict[str, Any] = {}
     if effect.scope == "tool":
         fields["tool"] = (Text, Field("tool", description="the name of the tool it was measured with"))
+    if effect.scope == "process":
+        for key in ("material", "cutter"):
+            fields[key] = (Text, Field("", description=f"the name of the {key} it was measured with"))
     for p in effect.parameters:
         count = p.count(joints)
         must = ... if p.default is None else None
@@ -189,7 +193,8 @@ def _effect(source: str, effect: Effect, given: Any, joints: int) -> EffectValue
             sd[p.name] = read[sd_key(p.name)]
     if problem := effect.check(values):
         raise ModelError(f"{source}: {place}.{problem}")
-    return EffectValues(values, sd, read["identified"], read.get("tool"))
+    process = (read["material"], read["cutter"]) if effect.scope == "process" else None
+    return EffectValues(values, sd, read["identified"], read.get("tool"), process=process)
 
 
 def _default(p: Parameter, joints: int) -> Floats:

@@ -39,6 +39,7 @@ class ComplianceModel:
         sd: the same for standard deviations, where given.
         identified: effect -> per-joint booleans, where the file gives them.
         tools: effect -> name of the tool it holds for (scope ``tool``).
+        processes: effect -> names of the material and the cutter it holds for (scope ``process``); "" where not told.
         provenance: free text by key: kind, source, load_range, preload_side, ...
         correlations: between the numbers of the model, where identification gave them.
     """
@@ -53,6 +54,7 @@ class ComplianceModel:
     sd: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
     identified: Mapping[str, npt.NDArray[np.bool_]] = field(default_factory=dict)
     tools: Mapping[str, str] = field(default_factory=dict)
+    processes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
     correlations: Correlations | None = None
 
@@ -64,10 +66,26 @@ class ComplianceModel:
         """The effects of the model, in the order of the catalogue."""
         return tuple(e for e in CATALOGUE if e.name in self.values)
 
-    def applied(self, tool: str) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
-        """Effects that act on a planned path with a tool of this name, and the names of those that do not."""
-        yes = [e for e in self.effects if e.scope == "robot" or (e.scope == "tool" and self.tools[e.name] == tool)]
+    def applied(
+        self, tool: str, process: tuple[str, str] | None = None
+    ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+        """Effects that act on a planned path with a tool and a process of these names, and names of those that do not.
+
+        Args:
+            process: names of material and cutter; None: nothing is cut.
+        """
+        yes = [
+            e
+            for e in self.effects
+            if e.scope == "robot"
+            or (e.scope == "tool" and self.tools[e.name] == tool)
+            or (e.process_wrench is not None and self.of_process(e, process))
+        ]
         return tuple(yes), tuple(e.name for e in self.effects if e not in yes)
+
+    def of_process(self, effect: Effect, process: tuple[str, str] | None) -> bool:
+        """Whether an effect of scope ``process`` holds for a material and a cutter: absent names are equal."""
+        return effect.scope == "process" and self.processes.get(effect.name, ("", "")) == process
 
 
 def load_model(name_or_path: str | Path, joints: int = 6, *, folder: Path | None = None) -> ComplianceModel:
@@ -122,6 +140,7 @@ def _model(name: str, table: dict[str, Any], joints: int) -> ComplianceModel:
         sd={e: read.sd for e, read in effects.items() if read.sd},
         identified={e: read.identified for e, read in effects.items() if read.identified is not None},
         tools={e: read.tool for e, read in effects.items() if read.tool is not None},
+        processes={e: read.process for e, read in effects.items() if read.process is not None},
         provenance=file.provenance,
         correlations=correlations,
     )
@@ -151,6 +170,8 @@ def _effect_table(model: ComplianceModel, effect: Effect) -> dict[str, Any]:
     table: dict[str, Any] = {}
     if effect.name in model.tools:
         table["tool"] = model.tools[effect.name]
+    names = model.processes.get(effect.name, ("", ""))
+    table |= {key: name for key, name in zip(("material", "cutter"), names, strict=True) if name}
     for p in effect.parameters:
         numbers = model.values[effect.name][p.name].tolist()
         table[p.name] = numbers if len(numbers) > 1 else numbers[0]

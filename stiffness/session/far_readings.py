@@ -23,6 +23,8 @@ def far_rows(session: Session) -> Bools:
     Trackers are placed by least absolute distances, which a few wrong readings do not move, however wrong they are.
     """
     s = session.samples
+    if session.numbers_each == 1:  # a length, a deviation: no position
+        return np.zeros(len(s), dtype=bool)
     points = rigid_points(robot=session.robot, reflectors=session.reflectors, samples=s, q=s.q, scale=1.0)
     off = s.position - points
     for block in np.unique(s.block) if not session.registered else ():

@@ -6,7 +6,7 @@ All checks stand at this door: what comes out is in SI, complete, and agrees wit
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from stiffness.errors import RobotError
 from stiffness.robot.load import load_robot
-from stiffness.robot.robot import Robot
+from stiffness.robot.robot import STANDARD_GRAVITY, Robot
 from stiffness.session.checks import check_agreement, check_fit
 from stiffness.session.file import (
     Instruments,
@@ -32,6 +32,7 @@ from stiffness.session.file import (
     tool,
 )
 from stiffness.session.loads import SessionHeader
+from stiffness.session.path_trace import PathTrace
 from stiffness.session.reseat import reseated
 from stiffness.session.samples import Samples, read_samples
 from stiffness.session.table import SessionError, read_table
@@ -64,6 +65,7 @@ class Session:
         purposes: set-up -> what it is for, where the file has it.
         samples: the readings.
         not_numeric: columns that are no regressors because cells of theirs are no finite numbers.
+        path: of a trace, the commanded path that its readings belong to; None: a session of set-ups.
     """
 
     source: str
@@ -84,9 +86,11 @@ class Session:
     purposes: Mapping[int, Purpose]
     samples: Samples
     not_numeric: tuple[str, ...]
+    path: PathTrace | None = None
 
     def __repr__(self) -> str:
-        evidence = {"displacement": self.has_displacement, "absolute": self.has_absolute}
+        evidence = {"displacement": self.has_displacement, "absolute": self.has_absolute and self.path is None}
+        evidence["path"] = self.path is not None
         kinds = " and ".join(kind for kind, there in evidence.items() if there) or "none"
         return (
             f"Session({self.source!r}, {self.robot.name}, {len(np.unique(self.samples.setup))} set-ups, "
@@ -104,7 +108,18 @@ class Session:
 
     def take(self, rows: Ints | Bools) -> Session:
         """The session as if only these readings had been made. Views are made anew."""
-        return replace(self, samples=self.samples.take(rows))
+        path = None if self.path is None else self.path.take(rows)
+        return replace(self, samples=self.samples.take(rows), path=path)
+
+    @property
+    def gravity_in_base(self) -> Floats:
+        """(3,) m/s2: the base stands upright, but where a cell has it otherwise."""
+        return np.array(STANDARD_GRAVITY) if self.path is None else self.path.gravity
+
+    @property
+    def numbers_each(self) -> int:
+        """How many numbers a reading is: a point is three; of one number it is the first of the position."""
+        return 1 if self.path is not None and self.path.scalar else 3
 
     @cached_property
     def states(self) -> LoadStates:
@@ -132,6 +147,8 @@ class Session:
     def has_absolute(self) -> bool:
         """Whether there are more positions than it takes to place the trackers and reflectors that are not known."""
         stations = 0 if self.registered else 6 * len(np.unique(self.samples.block))
+        if self.path is not None and self.path.kind == "ballbar":
+            stations = 3 if self.path.calibrated else 4
         seen = [self.reflectors[k] for k in np.unique(self.samples.reflector)]
         single = sum(not r.exact and r.group is None for r in seen)
         groups = {r.group for r in seen if not r.exact and r.group is not None}
@@ -141,6 +158,8 @@ class Session:
     def _numbers_read(self) -> int:
         """Independent numbers: three per reading; of a group in one state five for two readings, at most six."""
         s, group = self.samples, self.group
+        if self.path is not None:
+            return len(s) * self.numbers_each
         free = int(np.sum(group[s.reflector] < 0))
         probe = group[s.reflector] >= 0
         key = np.column_stack([s.setup, s.state, s.block, s.repeat, group[s.reflector]])[probe]
@@ -163,6 +182,11 @@ class Session:
 def _still(array: Array) -> Array:
     array.setflags(write=False)
     return array
+
+
+def process_of(sessions: Sequence[Session]) -> tuple[str, str]:
+    """Names of the material and the cutter that were traced; "" where they are not told."""
+    return next((s.path.process for s in sessions if s.path is not None and not s.path.dry), ("", ""))
 
 
 def load_session(path: str | Path) -> Session:

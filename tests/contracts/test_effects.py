@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import stiffness.effects
 from stiffness.effects import BASE, BUILT_IN, BY_NAME, CATALOGUE
-from stiffness.effects.effect import Effect, ShownWrench
+from stiffness.effects.effect import Effect, ProgrammedWrench, ShownWrench
 from tests.contracts.effect_laws import (
     STIFFNESS,
     JointLaw,
@@ -69,6 +69,8 @@ SLOTS = {  # physics.md, "Effects"
     "thermal-drift": {"joint", "place"},
     "tracker-drift": {"position_reading"},
     "force-sensor-bias": {"wrench_reading"},
+    "cutting-force": {"process_wrench"},
+    "cutter-size": {"surface_reading"},
 }
 ACTS_AT = {
     "kinematic-offset": (1, 2, 3, 4, 5, 6),
@@ -85,8 +87,12 @@ SITES = {  # kind: name of the k-th site, how many there are
     "place": (lambda k, n: ("base" if k == 0 else "tool" if k == n else f"link-{k}",), lambda n: n + 1),
 }
 PAIRS = [(f"joint-{c + 1}", f"joint-{r + 1}") for r, c in zip(*np.tril_indices(8, -1), strict=True)]
-ALL_SLOTS = ("joint", "angle", "torque", "mass", "place", "wrench_reading", "position_reading")
+ALL_SLOTS = (
+    *("joint", "angle", "torque", "mass", "place"),
+    *("wrench_reading", "position_reading", "process_wrench", "surface_reading"),
+)
 READINGS = {"wrench_reading", "position_reading"}
+CUTS = {"process_wrench", "surface_reading"}
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
 
@@ -118,11 +124,12 @@ def test_an_effect_is_closed_and_says_what_it_is(effect: Effect) -> None:
     slots = {s for s in ALL_SLOTS if getattr(effect, s) is not None}
     assert slots == SLOTS.get(effect.name, slots) != set()
     assert slots <= READINGS if effect.scope == "instruments" else not slots & READINGS
+    assert slots <= CUTS if effect.scope == "process" else not slots & CUTS
     assert bool(effect.place) == bool(effect.places(N))
     assert effect not in BUILT_IN or effect.places(N) == ACTS_AT.get(effect.name, ())
     assert all(0 <= k <= N for k in effect.places(N)) and len(set(effect.places(N))) == len(effect.places(N))
     assert effect.memory is None or effect.joint is not None
-    assert effect.scope in ("robot", "tool", "instruments")
+    assert effect.scope in ("robot", "tool", "instruments", "process")
     assert len(effect.cause) > 20 and "\n" not in effect.cause and not effect.cause.endswith(".")
     with pytest.raises(FrozenInstanceError):
         effect.name = "other"  # type: ignore[misc]
@@ -365,6 +372,25 @@ def test_readings_are_those_of_the_oracle(effect: Effect, seed: int) -> None:
             wanted = expected.position_reading(x, time, values)
             np.testing.assert_allclose(np.array(ca.evalf(got)).ravel() - x, wanted - x, rtol=1e-9, atol=2e-15)
             assert time < 100 or np.abs(wanted - x).min() > 1e-8
+
+
+@every_effect
+@pytest.mark.parametrize("seed", range(4))
+def test_what_a_process_does_is_that_of_the_oracle(effect: Effect, seed: int) -> None:
+    expected = oracle_of(effect)
+    assert (expected.process_wrench is None) == (effect.process_wrench is None)
+    assert (expected.surface_reading is None) == (effect.surface_reading is None)
+    values = sample(effect, seed)
+    p = {k: ca.SX(ca.DM(v)) for k, v in values.items()}
+    if effect.process_wrench and expected.process_wrench:
+        said = wrench(seed)
+        got = ca.densify(effect.process_wrench(ProgrammedWrench(ca.SX(ca.DM(said)), ca.SX(ca.DM(TURN))), p))
+        wanted = expected.process_wrench(said, TURN, values)
+        np.testing.assert_allclose(np.array(ca.evalf(got)).ravel(), wanted, rtol=1e-11, atol=1e-11)
+        assert np.abs(wanted - said).min() > 1e-3
+    if effect.surface_reading and expected.surface_reading:
+        got = effect.surface_reading(ca.SX(1.5e-4), p)
+        assert float(ca.evalf(got)) == pytest.approx(expected.surface_reading(1.5e-4, values), rel=1e-12)
 
 
 @every_effect

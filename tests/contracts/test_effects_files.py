@@ -22,7 +22,7 @@ from tests.contracts.effect_laws import STIFFNESS, N, Numbers, every_effect, sam
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = DOCS / "effects.md"
-PAGES = (PAGE, *(DOCS / f"effects-{part}.md" for part in ("joints", "places", "instruments")))
+PAGES = (PAGE, *(DOCS / f"effects-{part}.md" for part in ("joints", "places", "instruments", "process")))
 
 
 def model_of(effect: Effect, values: Numbers) -> ComplianceModel:
@@ -122,11 +122,15 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
 @every_effect
 def test_instruments_never_take_part_in_a_path(effect: Effect) -> None:
     model = model_of(effect, sample(effect, 0))
-    applied, left_out = model.applied("spindle")
-    assert (effect in applied) == (effect.scope != "instruments")
-    assert (effect.name in left_out) == (effect.scope == "instruments")
+    applied, left_out = model.applied("spindle", ("", ""))
+    on_path = effect.scope in ("robot", "tool") or effect.process_wrench is not None
+    assert (effect in applied) == on_path
+    assert (effect.name in left_out) != on_path
     if effect.scope == "tool":
         assert effect not in model.applied("another tool")[0]
+    if effect.scope == "process":
+        assert effect not in model.applied("spindle")[0]
+        assert effect not in model.applied("spindle", ("steel", ""))[0]
 
 
 def test_an_effect_of_instruments_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

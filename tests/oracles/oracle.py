@@ -57,6 +57,7 @@ class Oracle:
         place: place, values -> (6,).
         angle: commanded angles (n,) -> (n,) rad, whatever the load.
         torque: angles (n,) -> (n,); mass: joints -> [(link, kg, com)].
+        process_wrench: said (6,), turn to the path (3, 3), values -> (6,). surface_reading: deviation, values -> m.
         wrench_reading: shown (6,), turn to the tool (3, 3), values -> (6,).
         position_reading: position (3,), time s, values -> (3,).
         step: state, step of one joint and its values -> the next state; ``states``: how many a joint has.
@@ -73,6 +74,8 @@ class Oracle:
     torque: Callable[[Floats, Numbers], Floats] | None = None
     mass: Callable[[int, Numbers], list[tuple[int, float, Floats]]] | None = None
     wrench_reading: Callable[[Floats, Floats, Numbers], Floats] | None = None
+    process_wrench: Callable[[Floats, Floats, Numbers], Floats] | None = None
+    surface_reading: Callable[[float, Numbers], float] | None = None
     position_reading: Callable[[Floats, float, Numbers], Floats] | None = None
     step: Callable[[float, Step, Mapping[str, float]], float] | None = None
     states: int = 1

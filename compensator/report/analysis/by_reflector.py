@@ -17,7 +17,7 @@ from stiffness.session.session import Session
 Bools = npt.NDArray[np.bool_]
 Judge = Callable[[Session, PredictedReadings, Bools, Bools], Score | None]
 
-KINDS: dict[str, Judge] = {"displacement": scores.displacement, "absolute": scores.absolute}
+KINDS = scores.KINDS
 
 
 @dataclass(frozen=True)

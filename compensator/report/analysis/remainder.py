@@ -15,8 +15,8 @@ from stiffness.effects.effect import part_of
 
 def remainder(d: Diagnosis, sessions: tuple[SessionResiduals, ...]) -> Pattern | None:
     """The pattern of the residual; None where nothing names a place or what it follows."""
-    place = next((s for s in d.residual_sources if not s.what.startswith("column:")), None)
-    column = next((s for s in d.residual_sources if s.what.startswith("column:")), None)
+    place = next((s for s in d.residual_sources if s.is_place), None)
+    column = next((s for s in d.residual_sources if not s.is_place), None)
     if place is None:
         return None
     leading = [column.what.removeprefix("column:")] if column is not None and column.fraction > place.fraction else []

@@ -81,5 +81,8 @@ def _residuals(d: Diagnosis, model: ComplianceModel, number: int) -> SessionResi
 
 
 def in_base(read: Floats, predicted: PredictedReadings) -> Floats:
-    """Differences (N, 3) of readings, turned from the axes that they were read in to those of the base."""
+    """Differences (N, 3) of readings, turned from the axes that they were read in to those of the base; of readings of
+    one number, along the direction that they were read in."""
+    if not predicted.back[:, 1:].any():
+        return np.asarray(np.einsum("nji,nj->ni", predicted.back, read))
     return np.asarray(np.linalg.solve(predicted.back, read[:, :, None])[:, :, 0])

@@ -88,7 +88,7 @@ def _readings(report: Report) -> dict[str, str]:
 
 def _rms(report: Report) -> dict[str, str] | None:
     """RMS of displacements, else of positions; None where there is neither."""
-    words = {"displacement": "displacements", "absolute": "positions"}
+    words = {"displacement": "displacements", "absolute": "positions", "path": "readings along the path"}
     kind = next((k for k in words if report["rms_mm"].get(k)), None)
     if kind is None:
         return None

@@ -79,7 +79,7 @@ def _meaning(u: Unknown) -> str:
 def overall(rms_mm: dict[str, Any]) -> PageTable:
     """RMS of everything, rigid and fitted."""
     rows = []
-    for kind in ("displacement", "absolute"):
+    for kind in ("displacement", "absolute", "path"):
         of = rms_mm.get(kind)
         cells = [DASH] * 4 if of is None else [residual_mm(of[k]) for k in ("rigid", "fitted", "noise_floor")]
         if of is not None:

@@ -7,12 +7,13 @@ import numpy.typing as npt
 
 from compensator.report.json.findings import findings_report, of_doubts
 from compensator.report.json.fit import station_report
+from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report
 from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
-KINDS = ("displacement", "absolute")
+KINDS = ("displacement", "absolute", "path")
 
 
 def diagnosis_report(d: Diagnosis) -> Report:
@@ -26,6 +27,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
             {
                 "effect": c.effect, "where": list(c.where), "parameter": c.parameter,
                 "from": float(c.before), "to": float(c.after), "sd": float(c.sd), "unit": c.unit,
+                "confused_with": list(c.confused_with),
             }
             for c in d.changed
         ],
@@ -48,12 +50,19 @@ def diagnosis_report(d: Diagnosis) -> Report:
             }
             for s in d.next_setups
         ],
+        "next_traces": list(d.next_traces),
         "outlier_rows": [{"session": name, "row": int(row)} for name, row in d.outliers],
         "held_setups": [list(map(int, setups)) for setups in d.held],
         "not_applied": not_applied(d),
         **station_report(d.fit),
-        "notes": list(d.notes),
+        **trace_report(d.fit.sessions, d.base.sessions),
+        "notes": [*d.notes, *_trace_notes(d)],
     }  # fmt: skip
+
+
+def _trace_notes(d: Diagnosis) -> list[str]:
+    """What was decided where traces were read."""
+    return [note for s in d.fit.sessions if s.session.path is not None for note in s.session.path.notes]
 
 
 def _added(a: AddedEffect) -> Report:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from compensator.report.json.findings import findings_report, notes, of_doubts
+from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report
 from compensator.solve.unlearned_angles import NotLearned
 from stiffness.diagnosis.doubts import session_doubts
@@ -29,9 +30,11 @@ def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()
         ]),
         "displacement": _score(result.displacement),
         "absolute": _score(result.absolute),
+        "path": _score(result.path),
         "with_outliers": {kind: _score(score) for kind, score in result.with_wrong.items()},
         "n_readings": len(session),
         "outlier_rows": [{"session": session.source, "row": int(row)} for row in rows],
+        **trace_report([result.seen]),
         "not_learned": [part.as_dict() for part in not_learned],
     }
 

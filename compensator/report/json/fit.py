@@ -9,6 +9,7 @@ import numpy as np
 from compensator.report.analysis.by_reflector import KINDS
 from compensator.report.analysis.predicted import predicted_sessions
 from compensator.report.json.findings import findings_report, of_doubts
+from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report, known_numbers
 from stiffness.diagnosis.doubts import session_doubts
 from stiffness.effects import BASE
@@ -46,7 +47,8 @@ def fit_report(fit: Fit) -> Report:
         "converged": fit.solution.converged,
         "not_identified": fit.not_identified(),
         **station_report(fit),
-        "notes": list(fit.notes),
+        **trace_report(fit.sessions),
+        "notes": [*fit.notes, *(n for s in fit.sessions if s.session.path is not None for n in s.session.path.notes)],
     }
 
 
@@ -104,7 +106,7 @@ def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
         "stiffness_nm_per_rad": known_numbers(fit.stiffness, fit.identified),
         "stiffness_sd_nm_per_rad": known_numbers(fit.sd, fit.identified),
         "identifiable": fit.identified.tolist(),
-        "rms_mm": {"displacement": None, "absolute": None},
+        "rms_mm": {"displacement": None, "absolute": None, "path": None},
         "n_readings": sum(len(s.samples) for s in fit.sessions),
         "outlier_rows": [],
         "not_identified": [],

@@ -17,7 +17,7 @@ LISTED = 3
 PLACES = 2
 CONSTANT = "always the same"
 NEAR = 1.1  # times the noise
-KINDS = {"displacement": "displacements under load", "absolute": "positions"}
+KINDS = {"displacement": "displacements under load", "absolute": "positions", "path": "readings along the path"}
 Report = dict[str, Any]
 
 
@@ -68,8 +68,8 @@ def removed_sentence(r: RemovedEffect) -> str:
 
 def _sits(points: Sequence[ResidualSource]) -> str:
     """The place with the largest share, and what it follows: a column with a larger share, else its own features."""
-    place = next((s for s in points if not s.what.startswith("column:")), None)
-    column = next((s for s in points if s.what.startswith("column:")), None)
+    place = next((s for s in points if s.is_place), None)
+    column = next((s for s in points if not s.is_place), None)
     if place is None:
         return f"; it follows {place_words(column.what)}" if column else ""
     leads = column is not None and column.fraction > place.fraction
@@ -99,7 +99,7 @@ def place_words(what: str) -> str:
         if name.startswith("approach"):
             return f"the approach of joint {name.removeprefix('approach')}"
         return "the order of loads" if name == "state" else f"the column {name}"
-    return what
+    return {"process": "the programmed force", "arc-length": "the length of the path"}.get(what, what)
 
 
 def split_sentence(report: Report, kind: str) -> str:

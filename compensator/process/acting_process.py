@@ -1,0 +1,61 @@
+"""Acting process: a process as it really cuts, by what a model knows of it: effects of scope ``process``.
+
+The wrench that the process says stays beside the one that acts: a program that is written tells the first, so that a
+model that is applied to it does not count twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from compensator.process.path_axes import path_axes
+from compensator.process.process import Process, ProcessLoad, ToolMotion
+from stiffness.effects.effect import Effect, Numbers, ProgrammedWrench, acting_wrench
+from stiffness.numerics.kernel import Kernel
+from toolpaths.toolpath import Toolpath
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ActingProcess(Process):
+    """``said`` as ``effects`` with ``values`` leave it."""
+
+    said: Process
+    effects: Sequence[Effect]
+    values: Mapping[str, Numbers]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axes", self.said.axes)
+
+    def __repr__(self) -> str:
+        return f"ActingProcess({self.said!r}, {', '.join(e.name for e in self.effects)})"
+
+    def load(self, motion: ToolMotion) -> ProcessLoad:
+        return self._acting(motion, self.said.load(motion))
+
+    def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
+        said = replace(known, wrench=known.unchanged)
+        return self._acting(motion, self.said.load_between(motion, known_path, said))
+
+    def description(self) -> str:
+        return f"{self.said.description()}, changed by {', '.join(e.name for e in self.effects)}"
+
+    def _acting(self, motion: ToolMotion, load: ProcessLoad) -> ProcessLoad:
+        axes = path_axes(motion.nominal.origin, motion.nominal.rotation, motion.toolpath.kind)
+        flat = np.swapaxes(axes, 1, 2).reshape(-1, 9)
+        (wrench,) = self._kernel.run(load.wrench, flat)
+        return replace(load, wrench=wrench, programmed=load.wrench)
+
+    @cached_property
+    def _kernel(self) -> Kernel:
+        w, axes = ca.SX.sym("w", 6), ca.SX.sym("axes", 9)
+        values = {e.name: {k: ca.SX(ca.DM(v)) for k, v in self.values[e.name].items()} for e in self.effects}
+        out = acting_wrench(self.effects, ProgrammedWrench(w, ca.reshape(axes, 3, 3).T), values)
+        return Kernel(ca.Function("acting", [w, axes], [ca.densify(out)]))

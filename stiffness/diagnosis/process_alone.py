@@ -1,0 +1,76 @@
+"""Process alone: whether a process that is not what it was said to be explains traces of a cut, the robot as it was.
+
+The deflection of an arm that is softer by a third, and that of a cut which pushes harder by as much, are the same. A
+fit of the model's own numbers takes up all of it; so the other explanation is fitted by itself, and compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from stiffness.diagnosis.added_effects import Addition, ModelFits
+from stiffness.diagnosis.linearisation import can_show
+from stiffness.diagnosis.search import ODDS, like_noise
+from stiffness.effects import CATALOGUE
+from stiffness.effects.effect import Effect
+from stiffness.identification.fit import CLEAR, Fit
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ProcessAlone:
+    """Effects of the process on a robot whose numbers stay as the model has them.
+
+    Attributes:
+        fits: with all numbers of the model held. additions, fit: what explains the readings.
+        better: whether this takes fewer numbers than those of the robot that would have to move.
+        explains: fraction of the chi-square above the noise.
+    """
+
+    fits: ModelFits
+    additions: list[Addition]
+    fit: Fit
+    better: bool
+    explains: float
+
+
+def process_alone(fits: ModelFits, base: Fit, moved: int) -> ProcessAlone | None:
+    """The fewest effects of the process that leave no more than a fit of the robot's numbers; None where none do.
+
+    Args:
+        base: the model's own numbers fitted. moved: how many of them that takes.
+    """
+    effects = [e for e in CATALOGUE if e.scope == "process" and e not in fits.base and can_show(e, fits.sessions)]
+    if not effects:
+        return None
+    held = replace(fits, given=tuple(e.name for e in fits.base))
+    before = held.fit([])
+    if like_noise(before):
+        return None
+    price = float(np.log(max(base.solution.count, 8)))
+    least, kept = base.solution.chi2 + len(base.unknowns) * price + ODDS, None
+    for some in _combinations(effects):
+        additions = [_everywhere(e, fits.joints) for e in some]
+        trial = held.fit(additions, before)
+        numbers = sum(len(a.numbers(fits.joints)) for a in additions)
+        cost = trial.solution.chi2 + numbers * price
+        if trial.solution.misfit < CLEAR and cost < least:
+            least, kept = cost, (additions, trial)
+    if kept is None:
+        return None
+    additions, fit = kept
+    above = max(before.solution.chi2 - before.solution.freedom, 1e-9)
+    explains = float(np.clip((before.solution.chi2 - fit.solution.chi2) / above, 0, 1))
+    better = least < base.solution.chi2 + max(moved, 1) * price
+    return ProcessAlone(fits=held, additions=additions, fit=fit, better=better, explains=explains)
+
+
+def _combinations(effects: Sequence[Effect]) -> list[tuple[Effect, ...]]:
+    return [some for k in range(1, len(effects) + 1) for some in combinations(effects, k)]
+
+
+def _everywhere(effect: Effect, joints: int) -> Addition:
+    return Addition(effect, effect.sites(joints), frozenset(), effect.neutral(joints))
