@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from stiffness.effects import CATALOGUE
-from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, ShownWrench
+from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, ProgrammedWrench, ShownWrench
 from tests.oracles.effects import ORACLES, Joints, Oracle, Place
 
 Floats = npt.NDArray[np.float64]
@@ -155,7 +155,7 @@ class Law:
 
 
 def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tuple[Law, Floats]]:
-    """The slots angle, torque, mass and readings, where filled, each with a point (argument and parameters)."""
+    """The slots angle, torque, mass, readings and process, where filled, each with a point (argument and parameters)."""
     rng = np.random.default_rng(5)
     tail = list(values.values())
     out: dict[str, tuple[Law, Floats]] = {}
@@ -175,4 +175,12 @@ def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tu
         shown = effect.position_reading
         law = Law(lambda x, p: shown(x[:3], x[3], p), 4, values)
         out["position_reading"] = law, np.concatenate([rng.uniform(-3, 3, 3), [5000.0], *tail])
+    if effect.process_wrench is not None:
+        acts = effect.process_wrench
+        law = Law(lambda x, p: acts(ProgrammedWrench(x, ca.SX(ca.DM(to_tool))), p), 6, values)
+        out["process_wrench"] = law, np.concatenate([wrench(7), *tail])
+    if effect.surface_reading is not None:
+        deviates = effect.surface_reading
+        law = Law(lambda x, p: deviates(x, p), 1, values)
+        out["surface_reading"] = law, np.concatenate([[3e-4], *tail])
     return out
