@@ -155,7 +155,7 @@ class Law:
 
 
 def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tuple[Law, Floats]]:
-    """The slots angle, torque, mass, readings and process, where filled, each with a point (argument and parameters)."""
+    """Slots angle, torque, mass, readings and process, where filled, each with a point (argument and parameters)."""
     rng = np.random.default_rng(5)
     tail = list(values.values())
     out: dict[str, tuple[Law, Floats]] = {}
