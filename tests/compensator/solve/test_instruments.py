@@ -54,12 +54,13 @@ def test_the_same_numbers_on_the_tool_do_move_it(tmp_path: Path) -> None:
 
 
 def test_every_effect_of_the_catalogue_on_one_path(tmp_path: Path) -> None:
-    """All that act on a path act together: the program is solved, and only the instruments are left out."""
+    """All that act on a path act together: the program is solved; left out are the instruments, and the size of a
+    cutter that no engagement is known of."""
     whole = TILTED | _others()
     assert set(whole) == {e.name for e in CATALOGUE}
     job = files(tmp_path, model={"effects": whole})
     done = compensate_file(job.toolpath, job.cell, job.out / "a.csv")
-    assert set(done.report["not_applied"]) == BOTH
+    assert set(done.report["not_applied"]) == BOTH | {"cutter-size"}
     assert done.report["predicted_error_mm"]["after"]["max"] < 1e-6
     position = ("x_mm", "y_mm", "z_mm")
     table = columns(job.out / "a.csv", *position, *(f"nominal_{c}" for c in position))
@@ -82,5 +83,7 @@ def _others() -> dict[str, Any]:
         "base-compliance": spring,
         "link-compliance": {f"r{a}_rad_per_nm": [4e-8] * 6 for a in "xyz"},
         "tool-compliance": spring,
+        "cutting-force": {"change": [0.2, -0.1, 0.3]},
+        "cutter-size": {"radius_m": 2e-5},
         "thermal-drift": {"expansion_per_k": [1.2e-5] * 7, "zero_rad_per_k": [1e-6] * 6},
     }
