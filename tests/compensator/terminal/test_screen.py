@@ -74,7 +74,7 @@ def test_a_fit(shown: Shown) -> None:
 
 def test_an_evaluation(shown: Shown) -> None:
     score = {"rms_mm": 0.01, "p95_mm": 0.02, "max_mm": 0.03, "noise_floor_mm": 0.005}
-    show_evaluation({"displacement": score, "absolute": None})
+    show_evaluation({"displacement": score, "absolute": None, "path": None})
     assert shown().splitlines() == [
         "displacement: rms 0.0100 mm per axis (noise 0.0050), 95 % 0.0200 mm, max 0.0300 mm",
         "absolute: no such evidence",
