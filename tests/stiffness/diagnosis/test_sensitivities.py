@@ -23,7 +23,8 @@ from tests.stiffness.identification import many_sided
 Floats = npt.NDArray[np.float64]
 ADDED = [e for e in CATALOGUE if not e.is_base]
 FRICTION = BY_NAME["joint-friction"]
-ORDINARY = [e for e in ADDED if not e.angle and e is not FRICTION and e.scope != "process"]  # no session shows a process
+SHOWN = [e for e in ADDED if e.scope != "process"]  # no session shows a process
+ORDINARY = [e for e in SHOWN if not e.angle and e is not FRICTION]
 
 
 @pytest.fixture(scope="module")
