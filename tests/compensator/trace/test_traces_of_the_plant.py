@@ -159,7 +159,7 @@ def test_a_smaller_cutter_leaves_the_same_along_every_normal(tmp_path: Path) -> 
     ran, normals = contour(tmp_path, force=1.0)
     path = surface(ran, NOISE, normals)
     samples = path.with_name("surface-samples.csv")
-    rows = list(csv.DictReader(samples.open()))
+    rows = list(csv.DictReader(samples.read_text().splitlines()))
     with samples.open("w", newline="") as stream:
         out = csv.DictWriter(stream, rows[0])
         out.writeheader()
