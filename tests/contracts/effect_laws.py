@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from stiffness.effects import CATALOGUE
-from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, ShownWrench
+from stiffness.effects.effect import Effect, JointInput, Parameter, PlaceInput, ProgrammedWrench, ShownWrench
 from tests.oracles.effects import ORACLES, Joints, Oracle, Place
 
 Floats = npt.NDArray[np.float64]
@@ -175,4 +175,10 @@ def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tu
         shown = effect.position_reading
         law = Law(lambda x, p: shown(x[:3], x[3], p), 4, values)
         out["position_reading"] = law, np.concatenate([rng.uniform(-3, 3, 3), [5000.0], *tail])
+    if effect.process_wrench is not None:
+        cuts = effect.process_wrench
+        law = Law(lambda x, p: cuts(ProgrammedWrench(x, ca.SX(ca.DM(to_tool))), p), 6, values)
+        out["process_wrench"] = law, np.concatenate([wrench(5), *tail])
+    if effect.surface_reading is not None:
+        out["surface_reading"] = Law(effect.surface_reading, 1, values), np.concatenate([[2e-4], *tail])
     return out
