@@ -74,7 +74,7 @@ def write_trace(
         out.writerows(zip(*(columns[n] for n in names), strict=True))
     text = {
         "schema": "trace/1", "cell": "cell.toml", "program": ran.program.name, "samples": f"{name}-samples.csv",
-        "kind": kind, "instrument": {"noise": noise}, **more,
+        "kind": kind, **{"instrument": {"noise": noise}, **more},
     }  # fmt: skip
     path = folder / f"{name}.toml"
     path.write_text(tomli_w.dumps(text))

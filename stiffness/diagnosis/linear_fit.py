@@ -70,6 +70,7 @@ class NormalEquations:
             parameters' columns first, then those of the ``candidates``, and the number of the fold that every block
             is in.
         precision: (nuisance,) prior precision of the nuisance parameters.
+        kept: weight of a fold that is left out among those that it is compared with.
     """
 
     def __init__(
@@ -78,6 +79,8 @@ class NormalEquations:
         nuisance: int,
         candidates: int,
         precision: Floats,
+        *,
+        kept: float = 0.0,
     ) -> None:
         self.nuisance, self._precision = nuisance, precision
         grams: dict[int, Floats] = {}
@@ -93,7 +96,7 @@ class NormalEquations:
         folds = []
         for k in sorted(grams):
             own = grams.pop(k)  # hundreds of MB, all together
-            folds.append(self._fold(total - own, own, count[k]))
+            folds.append(self._fold(total - (1 - kept) * own, own, count[k]))
         self.folds = tuple(folds)
 
     def __repr__(self) -> str:

@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 
 FOLDS = 10
 PIECE = 2048  # readings
+KEPT = 0.01  # of a stretch that is left out: what it alone tells of the model's own numbers is not to be extrapolated
 WARMED = 0.1  # K; a smaller range of temperature tells nothing
 
 
@@ -121,7 +122,8 @@ def normal_equations(
                 mine = s.observations.weighting.blocks(part, s.columns, len(s.vector), own)
                 yield mine, [int(fold[b.rows[0]]) for b in mine]
 
-    equations = NormalEquations(parts(), len(fit.solution.vector), count, precision)
+    kept = KEPT if any(s.session.path is not None for s in fit.sessions) else 0.0
+    equations = NormalEquations(parts(), len(fit.solution.vector), count, precision, kept=kept)
     return equations, replace(fit, states=tuple(states))
 
 

@@ -176,11 +176,9 @@ def other_laws(effect: Effect, values: Numbers, to_tool: Floats) -> dict[str, tu
         law = Law(lambda x, p: shown(x[:3], x[3], p), 4, values)
         out["position_reading"] = law, np.concatenate([rng.uniform(-3, 3, 3), [5000.0], *tail])
     if effect.process_wrench is not None:
-        acts = effect.process_wrench
-        law = Law(lambda x, p: acts(ProgrammedWrench(x, ca.SX(ca.DM(to_tool))), p), 6, values)
-        out["process_wrench"] = law, np.concatenate([wrench(7), *tail])
+        cuts = effect.process_wrench
+        law = Law(lambda x, p: cuts(ProgrammedWrench(x, ca.SX(ca.DM(to_tool))), p), 6, values)
+        out["process_wrench"] = law, np.concatenate([wrench(5), *tail])
     if effect.surface_reading is not None:
-        deviates = effect.surface_reading
-        law = Law(lambda x, p: deviates(x, p), 1, values)
-        out["surface_reading"] = law, np.concatenate([[3e-4], *tail])
+        out["surface_reading"] = Law(effect.surface_reading, 1, values), np.concatenate([[2e-4], *tail])
     return out

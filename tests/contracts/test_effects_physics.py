@@ -194,8 +194,8 @@ def _felt(effect: Effect, values: Numbers) -> set[str]:
     return felt
 
 
-def readings(effect: Effect) -> tuple[object, object]:
-    return effect.wrench_reading, effect.position_reading
+def readings(effect: Effect) -> tuple[object, ...]:
+    return effect.wrench_reading, effect.position_reading, effect.process_wrench, effect.surface_reading
 
 
 @every_effect

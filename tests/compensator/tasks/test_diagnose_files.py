@@ -157,7 +157,7 @@ def test_no_such_evidence_is_null_and_several_numbers_are_a_list(healthy: Sick) 
         next_setups=(posture,),
     )  # fmt: skip
     out = diagnosis_report(d)
-    assert out["rms_mm"] == out["split_mm"] == {"displacement": None, "absolute": None}
+    assert out["rms_mm"] == out["split_mm"] == {"displacement": None, "absolute": None, "path": None}
     expected = {"value": [0.1, -0.2, 0.3], "sd": [0.01, 0.02, 0.03], "unit": "m"}
     assert out["added"][0]["parameters"] == {"com_m": expected}
     assert out["changed"] == [

@@ -12,8 +12,8 @@ import pytest
 
 from compensator.tasks.diagnose import diagnose_files
 from compensator.tasks.identify import evaluate_file
-from tests.compensator.plant_bench import Bench
-from tests.trace_bench import Ran, ballbar, both_ways, positions, run, surface
+from tests.compensator.plant_bench import Bench, write_poses
+from tests.trace_bench import Ran, ballbar, both_ways, positions, run, surface, write_trace
 
 K = [3.0e6, 2.7e6, 2.1e6, 4.2e5, 1.4e5, 5.6e4]
 NOISE = 0.005  # mm
@@ -159,7 +159,7 @@ def test_a_smaller_cutter_leaves_the_same_along_every_normal(tmp_path: Path) -> 
     ran, normals = contour(tmp_path, force=1.0)
     path = surface(ran, NOISE, normals)
     samples = path.with_name("surface-samples.csv")
-    rows = list(csv.DictReader(samples.open()))
+    rows = list(csv.DictReader(samples.read_text().splitlines()))
     with samples.open("w", newline="") as stream:
         out = csv.DictWriter(stream, rows[0])
         out.writeheader()
@@ -173,3 +173,61 @@ def test_a_smaller_cutter_leaves_the_same_along_every_normal(tmp_path: Path) -> 
 def test_a_part_that_is_as_predicted_is_adequate(tmp_path: Path) -> None:
     ran, normals = contour(tmp_path, force=1.0)
     assert diagnosed(surface(ran, NOISE, normals))["verdict"] == "adequate"
+
+
+def test_readings_that_are_late_show_one_latency(tmp_path: Path) -> None:
+    """40 ms at 1 m/min are 0.67 mm of path."""
+    ran = circles(tmp_path, points=120)
+    late, step = 0.04, np.linalg.norm(np.diff(ran.tcp, axis=0), axis=1) / (1000.0 / 6e4)
+    time = np.concatenate([[0.0], np.cumsum(step)])
+    read = np.stack([np.interp(time - late, time, axis) for axis in ran.tcp.T], axis=1) * 1e3
+    read += np.random.default_rng(5).normal(0, NOISE, read.shape)
+    moving = np.arange(3, len(time))
+    columns = {"index": moving, "time": time[moving], **dict(zip("xyz", read[moving].T, strict=True))}
+    path = write_trace(ran, "positions", columns, NOISE, "late")
+    _, report = evaluate_file(path, tmp_path / "model.toml")
+    assert report["traces"][0]["latency_s"] == pytest.approx(late, rel=0.03)
+    assert report["path"]["rms_mm"] < 2 * NOISE
+    told = write_trace(ran, "positions", columns, NOISE, "told", instrument={"noise": NOISE, "latency": late})
+    _, report = evaluate_file(told, tmp_path / "model.toml")
+    assert "latency_s" not in report["traces"][0] and report["path"]["rms_mm"] < 2 * NOISE
+
+
+def test_points_without_index_are_given_to_the_pose_that_cut_them(tmp_path: Path) -> None:
+    ran, normals = contour(tmp_path, force=1.0)
+    path = surface(ran, NOISE, normals)
+    cell = tmp_path / "cell.toml"
+    cell.write_text(cell.read_text() + '\n[process.cutter]\nshape = "flat"\ndiameter = 10.0\nlength = 20.0\n')
+    rows = list(csv.DictReader(path.with_name("surface-samples.csv").read_text().splitlines()))
+    for row in rows:  # from the tool's centre to the wall that its flank cut
+        row.pop("index")
+        for axis, along in zip("xyz", "ijk", strict=True):
+            row[axis] = str(float(row[axis]) - 5.0 * float(row[along]))
+    rows[0] |= {"x": "0", "y": "0"}
+    with path.with_name("surface-samples.csv").open("w", newline="") as stream:
+        out = csv.DictWriter(stream, rows[0])
+        out.writeheader()
+        out.writerows(rows)
+    _, report = evaluate_file(path, tmp_path / "model.toml")
+    assert report["path"]["rms_mm"] < 1.3 * NOISE
+    assert any("1 points that no cut made" in note and "rows 2" in note for note in report["traces"][0]["notes"])
+
+
+def test_preview_and_compensate_apply_a_cutting_force_to_the_same_process_only(tmp_path: Path) -> None:
+    """And a program that is written tells the process without it, so that it does not count twice."""
+    cut = {"kind": "constant", "frame": "path", "wrench": [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0], "material": "aluminium"}
+    toolpath = write_poses(tmp_path / "path.csv", both_ways(points=20))
+    plain = bench(tmp_path, cut)
+    effects = {**plain.effects, "cutting-force": {"change": [0.5, 0.5, 0.5], "material": "aluminium"}}
+    effects["cutter-size"] = {"radius_m": 1e-5, "material": "aluminium"}
+    _, as_said = plain.compensate(toolpath)
+    done, harder = dataclasses.replace(plain, effects=effects).compensate(toolpath)
+    assert done.report["not_applied"] == ["cutter-size"]
+    np.testing.assert_array_equal(harder.wrench, as_said.wrench)
+    told = {**cut, "wrench": [1.5 * w for w in cut["wrench"]]}
+    _, by_hand = dataclasses.replace(plain, process=told).compensate(toolpath)
+    np.testing.assert_allclose(harder.q, by_hand.q, atol=1e-9)
+    elsewhere = {**cut, "material": "steel"}
+    other, steel = dataclasses.replace(plain, effects=effects, process=elsewhere).compensate(toolpath)
+    assert other.report["not_applied"] == ["cutting-force", "cutter-size"]
+    np.testing.assert_array_equal(steel.q, as_said.q)
