@@ -71,6 +71,14 @@ JOBS = {
         {"-o": "out.toml", "--json": "out.json"},
     ),
     "datasheet": VerbJob(("geared.toml",), ("geared.toml",), {"-o": "out.toml", "--json": "out.json"}),
+    "init": VerbJob(
+        (
+            *("--robot", "arm.toml", "--tool", "0 0 250", "--part", "1500 -100 800", "--cam", "path.csv"),
+            *("--stiffness", "unknown", "--controller", "rapid"),
+        ),
+        ("arm.toml", "path.csv"),
+        {"-o": "out.toml", "--new-model": "out-model.toml"},
+    ),
     "plan": VerbJob(
         ("model.toml", "--session", "session.toml", "--toolpath", "path.csv", "--cell", "cell.toml", "--count", "2"),
         (*PATH, *SESSION),
