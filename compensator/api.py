@@ -18,6 +18,7 @@ from compensator.cell.named_files import named_files
 from compensator.errors import CompensatorError
 from compensator.program.filter_in_place import filter_of
 from compensator.program.maker import refuse_study_frame
+from compensator.program.provenance import provenance_of
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.fit import fit_report, local_fit_report
@@ -100,9 +101,12 @@ def preview(toolpath: Toolpath | Paths, cell: Cell | AnyPath, *, read_as: str | 
     result = uncompensated(job, planned(job, path))
     judged = assessed(result, corrected=False)
     error = np.linalg.norm(result.error_before, axis=1)
+    made_from = provenance_of(table, source)
     summary = path_report(judged, error, seconds=time.monotonic() - began, corrected=False)
-    read = _inputs(table, source)
-    return PathResult(summary, read, judged=judged, source=source, files=files, language=None)
+    return PathResult(
+        {**summary, "provenance": made_from.as_dict()}, _inputs(table, source), judged=judged, source=source,
+        files=files, language=None, provenance=made_from,
+    )  # fmt: skip
 
 
 def compensate(
@@ -120,7 +124,7 @@ def compensate(
     began, (table, files, source) = time.monotonic(), _given(toolpath, cell, read_as)
     for file in () if files is None else files.paths:
         refuse_own(file, read_as)
-    filtered = _filtered(files, source, language)
+    filtered, made_from = _filtered(files, source, language), provenance_of(table, source)
     job, path = job_for(table, source, with_rapids=filtered is None)
     refuse_study_frame(job)
     source = with_joint_poses(job.placement, job.arm.robot, source)
@@ -129,8 +133,10 @@ def compensate(
     result = _compensate(job, planned(job, path), rapids_stay=filtered is not None)
     judged = assessed(result)
     summary = path_report(judged, result.command.error, seconds=time.monotonic() - began)
-    read = _inputs(table, source)
-    return PathResult(summary, read, judged=judged, source=source, files=files, language=filtered)
+    return PathResult(
+        {**summary, "provenance": made_from.as_dict()}, _inputs(table, source), judged=judged, source=source,
+        files=files, language=filtered, provenance=made_from,
+    )  # fmt: skip
 
 
 def identify(

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from compensator.cli_first_hour import VERBS
 from compensator.command_line import INPUT, OUTPUT, Verbs
 from toolpaths.languages.table import READ, WRITTEN
 
@@ -237,29 +238,6 @@ def plan(model: Path, output: Path, verbose: bool, **options: Any) -> None:
 
 
 @main.command()
-@click.option("--robot", help="Built-in name, or path to a robot .toml or .urdf.")
-@click.option("--tool", help="'X Y Z' of the TCP in the flange frame, mm; a fourth number is the mass, kg.")
-@click.option("--part", help="'X Y Z' of the zero of the CAM file in the base, mm; then roll, pitch, yaw, deg.")
-@click.option("--cam", type=INPUT, help="CAM file that the cell is for.")
-@click.option("--stiffness", help="Model file, built-in set, or: unknown.")
-@click.option("--controller", type=click.Choice(_LANGUAGES), help="Language of the programs to write.")
-@click.option("-o", "--output", type=OUTPUT, default=Path("cell.toml"), show_default=True, help="Cell to write.")
-@click.option("--new-model", type=OUTPUT, help="Model to write for an unknown stiffness.  [default: stiffness.toml]")
-@click.option("--verbose", is_flag=True, help="Say what is being done; show where a refusal comes from.")
-def init(output: Path, new_model: Path | None, verbose: bool, **options: Any) -> None:
-    """Write a first cell of six answers, asked for or given as options. Overwrites nothing."""
-    from compensator.tasks.init import init_files
-    from compensator.terminal.questions import answered
-    from compensator.terminal.screen import print_findings, progress, show_lines
-
-    answers = answered(options, tuple(_LANGUAGES))
-    with progress(verbose) as say:
-        done = init_files(answers, output=output, new_model=new_model, say=say)
-    print_findings(done.report)
-    show_lines([f"wrote {file}" for file in done.files])
-
-
-@main.command()
 @click.argument("name", required=False)
 @click.option("--verbose", is_flag=True, help="Show where a refusal comes from.")
 def effects(name: str | None, verbose: bool) -> None:
@@ -278,6 +256,9 @@ def robots(name: str | None, verbose: bool) -> None:
 
     show_robots() if name is None else show_robot(name)
 
+
+for _verb in VERBS:
+    main.add_command(_verb)
 
 if __name__ == "__main__":
     main()

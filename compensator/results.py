@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compensator.errors import CompensatorError
+from compensator.program.provenance import Provenance
 from compensator.report.words.findings import finding_sentences
 from compensator.report.words.numbers import deflection_mm, residual_mm
 from compensator.solve.assessment import Assessment
@@ -87,12 +88,14 @@ class PathResult(TaskResult):
         source: the toolpath as it was read.
         files: of it; None: it was given as an object.
         language: that the program of a filter in place has; None: any but that of a source that could be filtered.
+        provenance: hashes of what was read.
     """
 
     judged: Assessment
     source: Toolpath
     files: ProgramFiles | None
     language: Language | None
+    provenance: Provenance
 
     @property
     def result(self) -> Compensation:

@@ -5,6 +5,7 @@ A new verb gets an entry here; tests that go over all verbs fail without it.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -71,6 +72,8 @@ JOBS = {
         {"-o": "out.toml", "--json": "out.json"},
     ),
     "datasheet": VerbJob(("geared.toml",), ("geared.toml",), {"-o": "out.toml", "--json": "out.json"}),
+    "check": VerbJob(("cell.toml", "path.csv"), PATH, {"--json": "out.json"}),
+    "compare": VerbJob(("one.json", "other.json"), ("one.json", "other.json"), {"--json": "out.json"}),
     "init": VerbJob(
         (
             *("--robot", "arm.toml", "--tool", "0 0 250", "--part", "1500 -100 800", "--cam", "path.csv"),
@@ -109,6 +112,9 @@ def write_inputs(folder: Path) -> None:
     small_job.files(folder, {"robot": "arm.toml", "gravity": None, "process": process}, {"robot": "arm.toml"})
     (folder / "geared.toml").write_text(robot_text(*[BARE] * 6).replace('name = "arm"', 'name = "geared"'))
     written(folder, lines(cycle()))
+    for name, error in (("one", 0.25), ("other", 0.5)):
+        summary = {"schema": "path-summary/1", "findings": [], "predicted_error_mm": {"before": {"max": error}}}
+        (folder / f"{name}.json").write_text(json.dumps(summary))
 
 
 @cache

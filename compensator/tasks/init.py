@@ -48,10 +48,10 @@ def init_files(
     """Write a commented cell.
 
     Args:
-        answers: ``robot``: built-in name or file; ``tool``: "x y z" of the TCP in the flange, mm, and its mass, kg, where
-            known; ``part``: "x y z", mm, of the zero of the CAM file in the base, and roll, pitch, yaw, deg, where it is
-            turned; ``cam``: the CAM file; ``stiffness``: a model file, a built-in set, or "unknown"; ``controller``: the
-            language of the programs to write.
+        answers: ``robot``: built-in name or file; ``tool``: "x y z" of the TCP in the flange, mm, and its mass, kg,
+            where known; ``part``: "x y z", mm, of the zero of the CAM file in the base, and roll, pitch, yaw, deg,
+            where it is turned; ``cam``: the CAM file; ``stiffness``: a model file, a built-in set, or "unknown";
+            ``controller``: the language of the programs to write.
         new_model: where the model goes when the stiffness is unknown; None: ``stiffness.toml`` beside the cell.
 
     Raises:

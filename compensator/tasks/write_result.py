@@ -10,6 +10,7 @@ from compensator.errors import CompensatorError
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
 from compensator.program.maker import ProgramMaker
+from compensator.program.provenance import seal
 from compensator.report.json.path import path_report
 from compensator.results import DiagnoseResult, IdentifyResult, PathResult, TaskResult, WrittenFiles
 from compensator.solve.assessment import assessed
@@ -39,9 +40,11 @@ def write_path(result: PathResult, program: Path, language: str | None = None) -
         with outputs.writing(program, spoken.writes) as staged:
             made = maker.write(result.result, staged)
             checked = maker.verify(made, program)
+            seal(made.files, float(checked.error[made.result.cutting].max()))
         files = outputs.add(made.files[0], program, made.files[1:])
         judged = assessed(made.result, made.findings)
-        summary = path_report(judged, checked.error, seconds=result.summary["seconds"])
+        numbers = path_report(judged, checked.error, seconds=result.summary["seconds"])
+        summary = {**numbers, "provenance": result.provenance.as_dict()}
         outputs.commit()
     return WrittenFiles(files, summary)
 
@@ -66,11 +69,13 @@ def _maker(result: PathResult, spoken: Language, program: Path) -> ProgramMaker:
         what = f"{result.source.source} is {name}, too, and is changed in place"
         raise CompensatorError(f"{program}: {what}: compensate it with language={name!r}")
     if result.language is None:
-        return Export(result.source, spoken)
+        return Export(result.source, spoken, result.provenance.stamp)
     if result.language.name != spoken.name:
         what = f"the path was compensated for language={result.language.name!r}, not {spoken.name!r}"
         raise CompensatorError(f"{program}: {what}: compensate it for that, or name another file")
-    maker = None if result.files is None else filter_of(result.files, result.source, spoken)
+    maker = None if result.files is None else filter_of(
+        result.files, result.source, spoken, result.provenance.stamp
+    )
     if maker is None:
         raise CompensatorError(f"{program}: {result.source.source} cannot be changed in place")
     return maker

@@ -70,6 +70,7 @@ class Program:
         nominal_joints: (N, n) rad, of the nominal pose, in the same turns as ``joints``; None: not known.
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
+        stamp: comments for the head of the program, of at most 30 characters each: what it was made from.
         findings: of whoever made the program.
     """
 
@@ -96,6 +97,7 @@ class Program:
     nominal_joints: Floats | None = None
     wrench: Floats | None = None
     deflection: Floats | None = None
+    stamp: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = field(default=())
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from compensator.solve.assessment import Assessment
 
 Floats = npt.NDArray[np.float64]
 
-
+SCHEMA = "path-summary/1"
 SHARES = ("gravity", "process", "joint_state", "offsets", "temperature", "touched_off", "interaction")
 
 
@@ -28,6 +28,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
     cut, plain = c.cutting, c.uncompensated
     q = c.command.q if corrected else c.path.q
     return {
+        "schema": SCHEMA,
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
         "predicted_error_mm": {

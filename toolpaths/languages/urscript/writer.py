@@ -119,6 +119,7 @@ def _text(program: Program, words: _Words, function: str, block: slice, followin
     yield f"def {function}():\n"
     yield f"  # {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
     yield f"  # {plain('Source: ' + program.source)}\n  # {MARKER}\n"
+    yield from (f"  # {plain(text)}\n" for text in program.stamp if block.start == 0)
     if following:
         yield f"  # continued in: {plain(following, 200)}\n"
     yield f"  wobj = {_pose(program.workobject)}\n"
