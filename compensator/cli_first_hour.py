@@ -73,4 +73,24 @@ def compare(one: Path, other: Path, verbose: bool, json: Path | None) -> None:
     show_compared(compare_files(one, other, json=json))
 
 
-VERBS = (init, check, compare)
+@click.command(cls=Verb)
+@click.argument("program", type=INPUT)
+@click.option("--cell", required=True, type=INPUT, help="cell/1 file that the program was made with.")
+@click.option("--toolpath", type=INPUT, multiple=True, help="What it was made from.  [default: found by its hash]")
+@click.option("--format", "language", type=click.Choice(LANGUAGES), help="Language, where the suffix does not say it.")
+@_from
+@click.option("--json", "json", type=OUTPUT, help="The verdict for scripts.")
+@_verbose
+def verify(program: Path, cell: Path, verbose: bool, **options: Any) -> None:
+    """Read a finished PROGRAM anew, simulate it with the cell's model, and say whether it is what was written."""
+    from compensator.report.words.verification import verification_lines
+    from compensator.tasks.verify import verify_file
+    from compensator.terminal.screen import echo_lines, progress
+
+    with progress(verbose) as say:
+        done = verify_file(program, cell, say=say, **options)
+    echo_lines(verification_lines(done.report))
+    done.refuse_unconfirmed()
+
+
+VERBS = (init, check, compare, verify)

@@ -14,6 +14,7 @@ import click
 
 from compensator.cli import main
 from compensator.command_line import OUTPUT
+from compensator.tasks.compensate import compensate_file
 from tests.compensator import small_job
 from tests.stiffness.bench_lab import Lab
 from tests.stiffness.model.test_clamped import cycle, lines, written
@@ -87,6 +88,9 @@ JOBS = {
         (*PATH, *SESSION),
         {"-o": "out.csv", "--json": "out.json"},
     ),
+    "verify": VerbJob(
+        ("program.mod", "--cell", "cell.toml", "--toolpath", "path.csv"), ("program.mod", *PATH), {"--json": "out.json"}
+    ),
 }
 
 
@@ -112,6 +116,7 @@ def write_inputs(folder: Path) -> None:
     small_job.files(folder, {"robot": "arm.toml", "gravity": None, "process": process}, {"robot": "arm.toml"})
     (folder / "geared.toml").write_text(robot_text(*[BARE] * 6).replace('name = "arm"', 'name = "geared"'))
     written(folder, lines(cycle()))
+    compensate_file(folder / "path.csv", folder / "cell.toml", folder / "program.mod")
     for name, error in (("one", 0.25), ("other", 0.5)):
         summary = {"schema": "path-summary/1", "findings": [], "predicted_error_mm": {"before": {"max": error}}}
         (folder / f"{name}.json").write_text(json.dumps(summary))

@@ -23,8 +23,11 @@ GIVEN = "given as an object"  # no file to hash
 _TOLD = re.compile(rb"\b(cell|model|toolpath|program) sha256:([0-9a-f]{%d})\b" % DIGITS)
 _SEAL = re.compile(rb"\bprogram sha256:[0-9a-f]{%d}\b" % DIGITS)
 _ERROR = re.compile(rb"\bpredicted error (\d+\.\d+) mm")
-_VERSION = re.compile(rb"\bversion ([\w.+-]{1,20})")
-_HEAD = re.compile(rb"\b(?:(?:cell|model|toolpath|program) sha256:[0-9a-f]+|predicted error [\d.?]+ mm|version [\w.+-]+)")
+_VERSION = re.compile(rb"\bversion ([\w.+-]{1,20})(?=.{0,30}?\bcell sha256)", re.S)
+_HEAD = re.compile(
+    rb"\b(?:cell|model|toolpath|program) sha256:[0-9a-f]+|\bpredicted error [\d.?]+ mm"
+    rb"|\bversion [\w.+-]{1,20}(?=.{0,30}?\bcell sha256)", re.S
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ def head_of(data: bytes) -> ProgramHead:
 
 
 def without_head(data: bytes) -> bytes:
-    """A program without what its head tells: what is left depends on the poses alone."""
+    """A program without what its head tells of other files and of itself."""
     return _HEAD.sub(b"", data)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from pathlib import PurePath
 
 import numpy as np
 import numpy.typing as npt
@@ -118,6 +119,11 @@ class Program:
     def place(self, pose: int) -> str:
         """A pose as messages name it."""
         return f"pose {pose} ({self.source or 'source'}:{int(self.line[pose])})"
+
+    @property
+    def source_name(self) -> str:
+        """The source without its folder: the same inputs give the same bytes, wherever they lie."""
+        return PurePath(self.source).name
 
     @property
     def tool_changes(self) -> list[int]:

@@ -186,7 +186,7 @@ def _frames(program: Program) -> list[str]:
     head = f"Compensated program {program.name} for {program.robot or 'robot'}"
     frame = _frame("UFRAME", program.workobject)
     stamp = [remark for text in program.stamp for remark in _remarks(text)]
-    lines = [*_remarks(head), *_remarks(f"Source: {program.source}"), *stamp, *frame]
+    lines = [*_remarks(head), *_remarks(f"Source: {program.source_name}"), *stamp, *frame]
     return [*lines, *_mount(program.tools[int(program.tool[0])])]
 
 
