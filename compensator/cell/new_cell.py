@@ -10,9 +10,19 @@ from shlex import quote
 from compensator.errors import CellError
 
 Numbers = tuple[float, ...]
+GRAVITY = 9.80665  # m/s2
 
 #: On the robot, path axes, N: a light finishing cut in aluminium, as in examples/cell.toml. The cell says so.
-ASSUMED_WRENCH = (-120.0, 80.0, -60.0, 0.0, 0.0, 0.0)
+ASSUMED_FORCE = (-120.0, 80.0, -60.0)
+#: Of the weight that an arm moves: a larger force is none that a light arm is used for.
+MOST = 0.1
+
+
+def assumed_wrench(mass: float | None) -> Numbers:
+    """Six numbers, N and N*m, path axes, for an arm with this moving mass, kg; None: not known."""
+    size = sum(f**2 for f in ASSUMED_FORCE) ** 0.5
+    share = 1.0 if mass is None else min(1.0, MOST * mass * GRAVITY / size)
+    return (*(round(share * f, 0 if share == 1.0 else 1) for f in ASSUMED_FORCE), 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -25,6 +35,7 @@ class CellAnswers:
         part: base to the zero of the CAM file, mm; roll, pitch, yaw, deg, where it is turned: 3 or 6 numbers.
         cam: the file, as seen from the cell.
         model: as the cell names it. known: whether somebody measured it.
+        wrench: of the process, path axes, N and N*m.
         controller: language of the program. suffix: of its files.
     """
 
@@ -35,6 +46,7 @@ class CellAnswers:
     cam: str
     model: str
     known: bool
+    wrench: Numbers
     controller: str
     suffix: str
 
@@ -88,7 +100,7 @@ def cell_text(a: CellAnswers, name: str) -> str:
         "[process]  # ASSUMED: a light finishing cut in aluminium. Put in yours",
         'kind = "constant"',
         'frame = "path"  # x along the feed, z out of the tool into the work',
-        f"wrench = {_listed(ASSUMED_WRENCH)}  # on the robot, about the TCP",
+        f"wrench = {_listed(a.wrench)}  # on the robot, about the TCP",
         "",
     ]
     return "\n".join(lines)

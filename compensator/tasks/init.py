@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from compensator.cell.cell_file import load_cell
-from compensator.cell.new_cell import CellAnswers, cell_text, numbers_of
+from compensator.cell.new_cell import CellAnswers, assumed_wrench, cell_text, numbers_of
 from compensator.errors import CompensatorError
 from compensator.report.json.findings import findings_report
 from compensator.tasks.outputs import Outputs
@@ -90,7 +90,7 @@ def _with_new_model(asked: _Question, output: Path, new_model: Path, say: Say) -
         _refuse_standing(file)
     made = starting_model(arm, robot_beside(Path(), asked.robot, new_model))
     model = _seen_from(output, new_model)
-    text = cell_text(_answers(asked, output, tip, model=model, known=False), output.name)
+    text = cell_text(_answers(asked, output, (arm, tip), model=model, known=False), output.name)
     files = _write(output, text, (new_model, model_text(made)))
     source = made.provenance.get("source", "data sheets of its reducers")
     what = f"the stiffness of this robot is not measured, a wide band is taken; from: {source}"
@@ -105,7 +105,7 @@ def _with_known_model(asked: _Question, output: Path, stiffness: str, say: Say) 
     load_model(stiffness, arm.n)
     _refuse_standing(output)
     model = stiffness if builtin_model(stiffness) is not None else _seen_from(output, Path(stiffness))
-    text = cell_text(_answers(asked, output, tip, model=model, known=True), output.name)
+    text = cell_text(_answers(asked, output, (arm, tip), model=model, known=True), output.name)
     files = _write(output, text)
     return NewCell(files, {"findings": findings_report([*found, *_assumed(asked)])})
 
@@ -122,7 +122,10 @@ def _read(asked: _Question, say: Say) -> tuple[Robot, str | None, list[Finding]]
     return robot, tip, _readable(asked.cam)
 
 
-def _answers(asked: _Question, output: Path, tip: str | None, *, model: str, known: bool) -> CellAnswers:
+def _answers(
+    asked: _Question, output: Path, arm: tuple[Robot, str | None], *, model: str, known: bool
+) -> CellAnswers:
+    robot, tip = arm
     return CellAnswers(
         robot=robot_beside(Path(), asked.robot, output),
         tip=tip,
@@ -131,6 +134,7 @@ def _answers(asked: _Question, output: Path, tip: str | None, *, model: str, kno
         cam=_seen_from(output, asked.cam),
         model=model,
         known=known,
+        wrench=assumed_wrench(None if robot.mass is None else float(robot.mass.sum())),
         controller=asked.controller,
         suffix=language_of(asked.cam, asked.controller).writes,
     )

@@ -47,6 +47,7 @@ def test_what_is_written(folder: Path) -> None:
     assert cell["robot"] == "abb-irb6600-175-255" and cell["tip"] == "tool0" and cell["model"] == "stiffness.toml"
     assert cell["tool"] == {"xyz": [30.0, -20.0, 240.0], "mass": 30, "com": [15.0, -10.0, 120.0]}
     assert cell["workobject"] == {"xyz": [1500.0, -150.0, 800.0], "rpy": [0.0, 0.0, 20.0]}
+    assert cell["process"]["wrench"] == [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0]
     assert "sd_nm_per_rad" in tomllib.loads((folder / "stiffness.toml").read_text())["effects"]["joint-stiffness"]
     shown = preview_file(folder / "path.csv", folder / "cell.toml")
     assert 0.01 < shown.report["predicted_error_mm"]["before"]["max"] < 2
@@ -121,6 +122,13 @@ def test_a_file_that_needs_more(folder: Path) -> None:
     done = init(cam="five.nc")
     assert done.exit_code == 0 and "warning: five.nc: is refused with this cell" in done.stderr
     assert (folder / "cell.toml").exists()
+
+
+def test_a_light_arm_gets_a_light_cut(folder: Path) -> None:
+    """A tenth of the weight that it moves: 28.0 kg of a UR10 are 27.5 N."""
+    assert init(robot="ur10", part="600 -100 200").exit_code == 0
+    wrench = tomllib.loads((folder / "cell.toml").read_text())["process"]["wrench"]
+    assert sum(f**2 for f in wrench) ** 0.5 == pytest.approx(27.5, abs=0.8) and wrench[3:] == [0, 0, 0]
 
 
 def test_names_with_quotes_and_spaces(folder: Path) -> None:

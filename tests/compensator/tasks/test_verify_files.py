@@ -15,13 +15,14 @@ from compensator.tasks.verify import verify_file
 from tests.compensator.small_job import Files, files
 
 SUFFIXES = {
-    "rapid": ".mod", "krl": ".src", "fanuc": ".ls", "urscript": ".script", "val3": ".pgx", "inform": ".jbi", "gcode": ".nc"
+    "rapid": ".mod", "krl": ".src", "fanuc": ".ls", "urscript": ".script", "val3": ".pgx", "inform": ".jbi",
+    "gcode": ".nc",
 }  # fmt: skip
 #: A pose of the program, and the same moved by a millimetre, by language.
 POSE = {
     "rapid": r"(MoveL \[\[)(-?\d+)", "krl": r"(LIN \{X )(-?\d+)", "fanuc": r"(X = +)(-?\d+)",
     "urscript": r"(movel\(.*?p\[)(-?\d+)",
-    "val3": r'(<Value key="\d+" x=")(-?\d+)', "inform": r"(C00003=)(-?\d+)", "gcode": r"(G1 X)(-?\d+)",
+    "val3": r'(<Value key="\d+" x=")(-?\d+)', "inform": r"(C00020=)(-?\d+)", "gcode": r"(\nX)([4-6]0)(?=\.)",
 }  # fmt: skip
 
 
@@ -71,7 +72,7 @@ def test_a_pose_that_was_edited(tmp_path: Path, language: str) -> None:
     edited.write_bytes(data.encode("latin-1"))
     done = run(program, "--cell", job.cell)
     assert done.exit_code == 1 and "edited since it was written" in done.stdout, done.output
-    line = data.count("\n", 0, m.start()) + 1
+    line = data.count("\n", 0, m.start(2)) + 1
     assert f"error: {edited.name}:{line}: written was" in done.stdout, done.stdout
     report = verify_file(program, job.cell).report
     assert report["sealed"] is False and report["n_changed_lines"] == 1
@@ -82,7 +83,7 @@ def test_a_comment_or_a_feed_that_was_edited(tmp_path: Path) -> None:
     """Not a pose, but not what was written."""
     job, program = made(tmp_path)
     text = program.read_text()
-    program.write_text(text.replace("vf1:=[20", "vf1:=[40"), newline="")
+    program.write_text(text.replace("vf2:=[20", "vf2:=[40"), newline="")
     assert program.read_text() != text
     report = verify_file(program, job.cell).report
     assert report["verdict"] == "edited since it was written" and report["changed_lines"][0]["line"] > 1
