@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from compensator.cli_first_hour import VERBS
 from compensator.command_line import INPUT, OUTPUT, Verbs, strict_verb
 from compensator.measuring_verbs import plan, trace
 from toolpaths.languages.table import READ, WRITTEN
@@ -251,6 +252,9 @@ def robots(name: str | None, verbose: bool) -> None:
 
     show_robots() if name is None else show_robot(name)
 
+
+for _verb in VERBS:
+    main.add_command(_verb)
 
 if __name__ == "__main__":
     main()

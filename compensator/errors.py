@@ -7,6 +7,10 @@ class CompensatorError(Exception):
     """A job is refused. The message names the file or pose, the value, the bound and the remedy."""
 
 
+class OutputError(CompensatorError):
+    """An output of a run would be written over one of its inputs."""
+
+
 class CellError(CompensatorError):
     """A cell file is refused."""
 

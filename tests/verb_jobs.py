@@ -5,6 +5,7 @@ A new verb gets an entry here; tests that go over all verbs fail without it.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -13,6 +14,7 @@ import click
 
 from compensator.cli import main
 from compensator.command_line import OUTPUT
+from compensator.tasks.compensate import compensate_file
 from tests.compensator import small_job
 from tests.stiffness.bench_lab import Lab
 from tests.stiffness.model.test_clamped import cycle, lines, written
@@ -76,6 +78,16 @@ JOBS = {
     ),
     "cutting": VerbJob(("forces.csv",), ("forces.csv",), {"-o": "out.toml", "--json": "out.json"}),
     "datasheet": VerbJob(("geared.toml",), ("geared.toml",), {"-o": "out.toml", "--json": "out.json"}),
+    "check": VerbJob(("cell.toml", "path.csv"), PATH, {"--json": "out.json"}),
+    "compare": VerbJob(("one.json", "other.json"), ("one.json", "other.json"), {"--json": "out.json"}),
+    "init": VerbJob(
+        (
+            *("--robot", "arm.toml", "--tool", "0 0 250", "--part", "1500 -100 800", "--cam", "path.csv"),
+            *("--stiffness", "unknown", "--controller", "rapid"),
+        ),
+        ("arm.toml", "path.csv"),
+        {"-o": "out.toml", "--new-model": "out-model.toml"},
+    ),
     "plan": VerbJob(
         ("model.toml", "--session", "session.toml", "--toolpath", "path.csv", "--cell", "cell.toml", "--count", "2"),
         (*PATH, *SESSION),
@@ -85,6 +97,9 @@ JOBS = {
         ("points.csv", "--frame", "base", "--noise", "0.01", "--cell", "cell.toml", "--program", "ran.csv"),
         ("points.csv", "cell.toml", "ran.csv"),
         {"-o": "out.toml", "--samples": "out.csv", "--json": "out.json"},
+    ),
+    "verify": VerbJob(
+        ("program.mod", "--cell", "cell.toml", "--toolpath", "path.csv"), ("program.mod", *PATH), {"--json": "out.json"}
     ),
 }
 
@@ -117,6 +132,10 @@ def write_inputs(folder: Path) -> None:
     written(folder, lines(cycle()))
     (folder / "points.csv").write_text("index,x_mm,y_mm,z_mm\n0,1,2,3\n1,2,3,4\n")
     (folder / "ran.csv").write_text("index,kind,q1_deg\n0,cut,1\n1,cut,2\n")
+    compensate_file(folder / "path.csv", folder / "cell.toml", folder / "program.mod")
+    for name, error in (("one", 0.25), ("other", 0.5)):
+        summary = {"schema": "path-summary/1", "findings": [], "predicted_error_mm": {"before": {"max": error}}}
+        (folder / f"{name}.json").write_text(json.dumps(summary))
 
 
 @cache

@@ -34,10 +34,12 @@ class Export(ProgramMaker):
 
     Attributes:
         source: the toolpath as it was read.
+        stamp: what the head of the program tells.
     """
 
     source: Toolpath
     language: Language
+    stamp: tuple[str, ...] = ()
     in_place = False
 
     def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
@@ -48,7 +50,7 @@ class Export(ProgramMaker):
         refuse_errors(str(program), [f for f in wrong if f.level == ERROR])
 
     def write(self, c: Compensation, staged: Path) -> MadeProgram:
-        program = program_of(c, name=staged.stem)
+        program = replace(program_of(c, name=staged.stem), stamp=self.stamp)
         program = with_external_findings(program, c.job.placement, self.source, self.language)
         written = write_program(program, staged, self.language.name)
         return MadeProgram(written.files, written.findings, c)

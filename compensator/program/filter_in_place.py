@@ -39,12 +39,14 @@ class FilterInPlace(ProgramMaker):
         source: the files of the source.
         beside: names of those besides the main one that hold moves.
         rows: ``row`` of the poses that its reader gave.
+        stamp: what the head of the program tells.
     """
 
     source: ProgramFiles
     rows: Floats
     language: Language
     beside: tuple[str, ...] = ()
+    stamp: tuple[str, ...] = ()
     in_place = True
 
     @property
@@ -67,7 +69,8 @@ class FilterInPlace(ProgramMaker):
         if not self.language.filter.says_turns(source):
             c, left = without_tilt(c), _left_tilted(c, self.file)
         index = needed_poses(c, self.rows)
-        program, row = _taken(_as_written(c), index), c.path.toolpath.row[index]
+        program = replace(_taken(_as_written(c), index), stamp=self.stamp)
+        row = c.path.toolpath.row[index]
         rewritten = self.language.rewrite(
             source, program, row=row, path=self.file, machine=c.job.placement.machine, others=self.source.others
         )
@@ -89,8 +92,13 @@ class FilterInPlace(ProgramMaker):
         return verify_filtered(made, shown)
 
 
-def filter_of(files: ProgramFiles, source: Toolpath, language: Language) -> FilterInPlace | None:
+def filter_of(
+    files: ProgramFiles, source: Toolpath, language: Language, stamp: tuple[str, ...] = ()
+) -> FilterInPlace | None:
     """The filter for ``files``, read as ``source``; None where another language is to be written.
+
+    Args:
+        stamp: what the head of the program shall tell.
 
     Raises:
         WriteError: the program holds what no filter can keep; names the line.
@@ -102,7 +110,8 @@ def filter_of(files: ProgramFiles, source: Toolpath, language: Language) -> Filt
     beside = [Path(source.sources[k]) for k in with_moves]
     for path in beside:
         refuse_own(path, language.name)
-    return FilterInPlace(files, source.row, language, tuple(path.name for path in beside))
+    names = tuple(path.name for path in beside)
+    return FilterInPlace(source=files, rows=source.row, language=language, beside=names, stamp=stamp)
 
 
 def _unused_events(placement: Placement, toolpath: Path) -> tuple[Finding, ...]:

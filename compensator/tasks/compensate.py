@@ -16,6 +16,7 @@ from compensator.cell.job import Job
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
 from compensator.program.maker import refuse_study_frame
+from compensator.program.provenance import Provenance, provenance_of, seal
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
 from compensator.report.json.text import as_json
@@ -64,11 +65,13 @@ class RunInput:
     Attributes:
         path: to be solved: a robot program without its rapids that no cut starts from.
         source: as the reader gave it, its moves in joint angles completed.
+        provenance: hashes of what was read.
     """
 
     job: Job
     path: Toolpath
     source: Toolpath
+    provenance: Provenance
 
 
 @writes("program", "report", "json", "engagement", "left")
@@ -109,7 +112,8 @@ def compensate_file(
     given = read_input(read_from, cell, say, written_in=written_in)
     refuse_study_frame(given.job)
     refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
-    maker = filter_of(read_from, given.source, written_in) or Export(given.source, written_in)
+    stamp = given.provenance.stamp
+    maker = filter_of(read_from, given.source, written_in, stamp) or Export(given.source, written_in, stamp)
     named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
     maker.check(given.job.placement, given.path, named)
     say("solving")
@@ -122,9 +126,11 @@ def compensate_file(
             made = maker.write(result, staged)
             say("verifying the written program")
             checked = maker.verify(made, program)
+            seal(made.files, float(checked.error[made.result.cutting].max()))
         programs = outputs.add(made.files[0], program, made.files[1:])
         judged = assessed(made.result, made.findings)
         numbers = path_report(judged, checked.error, seconds=time.monotonic() - began)
+        numbers["provenance"] = given.provenance.as_dict()
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
         refuse_warnings(numbers, strict)
@@ -170,6 +176,7 @@ def preview_file(
             written = made.findings
         judged = assessed(result, written, corrected=False)
         numbers = path_report(judged, error, seconds=time.monotonic() - began, corrected=False)
+        numbers["provenance"] = given.provenance.as_dict()
         refuse_warnings(numbers, strict)
         write_cut(outputs, result, np.arange(len(result)), engagement=engagement, left=left)
         _write_reports(outputs, result, numbers, report=report, json=json, after=None, say=say)
@@ -196,7 +203,8 @@ def read_input(files: ProgramFiles, cell: Path, say: Say = quiet, *, written_in:
     source = read_program(files, chord=table.sampling.chord / 1e3, machine=table.posted_for())
     in_place = written_in is None or (written_in.filtered and written_in.name == source.language)
     job, path = job_for(table, source, with_rapids=not in_place)
-    return RunInput(job, path, with_joint_poses(job.placement, job.arm.robot, source))
+    whole = with_joint_poses(job.placement, job.arm.robot, source)
+    return RunInput(job, path, whole, provenance_of(table, source))
 
 
 def _change(finding: Finding) -> dict[str, object]:

@@ -77,8 +77,7 @@ def identify_files(
     fit = identify(loaded, effects, known)
     report = fit_report(fit)
     refuse_warnings(report, strict)
-    robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
-    model = fit.model(robot, _provenance(fit, prior))
+    model = fitted_model(fit, loaded[0], output, prior)
     texts = [(output, model_text(model)), *([(json, as_json(report))] if json else [])]
     warnings = write_with_page(texts, html, lambda warn: _page(fit, report, warn), strict=strict)
     return Identified(fit, report, tuple(p for p in (output, json, html) if p), warnings)
@@ -92,12 +91,23 @@ def _page(fit: Fit, report: dict[str, Any], warn: Callable[[str], None]) -> str:
 
 def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
     fit = identify_local(*loaded)
-    robot = robot_beside(Path(loaded[0].source).parent, loaded[0].robot_name, output)
-    model = fit.model(robot, {"software": f"toolpath-compensator {version()}"})
+    model = fitted_model(fit, loaded[0], output)
     report = local_fit_report(fit, model)
     texts = [(output, model_text(model)), *([(json, as_json(report))] if json else [])]
     write_with_page(texts, None, lambda warn: "")
     return Identified(fit, report, tuple(path for path, _ in texts))
+
+
+def fitted_model(fit: Fit | LocalFit, session: Session, output: Path, prior: Path | None = None) -> ComplianceModel:
+    """The model of a fit, as the file ``output`` has to hold it.
+
+    Args:
+        session: one of those it was fitted to. prior: the model that the fit started from.
+    """
+    robot = robot_beside(Path(session.source).parent, session.robot_name, output)
+    if isinstance(fit, LocalFit):
+        return fit.model(robot, {"software": f"toolpath-compensator {version()}"})
+    return fit.model(robot, _provenance(fit, prior))
 
 
 @writes("json")
@@ -117,19 +127,29 @@ def evaluate_file(
     """
     say("reading the session")
     loaded = load_measurement(session)
-    values = load_model(model, loaded.robot.n)
-    loaded = in_terms_of(loaded, values)
-    refuse_other_robot(loaded, values)
-    _same_kind(loaded, values.gravity, values.source)
-    say("predicting")
-    result = evaluate(loaded, values, register)
-    report = evaluation_report(result, _not_learned(loaded, values))
+    result, report = evaluated(loaded, load_model(model, loaded.robot.n), register, say)
     refuse_warnings(report, strict)
     if json:
         with Outputs() as outputs:
             outputs.text(json, as_json(report))
             outputs.commit()
     return result, report
+
+
+def evaluated(
+    session: Session, model: ComplianceModel, register: int | None = None, say: Say = quiet
+) -> tuple[Evaluation, dict[str, Any]]:
+    """How well a model predicts a session, and its JSON report.
+
+    Raises:
+        StiffnessError: the two do not belong together, or nothing can place the tracker.
+    """
+    session = in_terms_of(session, model)
+    refuse_other_robot(session, model)
+    _same_kind(session, model.gravity, model.source)
+    say("predicting")
+    result = evaluate(session, model, register)
+    return result, evaluation_report(result, _not_learned(session, model))
 
 
 def _not_learned(session: Session, model: ComplianceModel) -> list[NotLearned]:

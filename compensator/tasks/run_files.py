@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
-from compensator.errors import CompensatorError
+from compensator.errors import CompensatorError, OutputError
 from toolpaths.writing.staging import Staging, StagingError
 
 P = ParamSpec("P")
@@ -157,9 +157,9 @@ def _audit(event: str, args: tuple[object, ...]) -> None:
         run.opened(path)
 
 
-def _input(target: Path, read: str) -> CompensatorError:
+def _input(target: Path, read: str) -> OutputError:
     spelled = "" if os.path.normpath(read) == os.path.normpath(target) else f" (read as {read})"
-    return CompensatorError(f"{target}: is an input of this run{spelled}; give the output another name")
+    return OutputError(f"{target}: is an input of this run{spelled}; give the output another name")
 
 
 def _check_targets(targets: Sequence[Path]) -> None:

@@ -44,6 +44,12 @@ def show_lines(lines: Sequence[str]) -> None:
         print_lines(console, lines)
 
 
+def echo_lines(lines: Sequence[str]) -> None:
+    """Plain lines that are the result itself: shown when piped, too, on standard error where a file goes to stdout."""
+    ctx = click.get_current_context(silent=True)
+    click.echo("\n".join(lines), err=ctx is not None and STDOUT in ctx.params.values())
+
+
 def print_lines(console: Console, lines: Iterable[str]) -> None:
     """Plain lines."""
     for line in lines:

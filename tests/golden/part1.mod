@@ -6,6 +6,12 @@
 MODULE PART1
   ! Compensated program for a robot
   ! Source: part.nc
+  ! version 1.2.3
+  ! cell sha256:0123456789ab
+  ! model sha256:cdef01234567
+  ! toolpath sha256:89abcdef0123
+  ! predicted error 0.0123 mm
+  ! program sha256:456789abcdef
   ! tool 1: spindle-a
   TASK PERS tooldata PART1_t1:=[TRUE,[[10,-20,250],[0.96592583,0,0.25881905,0]],[35,[0,5,120],[1,0,0,0],0,0,0]];
   TASK PERS wobjdata PART1_wobj:=[FALSE,TRUE,"",[[1500,-200,800],[0.94371436,0.12767944,-0.14487813,0.26853582]],[[0,0,0],[1,0,0,0]]];

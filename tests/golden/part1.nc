@@ -2,6 +2,12 @@
 (compensated by toolpath-compensator)
 (program PART1 for a robot)
 (source: part.nc)
+(version 1.2.3)
+(cell sha256:0123456789ab)
+(model sha256:cdef01234567)
+(toolpath sha256:89abcdef0123)
+(predicted error 0.0123 mm)
+(program sha256:456789abcdef)
 (G54 is the work object: xyz 1500 -200 800 mm, rpy 10 -20 30 deg in the base)
 G21 G90 G94 G17 G40 G54
 (T1 M6)

@@ -18,6 +18,10 @@ SPINDLE = ToolFrame(
 WORKOBJECT = np.eye(4)
 WORKOBJECT[:3, :3] = Rotation.from_euler("ZYX", [30, -20, 10], degrees=True).as_matrix()
 WORKOBJECT[:3, 3] = [1.5, -0.2, 0.8]
+STAMP = (
+    "version 1.2.3", "cell sha256:0123456789ab", "model sha256:cdef01234567", "toolpath sha256:89abcdef0123",
+    "predicted error 0.0123 mm", "program sha256:456789abcdef",
+)  # fmt: skip
 
 
 def small() -> Program:
@@ -53,6 +57,7 @@ def small() -> Program:
         comments=((0, "T1 M6"), (2, "S12000 M3 \u2013 Fr\u00e4sen")),
         robot="a robot",
         source="part.nc",
+        stamp=STAMP,
     )
 
 

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from toolpaths.errors import ReadError
 
 #: The words of the one comment that such a program carries near its top.
 MARKER = "compensated by toolpath-compensator"
+
+
+
+def marked(stamp: Sequence[str]) -> str:
+    """The words of the comment of a program that was changed in place: the mark, and what it was made from."""
+    return ", ".join((MARKER, *stamp))
+
 
 _MARKED = re.compile(
     rb"compensated by toolpath-compensator|^[ \t]*(?:[!;']|//)[ \t]*Compensated program(?=[ \r\n])", re.M

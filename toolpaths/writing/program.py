@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from pathlib import PurePath
 
 import numpy as np
 import numpy.typing as npt
@@ -70,6 +71,7 @@ class Program:
         nominal_joints: (N, n) rad, of the nominal pose, in the same turns as ``joints``; None: not known.
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
+        stamp: comments for the head of the program, of at most 30 characters each: what it was made from.
         findings: of whoever made the program.
     """
 
@@ -96,6 +98,7 @@ class Program:
     nominal_joints: Floats | None = None
     wrench: Floats | None = None
     deflection: Floats | None = None
+    stamp: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = field(default=())
 
     def __post_init__(self) -> None:
@@ -116,6 +119,11 @@ class Program:
     def place(self, pose: int) -> str:
         """A pose as messages name it."""
         return f"pose {pose} ({self.source or 'source'}:{int(self.line[pose])})"
+
+    @property
+    def source_name(self) -> str:
+        """The source without its folder: the same inputs give the same bytes, wherever they lie."""
+        return PurePath(self.source).name
 
     @property
     def tool_changes(self) -> list[int]:

@@ -13,12 +13,14 @@ from stiffness.diagnosis.doubts import session_doubts
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
+SCHEMA = "diagnosis-summary/1"
 KINDS = ("displacement", "absolute", "path")
 
 
 def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
+        "schema": SCHEMA,
         "findings": findings_report(of_doubts(session_doubts(d.fit.sessions, d.outliers))),
         "verdict": d.verdict,
         "added": [_added(a) for a in d.added],

@@ -14,6 +14,8 @@ from stiffness.diagnosis.doubts import session_doubts
 from stiffness.identification.evaluate import Evaluation
 from stiffness.identification.scores import Score
 
+SCHEMA = "evaluation-summary/1"
+
 
 def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()) -> Report:
     """The scores of both kinds of evidence, without wrong rows and with them; null where a session has none.
@@ -24,6 +26,7 @@ def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()
     session = result.seen.session
     rows = session.samples.line[np.flatnonzero(result.wrong)]
     return {
+        "schema": SCHEMA,
         "findings": findings_report([
             *of_doubts(session_doubts([result.seen])),
             *notes("model", session.source, (str(part) for part in not_learned)),

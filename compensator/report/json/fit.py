@@ -21,6 +21,8 @@ from stiffness.local_method.text import local_text
 from stiffness.model.model import ComplianceModel
 from toolpaths.finding import WARNING, Finding
 
+SCHEMA = "fit-summary/1"
+
 
 def fit_report(fit: Fit) -> Report:
     """The numbers of a global fit."""
@@ -32,6 +34,7 @@ def fit_report(fit: Fit) -> Report:
     k = fit.values()[BASE.name]["k_nm_per_rad"]
     sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
     return {
+        "schema": SCHEMA,
         "findings": findings_report([*of_doubts(session_doubts(fit.sessions)), *_misfit(fit)]),
         "effects": [e.name for e in fit.unknowns.effects],
         "stiffness_nm_per_rad": known_numbers(k, known),
@@ -101,6 +104,7 @@ def _rms(fit: Fit) -> dict[str, Any]:
 def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
     """The numbers of a fit joint by joint, and of the model made of it, under the same keys."""
     return {
+        "schema": SCHEMA,
         "findings": [],
         "effects": list(model.values),
         "stiffness_nm_per_rad": known_numbers(fit.stiffness, fit.identified),

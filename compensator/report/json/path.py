@@ -15,7 +15,7 @@ from compensator.solve.uncertainty import ErrorBand
 
 Floats = npt.NDArray[np.float64]
 
-
+SCHEMA = "path-summary/1"
 SHARES = ("gravity", "process", "joint_state", "offsets", "temperature", "touched_off", "interaction")
 
 
@@ -33,6 +33,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
     before = statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1))
     milled = {"cut": c.load.summary()} if isinstance(c.load, MillingLoad) else {}
     return {
+        "schema": SCHEMA,
         "n_poses": len(c),
         "n_cut": int(cut.sum()),
         "predicted_error_mm": {

@@ -163,7 +163,7 @@ def test_no_such_evidence_is_null_and_several_numbers_are_a_list(healthy: Sick) 
     assert out["changed"] == [
         {
             "effect": "joint-stiffness", "where": ["joint-2"], "parameter": "k_nm_per_rad",
-            "from": 5e4, "to": 4e4, "sd": 300.0, "unit": "N*m/rad",
+            "from": 5e4, "to": 4e4, "sd": 300.0, "unit": "N*m/rad", "confused_with": [],
         }
     ]  # fmt: skip
     assert out["next_setups"][0]["q_deg"] == pytest.approx([10.0, -20.0, 30.0, 40.0, -50.0, 60.0])

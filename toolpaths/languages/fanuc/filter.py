@@ -169,7 +169,8 @@ class _Work(MoveEdits):
         last = re.search(r"^/END\b", self.text, re.M)
         if mn is None or last is None:
             raise WriteError(f"{self.path}: there is no /MN or /END")
-        marker = f"    :  !compensated by ;{self.eol}    :  !toolpath-compensator ;{self.eol}"
+        remarks = ("compensated by", "toolpath-compensator", *self.program.stamp)
+        marker = "".join(f"    :  !{remark} ;{self.eol}" for remark in remarks)
         ends = [Edit(mn.end(), mn.end(), marker), Edit(last.start(), last.start(), "".join(self.records))]
         return edited(self.text, [*ends, *self.edits])
 

@@ -185,7 +185,8 @@ def _frames(program: Program) -> list[str]:
     """Remarks on what is run, and instructions that set the user frame and the first tool."""
     head = f"Compensated program {program.name} for {program.robot or 'robot'}"
     frame = _frame("UFRAME", program.workobject)
-    lines = [*_remarks(head), *_remarks(f"Source: {program.source}"), *frame]
+    stamp = [remark for text in program.stamp for remark in _remarks(text)]
+    lines = [*_remarks(head), *_remarks(f"Source: {program.source_name}"), *stamp, *frame]
     return [*lines, *_mount(program.tools[int(program.tool[0])])]
 
 

@@ -14,7 +14,7 @@ from toolpaths.languages.gcode.filter_checks import LINE, check, says_turns
 from toolpaths.languages.gcode.reader import parse
 from toolpaths.machine import Machine
 from toolpaths.rewriting.filter import Filter, Rewritten
-from toolpaths.writing.marker import MARKER, refuse_compensated
+from toolpaths.writing.marker import marked, refuse_compensated
 from toolpaths.writing.program import Floats, Program
 
 
@@ -47,10 +47,10 @@ def rewrite(source: bytes, program: Program, row: Floats, path: Path, machine: M
     changed = writer.run()
     end = next((e for _, e in pairs if e), "\n")
     out = ["\xef\xbb\xbf"] if pairs[0][0] != texts[0] else []
-    marked = _marker_line(texts)
+    at = _marker_line(texts)
     for k, (text, ending) in enumerate(pairs):
-        if k == marked:
-            out.append(f"({MARKER}){end}")
+        if k == at:
+            out.append(f"({marked(program.stamp)}){end}")
         lines = changed.get(k + 1, [texts[k] if k == 0 else text])
         out += [line + (ending or end) for line in lines[:-1]] + [lines[-1] + ending]
     return Rewritten("".join(out).encode("latin-1"), merged(writer.changes))

@@ -52,7 +52,8 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
 def _text(program: Program) -> Iterator[str]:
     yield f"%\n({MARKER})\n"
     yield f"({_comment('program ' + program.name + ' for ' + (program.robot or 'robot'))})\n"
-    yield f"({_comment('source: ' + program.source)})\n"
+    yield f"({_comment('source: ' + program.source_name)})\n"
+    yield from (f"({_comment(text)})\n" for text in program.stamp)
     angles = np.degrees(rpy_from_matrix(program.workobject.rotation))
     values = [number(float(v), 4) for v in (*(program.workobject.origin * 1e3), *angles)]
     yield f"(G54 is the work object: xyz {' '.join(values[:3])} mm, rpy {' '.join(values[3:])} deg in the base)\n"

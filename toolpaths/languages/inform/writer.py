@@ -267,7 +267,8 @@ def _between(position: Callable[[int], int]) -> Between:
 def _said(program: Program) -> str:
     """The head of the job: where from, and the frames as the operator has to check them."""
     lines = _comment(f"Compensated program {program.name} for {program.robot or 'robot'}")
-    lines += _comment(f"Source: {program.source}") + "'Speeds V in mm/s\n"
+    lines += _comment(f"Source: {program.source_name}") + "'Speeds V in mm/s\n"
+    lines += "".join(_comment(text) for text in program.stamp)
     for n in sorted({int(t) for t in np.unique(program.tool)}):
         tool = program.tools[n]
         lines += _comment(f"Tool {n} {tool.name}") + _frame_comment(tool.frame)

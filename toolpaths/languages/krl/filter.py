@@ -22,7 +22,7 @@ from toolpaths.rewriting.edits import Edit, edited_parts, line_end, newline_of, 
 from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import kuka_from_matrix
-from toolpaths.writing.marker import MARKER
+from toolpaths.writing.marker import marked
 from toolpaths.writing.program import Floats, Program
 
 _NAME_LIMIT = 24
@@ -51,7 +51,7 @@ def rewrite(
         places += [begin, begin + module.border + 1]
     written = parts_to_write(begins, moves.mark["start"].tolist(), target_edits.edits)
     ends = (begins[k] + line_end(modules[k].text, modules[k].header_end) for k in written)
-    marks = [Edit(at, at, f"; {MARKER}{spelling.newline}") for at in ends]
+    marks = [Edit(at, at, f"; {marked(program.stamp)}{spelling.newline}") for at in ends]
     made = [text.encode("latin-1") for text in edited_parts(texts, places, [*marks, *target_edits.edits])]
     beside = [(Path(modules[0].beside).suffix, made[1])] if modules[0].beside else []
     for k in written[1:]:

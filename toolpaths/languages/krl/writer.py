@@ -126,7 +126,8 @@ def _main(program: Program, words: _Words, name: str, body: Callable[[], Iterato
         "  ;ENDFOLD (INI)\n"
     )
     yield f"  ; {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
-    yield f"  ; {plain('Source: ' + program.source)}\n"
+    yield f"  ; {plain('Source: ' + program.source_name)}\n"
+    yield from (f"  ; {plain(text)}\n" for text in program.stamp)
     yield f"  $BASE={_frame(program.workobject)}\n"
     yield _mount(program.tools[int(program.tool[0])])
     yield "  $IPO_MODE=#BASE\n  $ORI_TYPE=#VAR\n  $ADVANCE=5\n  BAS(#VEL_PTP,20)\n"

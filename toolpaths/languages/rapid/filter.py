@@ -21,7 +21,7 @@ from toolpaths.rewriting.edits import Edit, edited_parts, line_end, newline_of, 
 from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import quaternion_from_matrix
-from toolpaths.writing.marker import MARKER
+from toolpaths.writing.marker import marked
 from toolpaths.writing.program import Floats, Program
 
 _NAME_LIMIT = 32
@@ -46,7 +46,7 @@ def rewrite(
     modules, begins = run.program.modules, run.program.begins
     written = parts_to_write(begins, moves.mark["start"].tolist(), target_edits.edits)
     ends = [begins[k] + line_end(modules[k].text, modules[k].body_at) for k in written]
-    marks = [Edit(at, at, f"  ! {MARKER}{spelling.newline}") for at in ends]
+    marks = [Edit(at, at, f"  ! {marked(program.stamp)}{spelling.newline}") for at in ends]
     texts = edited_parts([module.text for module in modules], begins, [*marks, *target_edits.edits])
     made = [text.encode("latin-1") for text in texts]
     beside = tuple((Path(modules[k].source).name, made[k]) for k in written[1:])

@@ -170,7 +170,8 @@ def _main(program: Program, words: _Words, body: Callable[[], Iterator[str]]) ->
     yield "%%%\n  VERSION:1\n  LANGUAGE:ENGLISH\n%%%\n\n"
     yield f"MODULE {words.module}\n"
     yield f"  ! {plain('Compensated program for ' + (program.robot or 'robot'))}\n"
-    yield f"  ! {plain('Source: ' + program.source)}\n"
+    yield f"  ! {plain('Source: ' + program.source_name)}\n"
+    yield from (f"  ! {plain(text)}\n" for text in program.stamp)
     for t, name in words.tools.items():
         yield f"  ! tool {t}: {plain(program.tools[t].name)}\n"
         yield f"  TASK PERS tooldata {name}:={_tooldata(program.tools[t])};\n"

@@ -27,7 +27,7 @@ from toolpaths.rewriting.filter import Filter, Rewritten
 from toolpaths.rewriting.move_edits import MoveEdits
 from toolpaths.rotation import ur_from_matrix
 from toolpaths.writing.blending import CUT_TOLERANCE
-from toolpaths.writing.marker import MARKER, refuse_compensated
+from toolpaths.writing.marker import marked, refuse_compensated
 from toolpaths.writing.numbers import number
 from toolpaths.writing.program import Floats, Program
 
@@ -94,7 +94,7 @@ class _Work(MoveEdits):
         """The file with its edits and the marker behind the first def."""
         head = _HEAD.search(self.text)
         at = head.end(2) if head else 0
-        marker = Edit(at, at, f"{head[3] if head else ''}# {MARKER}{self.eol}")
+        marker = Edit(at, at, f"{head[3] if head else ''}# {marked(self.program.stamp)}{self.eol}")
         return edited(self.text, [marker, *self.edits])
 
     def _end(self, c: Correction, start: int, end: int) -> None:

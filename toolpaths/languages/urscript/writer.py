@@ -118,7 +118,8 @@ def _popup(text: str) -> str:
 def _text(program: Program, words: _Words, function: str, block: slice, following: str | None) -> Iterator[str]:
     yield f"def {function}():\n"
     yield f"  # {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
-    yield f"  # {plain('Source: ' + program.source)}\n  # {MARKER}\n"
+    yield f"  # {plain('Source: ' + program.source_name)}\n  # {MARKER}\n"
+    yield from (f"  # {plain(text)}\n" for text in program.stamp if block.start == 0)
     if following:
         yield f"  # continued in: {plain(following, 200)}\n"
     yield f"  wobj = {_pose(program.workobject)}\n"

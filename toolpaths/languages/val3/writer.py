@@ -114,7 +114,8 @@ def _main(program: Program, words: Val3Data, stem: str, body: Iterator[str]) -> 
     """The program of the file asked for: to the start, then ``body``, the moves or the calls of the parts."""
     tool = int(program.tool[0])
     head = f"  // {_comment('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
-    head += f"  // {_comment('Source: ' + program.source)}\n"
+    head += f"  // {_comment('Source: ' + program.source_name)}\n"
+    head += "".join(f"  // {_comment(text)}\n" for text in program.stamp)
     for number in words.tools:
         said = "".join(f", {words}" for words in load_words(program.tools[number]))
         head += f"  // tool {number}: {_comment(program.tools[number].name + said)}\n"
