@@ -50,7 +50,9 @@ def test_json_has_the_numbers_of_the_diagnosis(loose: Sick) -> None:
         assert written == {"value": value[0], "sd": sd[0], "unit": unit}  # one site: a number, not a list
     gap = out["added"][0]["parameters"]["gap_rad"]
     assert gap["unit"] == "rad" and gap["value"] > 10 * gap["sd"] > 0
-    for kind, line in d.scores.items():
+    assert d.scores["path"] is out["rms_mm"]["path"] is None
+    for kind in ("displacement", "absolute"):
+        line = d.scores[kind]
         assert line is not None
         scores = {"before": line.before, "refitted": line.refitted, "after": line.after}
         for key, score in scores.items():
