@@ -59,8 +59,9 @@ class RunFiles:
         file = identity(path)
         if file is None:
             return
-        if file in self._standing:
-            raise _input(self._standing[file], os.fspath(path))
+        target = self._standing.get(file)
+        if target is not None and identity(target) == file:  # what was there is replaced, its number is free again
+            raise _input(target, os.fspath(path))
         self._read[file] = os.fspath(path)
         if self.outer is not None:
             self.outer.opened(path)
@@ -72,8 +73,9 @@ class RunFiles:
             CompensatorError: it has been read.
         """
         file = identity(target)
-        if file is not None and file in self._read:
-            raise _input(target, self._read[file])
+        read = None if file is None else self._read.get(file)
+        if read is not None and identity(read) == file:
+            raise _input(target, read)
 
 
 _RUN: ContextVar[RunFiles | None] = ContextVar("run", default=None)
