@@ -22,7 +22,7 @@ def test_a_number_that_is_free_again_is_no_output(tmp_path: Path) -> None:
     new.write_text("new")
     os.replace(new, target)
     run.opened(again)
-    with pytest.raises(CompensatorError, match=r"again\.toml: is an input of this run"):
+    with pytest.raises(CompensatorError, match=r"again: is an input of this run"):
         run.refuse_input(again)
     os.replace(again, tmp_path / "moved")
     run.refuse_input(tmp_path / "moved")
