@@ -262,6 +262,7 @@ def test_the_example_of_the_page(tmp_path: Path) -> None:
     number = re.compile(r"-?\d+\.\d+")
     shown = [line[1:] for line in blocks["diff"].split("\n") if line.startswith("+")]
     came = [line for line in (tmp_path / "part_c.mod").read_text().split("\n") if line not in old]
+    came, shown = ([re.sub("sha256:[0-9a-f]{12}", "sha256:", line) for line in lines] for lines in (came, shown))
     assert [number.sub("#", line) for line in came] == [number.sub("#", line) for line in shown]
     for a, b in zip(came, shown, strict=True):
         values = [[float(v) for v in number.findall(text)] for text in (a, b)]
