@@ -38,7 +38,7 @@ def spoiled(session: Session, rows: Index, size: float) -> Session:
 def test_a_clean_session_keeps_every_row(session: Session, model: ComplianceModel) -> None:
     found = evaluate(session, model)
     assert not found.wrong.any()
-    assert found.with_wrong == {"displacement": found.displacement, "absolute": found.absolute}
+    assert found.with_wrong == {"displacement": found.displacement, "absolute": found.absolute, "path": None}
 
 
 @pytest.mark.parametrize("size", [0.403, 0.02, 5e-4])
