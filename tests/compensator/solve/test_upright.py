@@ -18,9 +18,10 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 def cell(tmp_path: Path) -> Path:
-    """The cell of the example with a force that no stock has a say in."""
+    """The cell of the example, its tool 180 mm longer, with a force that no stock has a say in."""
     head, _, rest = (EXAMPLES / "cell.toml").read_text().partition("[process]")
     process = '[process]\nkind = "constant"\nframe = "path"\nwrench = [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0]\n\n'
+    head = head.replace("[0.0, 0.0, 250.0]", "[0.0, 0.0, 430.0]").replace("[0.0, 0.0, 120.0]", "[0.0, 0.0, 300.0]")
     model = head.replace('"stiffness.toml"', f'"{EXAMPLES}/stiffness.toml"')
     path = tmp_path / "cell.toml"
     path.write_text(f"{model}{process}[program]{rest.partition('[program]')[2]}")
@@ -39,12 +40,12 @@ def filtered(tmp_path: Path, head: str = "") -> Done:
 def test_positions_take_back_what_the_tilt_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     done = filtered(tmp_path)
     after, before = (done.report["predicted_error_mm"][k] for k in ("after", "before"))
-    assert after["max"] < 0.02 and after["mean"] < 1e-3 < 0.4 < before["mean"]
-    assert sum("tilts the tool by up to 0.05" in str(f) for f in done.findings) == 1
+    assert after["max"] < 0.02 and after["mean"] < 1e-3 < 0.5 < before["mean"]
+    assert sum("tilts the tool by up to 0.06" in str(f) for f in done.findings) == 1
     with monkeypatch.context() as m:  # what the test is worth: commands with a tilt, written without it
         m.setattr(filtering, "without_tilt", lambda c: c)
         spoilt = filtered(tmp_path).report["predicted_error_mm"]["after"]
-    assert spoilt["max"] > 2 * after["max"] and spoilt["mean"] > 1.5 * after["mean"]
+    assert spoilt["max"] > 0.06 and spoilt["mean"] > 2 * after["mean"]
 
 
 def test_what_is_written_is_reported_and_kept_within_bounds(tmp_path: Path) -> None:
