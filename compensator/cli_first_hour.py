@@ -21,16 +21,20 @@ _verbose = click.option("--verbose", is_flag=True, help="Say what is being done;
 
 @click.command(cls=Verb)
 @click.option("--robot", help="Built-in name, or path to a robot .toml or .urdf.")
-@click.option("--tool", help="'X Y Z' of the TCP in the flange frame, mm; a fourth number is the mass, kg.")
+@click.option("--tool", help="'X Y Z' of the TCP in the flange frame, mm, and the mass, kg; several: '1=...; 2=...'.")
 @click.option("--part", help="'X Y Z' of the zero of the CAM file in the base, mm; then roll, pitch, yaw, deg.")
 @click.option("--cam", type=INPUT, help="CAM file that the cell is for.")
 @click.option("--stiffness", help="Model file, built-in set, or: unknown.")
 @click.option("--controller", type=click.Choice(LANGUAGES), help="Language of the programs to write.")
+@click.option("--cutter", help="'SHAPE DIAMETER FLUTES LENGTH', mm; several: '1=flat 10 2 25; 2=ball 6 2 20'.")
+@click.option("--material", help="Built-in set, or path to a material/1 file.")
+@click.option("--stock", help="Mesh, 'box X Y Z X Y Z' or 'cylinder X Y RADIUS Z Z' in its frame, or: unknown.")
+@click.option("--spindle-rpm", help="Where the CAM file gives no S, 1/min.")
 @click.option("-o", "--output", type=OUTPUT, default=Path("cell.toml"), show_default=True, help="Cell to write.")
 @click.option("--new-model", type=OUTPUT, help="Model to write for an unknown stiffness.  [default: stiffness.toml]")
 @_verbose
 def init(output: Path, new_model: Path | None, verbose: bool, **options: Any) -> None:
-    """Write a first cell of six answers, asked for or given as options. Overwrites nothing."""
+    """Write a first cell from answers, asked for or given as options. Overwrites nothing."""
     from compensator.tasks.init import init_files
     from compensator.terminal.questions import answered
     from compensator.terminal.screen import print_findings, progress, show_lines

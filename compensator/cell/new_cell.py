@@ -1,12 +1,14 @@
-"""The text of a new cell, made of six answers; what was assumed stands in its comments."""
+"""The text of a new cell, made of the answers; what was assumed stands in its comments."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 
+from compensator.cell.new_cut import numbered
+from compensator.cell.new_cut import quoted as _quoted
 from compensator.errors import CellError
 
 Numbers = tuple[float, ...]
@@ -31,22 +33,22 @@ class CellAnswers:
 
     Attributes:
         robot: as the cell names it. tip: of the robot, where it has several; else None.
-        tool: flange to TCP, mm; mass, kg, where it is known: 3 or 4 numbers.
+        tools: number in the file, or None: the only one -> flange to TCP, mm; mass, kg, where it is known.
         part: base to the zero of the CAM file, mm; roll, pitch, yaw, deg, where it is turned: 3 or 6 numbers.
         cam: the file, as seen from the cell.
         model: as the cell names it. known: whether somebody measured it.
-        wrench: of the process, path axes, N and N*m.
+        process: lines of its table.
         controller: language of the program. suffix: of its files.
     """
 
     robot: str
     tip: str | None
-    tool: Numbers
+    tools: Mapping[int | None, Numbers]
     part: Numbers
     cam: str
     model: str
     known: bool
-    wrench: Numbers
+    process: tuple[str, ...]
     controller: str
     suffix: str
 
@@ -66,9 +68,24 @@ def numbers_of(words: str, counts: tuple[int, ...], what: str) -> Numbers:
     return found
 
 
+def tools_of(words: str, used: Sequence[int]) -> dict[int | None, Numbers]:
+    """``0 0 250 35``, or ``1=0 0 250 35; 2=0 0 230 35``; one is taken for each of several tools that the file uses.
+
+    Raises:
+        CellError: names what was answered and what was expected.
+    """
+    out: dict[int | None, Numbers] = {}
+    for number, numbers in numbered(words, "tool"):
+        out[number] = numbers_of(numbers, (3, 4), "tool")
+    if None in out and len(used) > 1:
+        return dict.fromkeys(used, out[None])
+    if None not in out and (missing := [n for n in used if n not in out]):
+        raise CellError(f"tool = {words!r}: the CAM file cuts with tool {missing[0]} too, and none is given for it")
+    return out
+
+
 def cell_text(a: CellAnswers, name: str) -> str:
     """The cell file; ``name``: how it is called."""
-    xyz, mass = a.tool[:3], a.tool[3] if len(a.tool) > 3 else None
     cam = Path(a.cam)
     program = f"{cam.stem}_c{a.suffix}" if cam.suffix.lower() == a.suffix else f"{cam.stem}{a.suffix}"
     assumed = "" if a.known else "  # NOT MEASURED: a wide band; `compensator plan` says what to measure"
@@ -85,10 +102,7 @@ def cell_text(a: CellAnswers, name: str) -> str:
         f"model = {_quoted(a.model)}{assumed}",
         'gravity = "calibrated-out"  # the controller is taken to know the sag of arm and tool; else "uncompensated"',
         "",
-        "[tool]",
-        f"xyz = {_listed(xyz)}  # flange to the tip of the cutter, mm",
-        *_mass_lines(xyz, mass),
-        "",
+        *(line for number, tool in a.tools.items() for line in _tool_lines(number, tool)),
         "[workobject]",
         f"xyz = {_listed(a.part[:3])}  # base to the zero of the CAM file, mm",
         f"rpy = {_listed(a.part[3:] or (0.0, 0.0, 0.0))}  # roll, pitch, yaw, deg",
@@ -97,13 +111,16 @@ def cell_text(a: CellAnswers, name: str) -> str:
         "# [start]  # where the arm stands before the first pose: picks configuration and flanks of the gears",
         "# joints = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]",
         "",
-        "[process]  # ASSUMED: a light finishing cut in aluminium. Put in yours",
-        'kind = "constant"',
-        'frame = "path"  # x along the feed, z out of the tool into the work',
-        f"wrench = {_listed(a.wrench)}  # on the robot, about the TCP",
+        *a.process,
         "",
     ]
     return "\n".join(lines)
+
+
+def _tool_lines(number: int | None, tool: Numbers) -> list[str]:
+    xyz, mass = tool[:3], tool[3] if len(tool) > 3 else None
+    head = "[tool]" if number is None else f"[tools.{number}]  # T{number} of the CAM file"
+    return [head, f"xyz = {_listed(xyz)}  # flange to the tip of the cutter, mm", *_mass_lines(xyz, mass), ""]
 
 
 def _mass_lines(xyz: Numbers, mass: float | None) -> list[str]:
@@ -115,10 +132,6 @@ def _mass_lines(xyz: Numbers, mass: float | None) -> list[str]:
 
 def _listed(values: Iterable[float]) -> str:
     return str([float(v) for v in values])
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _plain(text: str) -> str:

@@ -21,6 +21,7 @@ from compensator.path.tool_set import ToolSet
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import equilibrium_along, spread_of_unknown
 from compensator.solve.touching_off import touched_off
+from compensator.solve.worth_of_cut import cut_worths
 from stiffness.effects import BASE
 from stiffness.effects.effect import Numbers
 from stiffness.model.model import ComplianceModel
@@ -49,6 +50,8 @@ def worths(c: Compensation) -> tuple[Worth, ...]:
     """What is assumed, or not known, of an uncompensated path; the largest first."""
     at = _Thinned.of(c)
     found = [*_stiffness(at), *_sag(at), *_touching(at), *_wrench(at), *_weight(at), *_warmth(at)]
+    cut = cut_worths(c, at.rows, lambda wrench: at.off(_seen(at.job, at.path, wrench)))
+    found += [Worth(finding, size) for finding, size in cut]
     found += _start(c, at.source)
     return tuple(sorted((w for w in found if w.size > NOTHING), key=lambda w: -w.size))
 
@@ -58,6 +61,7 @@ class _Thinned:
     """Some poses of a path, with their wrench, and where the TCP is predicted there."""
 
     job: Job
+    rows: npt.NDArray[np.intp]
     path: PlannedPath
     wrench: Floats
     seen: Floats
@@ -71,7 +75,7 @@ class _Thinned:
         path = PlannedPath(toolpath=p.toolpath.take(rows), tcp=p.tcp.take(rows), q=q, turn=turn, branch=branch)
         wrench = plain.wrench[rows]
         job = replace(plain.job, arm=replace(plain.job.arm, taken_off=None))
-        return cls(job, path, wrench, _seen(job, path, wrench))
+        return cls(job, rows, path, wrench=wrench, seen=_seen(job, path, wrench))
 
     @property
     def source(self) -> str:
