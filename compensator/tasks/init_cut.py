@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from compensator.cell.cell_file import Cell
-from compensator.cell.new_cut import CutAnswers, cutters_of, stock_of
+from compensator.cell.new_cut import UNKNOWN, CutAnswers, cutters_of, stock_of
 from compensator.cell.placement import placement_of
 from compensator.errors import CellError, CompensatorError
 from compensator.process.milling.cutter_table import CutterTable
@@ -49,7 +49,8 @@ def cut_asked(
     if toolpath is not None and spindle is None and np.isnan(toolpath.spindle[toolpath.kind == CUT]).any():
         raise CompensatorError(f"{cam}: gives no spindle speed (S) for some cuts: give --spindle-rpm, 1/min")
     material = words["material"] if builtin else seen(Path(words["material"]))
-    return CutAnswers(cutters, material, stock, words["stock"].strip() == "unknown", spindle)
+    assumed = words["stock"].strip() == UNKNOWN
+    return CutAnswers(cutters, material, stock, assumed=assumed, spindle=spindle)
 
 
 def used_tools(toolpath: Toolpath) -> list[int]:
