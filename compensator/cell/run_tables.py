@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict, field_validator
 
@@ -21,6 +21,7 @@ class SolveTable(TomlTable):
     ``fade``: how far from the part, along a rapid, a correction fades in and out.
     ``min_*``: how near a singularity a pose may come; ``min_singular_value`` (translations divided by half
     the reach) holds for arms without a spherical wrist, angles and distance (mm) for the others.
+    ``feed``: what happens where a joint would be too fast: the feed stays as programmed, or is lowered to the limit.
     """
 
     max_correction: Number = Field(default=5.0, gt=0, le=100)
@@ -32,6 +33,7 @@ class SolveTable(TomlTable):
     min_shoulder: Number = Field(default=20.0, gt=0, le=1000)
     min_singular_value: Number = Field(default=0.02, gt=0, lt=1)
     max_joint_step: Number = Field(default=30.0, gt=0, le=180)
+    feed: Literal["programmed", "limit"] = "programmed"
 
 
 class SamplingTable(TomlTable):

@@ -52,7 +52,7 @@ def with_poses_before_corners(toolpath: Toolpath, position: Floats | None = None
     A wrench in path axes turns with the feed that LEAVES a pose; without a pose before the corner its change
     would be smeared over the segment that arrives. ``position``: (N, 3) m on the part, where that is another feed.
     """
-    sharp, length = _sharp_corners(toolpath, position)
+    sharp, length = sharp_corners(toolpath, position), _lengths(toolpath, position)
     segment = np.flatnonzero(sharp & (length[:-1] > FACET) & (length[1:] > 1e-9))
     if not len(segment):
         return toolpath
@@ -61,19 +61,24 @@ def with_poses_before_corners(toolpath: Toolpath, position: Floats | None = None
 
 def with_poses_after_corners(toolpath: Toolpath, position: Floats | None = None) -> Toolpath:
     """A pose just after every sharp corner of a cut, for a wrench that turns with the feed that ARRIVES at a pose."""
-    sharp, length = _sharp_corners(toolpath, position)
+    sharp, length = sharp_corners(toolpath, position), _lengths(toolpath, position)
     segment = np.flatnonzero(sharp & (length[1:] > FACET) & (length[:-1] > 1e-9) & (toolpath.kind[2:] == CUT)) + 1
     if not len(segment):
         return toolpath
     return with_poses_between(toolpath, segment, BEFORE_CORNER / length[segment])
 
 
-def _sharp_corners(toolpath: Toolpath, position: Floats | None) -> tuple[npt.NDArray[np.bool_], Floats]:
-    """(N - 2,) whether the cut turns sharply at the poses between the ends, and (N - 1,) m of the moves."""
+def sharp_corners(toolpath: Toolpath, position: Floats | None = None) -> npt.NDArray[np.bool_]:
+    """(N - 2,) whether the cut turns sharply at the poses between the ends; ``position``: as above."""
     step = np.diff(toolpath.position if position is None else position, axis=0)
-    length = np.linalg.norm(step, axis=1)
     if len(step) < 2:
-        return np.zeros(0, dtype=bool), np.zeros(1)
-    unit = step / np.maximum(length, 1e-12)[:, None]
+        return np.zeros(0, dtype=bool)
+    unit = step / np.maximum(np.linalg.norm(step, axis=1), 1e-12)[:, None]
     cosine = np.sum(unit[1:] * unit[:-1], axis=1)
-    return (cosine < CORNER) & (toolpath.kind[1:-1] == CUT), length
+    return np.asarray((cosine < CORNER) & (toolpath.kind[1:-1] == CUT))
+
+
+def _lengths(toolpath: Toolpath, position: Floats | None) -> Floats:
+    """(N - 1,) m of the moves; one at least."""
+    step = np.diff(toolpath.position if position is None else position, axis=0)
+    return np.linalg.norm(step, axis=1) if len(step) > 1 else np.zeros(1)

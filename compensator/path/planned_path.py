@@ -23,6 +23,8 @@ class PlannedPath:
         q: (N, n) rad, nominal inverse kinematics.
         turn: (N,) rad about the tool axis, from the reference orientation.
         branch: (N,) arm configuration; the same for all poses of a tool.
+        programmed: (N,) m/s, the feeds before some were lowered to what the joints can follow, 0 for rapids; None: none
+            was.
     """
 
     toolpath: Toolpath
@@ -30,6 +32,13 @@ class PlannedPath:
     q: Floats
     turn: Floats
     branch: npt.NDArray[np.int64]
+    programmed: Floats | None = None
+
+    def programmed_at(self, row: Floats) -> Floats | None:
+        """``programmed`` (M,) of the moves that end at rows (M,) of the file, of this path with poses put in."""
+        if self.programmed is None:
+            return None
+        return np.asarray(self.programmed[np.minimum(np.searchsorted(self.toolpath.row, row), len(self) - 1)])
 
     def __len__(self) -> int:
         return len(self.q)

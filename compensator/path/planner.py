@@ -6,6 +6,7 @@ best of a grid; where none serves, a turn that varies along the path, by dynamic
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -101,7 +102,7 @@ class Planner:
             some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
             section = _Section(some, self._reference(some), begin)
             parts.append(self._follow(section, turn=turn[begin:end], branch=int(path.branch[k]), seed=path.q[k]))
-        return _joined(toolpath, parts)
+        return replace(_joined(toolpath, parts), programmed=path.programmed_at(toolpath.row))
 
     def check(self, toolpath: Toolpath, q: Floats, what: str) -> None:
         """As ``MotionBounds.check``; a joint move leads to the first pose of every tool."""

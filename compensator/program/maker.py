@@ -57,6 +57,19 @@ def refuse_study_frame(job: Job) -> None:
         )
 
 
+def refuse_kept_feeds(job: Job, in_place: bool) -> None:
+    """Refuse to lower feeds where the program keeps those of its source.
+
+    Raises:
+        CellError: names the key, and what to do.
+    """
+    if in_place and job.placement.solve.feed == "limit":
+        raise CellError(
+            f'{job.placement.source}: solve.feed = "limit": a program that is filtered in place keeps its feeds; write '
+            "another language, or take the key away: what is too fast is listed all the same"
+        )
+
+
 class ProgramMaker(ABC):
     """A way to write a compensation.
 

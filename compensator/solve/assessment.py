@@ -12,6 +12,7 @@ from compensator.path.pose_text import place
 from compensator.path.tool_direction import ToolDirection, tool_direction
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import spread_of_unknown
+from compensator.solve.motion_limits import MotionCheck, lowered_findings, motion_check
 from compensator.solve.uncertainty import ErrorBand, error_band
 from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from toolpaths.finding import NOTE, WARNING, Finding, merged, of_kind
@@ -32,6 +33,7 @@ class Assessment:
         shares: cause -> (K, 3) m at each cutting pose of the uncompensated path, base axes; they add up.
         direction: of the tool.
         band: how sure the uncompensated error is; None: not known.
+        motion: of the joints at the feeds of the cuts.
         findings: of all stages, repeats merged, the worst level first.
     """
 
@@ -41,6 +43,7 @@ class Assessment:
     shares: Mapping[str, Floats]
     direction: ToolDirection
     band: ErrorBand | None
+    motion: MotionCheck
     findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
@@ -60,11 +63,13 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     some = plain.path.toolpath.take(rows)
     shares = arm.shares(some, plain.path.q[rows], plain.wrench[rows], plain.before.position[rows])
     direction = tool_direction(plain.path, c.job.placement.conditions.gravity)
-    found = open_angles(c, c.command.q if corrected else c.path.q)
+    q = c.command.q if corrected else c.path.q
+    found = open_angles(c, q)
+    motion = motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3)
     findings = merged((
         *of_kind("toolpath", plain.path.toolpath.findings),
         *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, shares))),
-        *of_kind("path", direction.findings),
+        *of_kind("path", (*direction.findings, *motion.findings(c.path.toolpath), *lowered_findings(c.path))),
         *of_kind("process", c.load.findings),
         *of_kind("solve", _unknown_flanks(c, spread)),
         *of_kind("model", found.findings),
@@ -72,7 +77,7 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     ))
     return Assessment(
         result=c, open=found, spread=spread, shares=shares, direction=direction, band=error_band(plain),
-        findings=findings,
+        motion=motion, findings=findings,
     )
 
 

@@ -21,6 +21,7 @@ from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
 from compensator.solve.flank_poses import with_flank_poses
 from compensator.solve.joint_state import equilibrium_along
+from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.touching_off import touched_off
 from stiffness.statics.prediction import Command, Prediction, StartValues
@@ -29,6 +30,8 @@ from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
+
+FEED_ROUNDS = 3  # of lowering feeds to what the joints can follow; each leaves a reserve, so that one or two do
 
 
 def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Compensation:
@@ -41,13 +44,33 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
+    result = _compensated(job, path, rapids_stay=rapids_stay)
+    for _ in range(FEED_ROUNDS):
+        slower = with_feeds_in_limits(job, result.path, result.command.q)
+        if slower is result.path:
+            break
+        path = _with_feeds_of(slower, path)
+        result = _compensated(job, path, rapids_stay=rapids_stay)
+    refuse_unsafe(result)
+    return result
+
+
+def _with_feeds_of(finer: PlannedPath, path: PlannedPath) -> PlannedPath:
+    """``path`` with the feeds of ``finer``, which has poses put in: the slowest of all parts of a move."""
+    begin = np.append(0, np.searchsorted(finer.toolpath.row, path.toolpath.row[:-1], side="right"))
+    feed = np.fmin.reduceat(finer.toolpath.feed, begin)
+    programmed = None if finer.programmed is None else np.maximum.reduceat(finer.programmed, begin)
+    return replace(path, toolpath=replace(path.toolpath, feed=feed), programmed=programmed)
+
+
+def _compensated(job: Job, path: PlannedPath, *, rapids_stay: bool) -> Compensation:
+    """As ``compensate``, at the feeds of the path, and not yet looked at for what no robot may be sent."""
     job, load = touched_off(job, path), _sound_load(job, path)
     first = result = _solved(job, path, load, rapids_stay=rapids_stay)
     finer = with_flank_poses(result)
     if finer is not None:
         near = _carried_over(first, finer)
         result = _solved(job, finer, _sound_load(job, finer, first), rapids_stay=rapids_stay, near=near)
-    refuse_unsafe(result)
     plain, nominal = uncompensated(job, path, load), result.path
     before = plain.before
     if finer is not None:

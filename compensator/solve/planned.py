@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from compensator.cell.external_axes import moved_workobject
 from compensator.cell.job import Job
@@ -12,8 +13,11 @@ from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
 from compensator.path.failure_hints import failure_hints
 from compensator.path.planned_path import PlannedPath
+from compensator.solve.motion_limits import within_limits
 from toolpaths.resample import resample
 from toolpaths.toolpath import CUT, Toolpath
+
+Floats = npt.NDArray[np.float64]
 
 
 def planned(job: Job, toolpath: Toolpath) -> PlannedPath:
@@ -24,9 +28,17 @@ def planned(job: Job, toolpath: Toolpath) -> PlannedPath:
     """
     path = sampled(job.placement, toolpath)
     try:
-        return job.planner.plan(path)
+        followed = job.planner.plan(path)
     except PathError as e:
         raise PathError(f"{e}{failure_hints(job.planner, path, job.placement.conditions.gravity)}") from e
+    return with_feeds_in_limits(job, followed, followed.q)
+
+
+def with_feeds_in_limits(job: Job, path: PlannedPath, q: Floats) -> PlannedPath:
+    """Where [solve] asks for it, the path with feeds at which joint angles ``q`` (N, n) rad stay within the limits."""
+    if job.placement.solve.feed != "limit":
+        return path
+    return within_limits(job.arm.robot, path, q, job.placement.program.default_feed / 60e3)
 
 
 def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:

@@ -40,14 +40,16 @@ def show_robot(name: str) -> None:
     robot = load_robot(name)
     console = Console(width=WIDTH, markup=False)
     console.print(repr(robot), highlight=False)
-    heads = ("joint", "limits, deg", "speed, deg/s", "mass, kg", "centre of mass in its link frame, mm")
-    joints = table(*heads)
-    lower, upper, speed = (np.degrees(v) for v in (robot.lower, robot.upper, robot.velocity))
+    heads = ("joint", "limits, deg", "speed, deg/s", "acceleration, deg/s2", "mass, kg")
+    joints = table(*heads, "centre of mass in its link frame, mm")
+    unknown = np.full(robot.n, np.nan)
+    given = (robot.lower, robot.upper, robot.velocity, unknown if robot.acceleration is None else robot.acceleration)
+    lower, upper, speed, acceleration = (np.degrees(v) for v in given)
     for k in range(robot.n):
         cells = [
             robot.joint_names[k],
             f"{lower[k]:.1f} ... {upper[k]:.1f}",
-            f"{speed[k]:.0f}" if np.isfinite(speed[k]) else "unknown",
+            *(f"{v:.0f}" if np.isfinite(v) else "unknown" for v in (speed[k], acceleration[k])),
             "unknown" if robot.mass is None else f"{robot.mass[k]:.1f}",
             "unknown" if robot.com is None else ", ".join(f"{v * 1e3:.0f}" for v in robot.com[k]),
         ]

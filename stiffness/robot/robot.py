@@ -36,6 +36,7 @@ class Robot:
         after: (n, 4, 4) from joint k, turned, to link k.
         lower, upper: (n,) rad; infinite for a joint without stops.
         velocity: (n,) rad/s; NaN where not known.
+        acceleration: (n,) rad/s2; NaN where not known, None where the file has none at all.
         mass: (n,) kg, or None where not known.
         com: (n, 3) m, centre of mass in the link frame L_k, or None.
         mass_problem: why the masses are not known; empty when they are.
@@ -67,11 +68,12 @@ class Robot:
     tip_why: str = ""
     former_flange: FormerFlange | None = None
     reach: float | None = None
+    acceleration: Floats | None = None
 
     def __post_init__(self) -> None:
         for array in (self.before, self.axis, self.after, self.lower, self.upper, self.velocity):
             array.setflags(write=False)
-        for optional in (self.mass, self.com):
+        for optional in (self.mass, self.com, self.acceleration):
             if optional is not None:
                 optional.setflags(write=False)
 

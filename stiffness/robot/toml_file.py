@@ -7,6 +7,7 @@ modified (Craig):                    link = Rx(alpha) Tx(a) Rz(offset + sign q) 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Literal
@@ -75,6 +76,7 @@ class _Joint(StrictTable):
     sign: Literal[-1, 1] = 1
     limits: tuple[Finite, Finite]
     speed: Positive | None = None
+    acceleration: Positive | None = None
     mass: Positive | None = None
     com: tuple[Length, Length, Length] | None = None
     name: str = ""
@@ -144,7 +146,8 @@ def _robot(file: _File, label: str, asked: str | None) -> Robot:
         after=after,
         lower=np.radians([j.limits[0] for j in file.joints]),
         upper=np.radians([j.limits[1] for j in file.joints]),
-        velocity=np.radians([math.nan if j.speed is None else j.speed for j in file.joints]),
+        velocity=_known([j.speed for j in file.joints]),
+        acceleration=_known(given) if any(given := [j.acceleration for j in file.joints]) else None,
         mass=mass,
         com=com,
         mass_problem="" if mass is not None else f"{label} gives no masses",
@@ -159,6 +162,11 @@ def _robot(file: _File, label: str, asked: str | None) -> Robot:
         reach=None if file.reach is None else file.reach * 1e-3,
         reducers=reducers if any(reducers) else None,
     )
+
+
+def _known(degrees: Sequence[float | None]) -> Floats:
+    """(n,) rad; NaN where nothing is given."""
+    return np.radians([math.nan if v is None else v for v in degrees])
 
 
 def _reducer(given: _Reducer | None, place: str) -> Reducer | None:

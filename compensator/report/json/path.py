@@ -8,6 +8,7 @@ import numpy.typing as npt
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.analysis.turnarounds import reversals, sign_changes
 from compensator.report.json.findings import findings_report
+from compensator.report.json.motion import motion_report
 from compensator.report.json.text import MM, Report
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
@@ -51,6 +52,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "max_correction_mm": float(np.linalg.norm(c.correction, axis=1).max() * MM) if corrected else 0.0,
         "reversals": [t.as_dict() for t in reversals(c, q)],
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
+        "motion": motion_report(a.motion, c.path),
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,
         "unknown_state": {"n_cut": int(np.sum(a.spread > 0)), "max_spread_mm": float(a.spread.max(initial=0.0) * MM)},
