@@ -57,10 +57,11 @@ class MotionCheck:
             yield Finding(NOTE, "", what)
 
     def _beyond(self, toolpath: Toolpath, values: Floats, limits: Floats, verb: str) -> Iterator[Finding]:
+        name = self.robot.name
         for j in np.flatnonzero((values > CLOSE * limits).any(axis=0)).tolist():
             k = int(np.argmax(values[:, j]))
             have, may = (f"{np.degrees(v):.0f}" for v in (values[k, j], limits[j]))
-            what = f"joint {j + 1} would have to {verb.format(have)} at the programmed feed; {self.robot.name} has {may}"
+            what = f"joint {j + 1} would have to {verb.format(have)} at the programmed feed; {name} has {may}"
             count = int(np.sum(values[:, j] > CLOSE * limits[j]))
             yield Finding(WARNING, place(toolpath, k), what, _REMEDY, count=count)
 

@@ -13,7 +13,7 @@ from .geometry import Array, placement, rot_x, rot_z, shift
 MM = 1e-3
 FILE_KEYS = {"schema", "name", "convention", "sources", "assumptions", "base", "flange", "joints"}
 TOLD = {"tip", "tips", "former_flange", "reach"}  # nothing of them moves the arm with its own flange
-JOINT_KEYS = {"a", "d", "alpha", "offset", "sign", "limits", "speed", "mass", "com", "name", "source"}
+JOINT_KEYS = {"a", "d", "alpha", "offset", "sign", "limits", "speed", "acceleration", "mass", "com", "name", "source"}
 
 
 def fixed(table: dict[str, Any]) -> Array:
