@@ -109,6 +109,15 @@ class EquippedArm:
             found |= {"rotation": seen.rotation, "position": seen.origin}
         return Prediction(**found)
 
+    def links(self, toolpath: Toolpath, q: Floats, wrench: Floats, state: Floats) -> tuple[Frame, Frame]:
+        """Frames (N, n + 1) of the links in the base, rigid and in equilibrium; see Predictor.links."""
+        parts = []
+        for number, r in self.tools.rows(toolpath):
+            rigid, deflected = self.predictors[number].links(q[r], wrench[r], state[r])
+            parts.append((r, (rigid.rotation, rigid.origin, deflected.rotation, deflected.origin)))
+        rotation, origin, turned, moved = (_merged(len(q), [(r, part[k]) for r, part in parts]) for k in range(4))
+        return Frame(rotation, origin), Frame(turned, moved)
+
     def shares(self, toolpath: Toolpath, q: Floats, wrench: Floats, seen: Floats) -> dict[str, Floats]:
         """Shares of the deflection of the TCP by cause, (N, 3) m each, base axes; they add up to it. See shares_of.
 

@@ -72,10 +72,11 @@ def _compensated(job: Job, path: PlannedPath, *, rapids_stay: bool) -> Compensat
         near = _carried_over(first, finer)
         result = _solved(job, finer, _sound_load(job, finer, first), rapids_stay=rapids_stay, near=near)
     plain, nominal = uncompensated(job, path, load), result.path
-    before = plain.before
+    before, state = plain.before, plain.state
     if finer is not None:
-        before, _ = equilibrium_along(job.arm, job.placement.start, nominal.toolpath, q=nominal.q, wrench=result.wrench)
-    return replace(result, before=before, inserted=len(result) - len(first), plain=plain)
+        start, q = job.placement.start, nominal.q
+        before, state = equilibrium_along(job.arm, start, nominal.toolpath, q=q, wrench=result.wrench)
+    return replace(result, before=before, before_state=state, inserted=len(result) - len(first), plain=plain)
 
 
 def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:

@@ -33,6 +33,7 @@ class Compensation:
         iterations: rounds until state and correction agreed.
         inserted: poses that flank changes needed.
         plain: the path without poses put in and without a correction, as ``preview`` has it; None: this is it.
+        before_state: of every pose under ``before``; None: that is ``state``.
         uncoupled: the prediction with the wrench of the nominal path, where here it follows the deflection; else None.
     """
 
@@ -46,6 +47,7 @@ class Compensation:
     iterations: int
     inserted: int
     plain: Compensation | None = None
+    before_state: PreloadState | None = None
     uncoupled: Compensation | None = None
 
     def __len__(self) -> int:

@@ -29,6 +29,7 @@ from compensator.tasks.cut_files import refuse_without_cut, write_cut
 from compensator.tasks.outputs import UNNAMED, Outputs
 from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
+from compensator.tasks.source_lines import source_lines
 from compensator.tasks.strict import refuse_warnings
 from toolpaths.files import language_of, read_program, refuse_own, write_program
 from toolpaths.finding import Finding
@@ -136,7 +137,7 @@ def compensate_file(
             numbers["changes"] = [_change(f) for f in made.findings]
         refuse_warnings(numbers, strict)
         write_cut(outputs, made.result, made.poses, engagement=engagement, left=left)
-        _write_reports(outputs, made.result, numbers, report=report, json=json, after=checked.error, say=say)
+        _write_reports(outputs, judged, numbers, report=report, json=json, after=checked.error, say=say)
         outputs.commit()
     files = (*programs, *(f for f in (engagement, left, report, json) if f))
     return Done(judged, numbers, files)
@@ -180,7 +181,7 @@ def preview_file(
         numbers["provenance"] = given.provenance.as_dict()
         refuse_warnings(numbers, strict)
         write_cut(outputs, result, np.arange(len(result)), engagement=engagement, left=left)
-        _write_reports(outputs, result, numbers, report=report, json=json, after=None, say=say)
+        _write_reports(outputs, judged, numbers, report=report, json=json, after=None, say=say)
         outputs.commit()
     return Done(judged, numbers, tuple(f for f in (csv, engagement, left, report, json) if f))
 
@@ -215,7 +216,7 @@ def _change(finding: Finding) -> dict[str, object]:
 
 def _write_reports(
     outputs: Outputs,
-    result: Compensation,
+    judged: Assessment,
     numbers: dict[str, Any],
     *,
     report: Path | None,
@@ -228,6 +229,7 @@ def _write_reports(
         from compensator.report.html.path import path_page
 
         say("drawing the report")
-        outputs.text(report, path_page(result, numbers, after))
+        texts = source_lines(judged.result.path.toolpath)
+        outputs.text(report, path_page(judged.result, numbers, after, judged=judged, texts=texts))
     if json:
         outputs.text(json, as_json(numbers))

@@ -65,6 +65,19 @@ class ArmFunctions:
         tcp = self._tcp_of(self.statics.posture(q, ca.SX.zeros(self._n_x)))
         return ca.Function("nominal", [q], [_dense(tcp.rotation), _dense(tcp.origin)], ["q"], ["rotation", "position"])
 
+    def links(self) -> ca.Function:
+        """q (n,), x of ``forward`` -> rotations (9 a link) and origins (3 a link) of links 0..n, rigid and deflected.
+
+        Where the controller takes the sag off, the links are displaced by what is left of it.
+        """
+        q, x = ca.SX.sym("q", self._n), ca.SX.sym("x", self.n_forward)
+        moved = x[: self._n_x]
+        if self.calibrated_out:
+            moved = moved - x[self._n_x :] + self.statics.unloaded(q, self._p, self._temperature)
+        arms = (self.statics.posture(q, ca.SX.zeros(self._n_x)).links, self.statics.posture(q, moved).links)
+        frames = [parts for arm in arms for parts in zip(*((f.rotation, f.origin) for f in arm), strict=True)]
+        return ca.Function("links", [q, x], [ca.vertcat(*map(_dense, parts)) for parts in frames])
+
     def joint_deflection(self) -> ca.Function:
         """q (n,), torque (n,), state -> deflection (n,) that the joint laws make of it."""
         q, tau = ca.SX.sym("q", self._n), ca.SX.sym("tau", self._n)

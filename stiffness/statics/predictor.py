@@ -108,12 +108,31 @@ class Predictor:
         Raises:
             EquilibriumError: no equilibrium: the arm is too soft for the load.
         """
+        return self._equilibrium(q, wrench, state)[1]
+
+    def links(self, q: Floats, wrench: Floats, state: Floats) -> tuple[PoseArray, PoseArray]:
+        """Frames (N, n + 1) of the links 0..n in the base: of the rigid, nominal arm, and in equilibrium.
+
+        For pictures: where the controller takes the sag off, it is taken off link by link, in joint angles.
+
+        Args:
+            q, wrench, state: as in ``forward``.
+
+        Raises:
+            EquilibriumError: as ``forward``.
+        """
+        x, _ = self._equilibrium(q, wrench, state)
+        rigid, at, turned, moved = self._links_kernel.run(q, x)
+        return _link_frames(rigid, at), _link_frames(turned, moved)
+
+    def _equilibrium(self, q: Floats, wrench: Floats, state: Floats) -> tuple[Floats, Prediction]:
+        """Elastic coordinates (N, n_forward), and where the TCP then is."""
         x = np.zeros((len(q), self._functions.n_forward))
         for _ in range(MAX_SWEEP_CALLS):
             x, torque, residual, rotation, position = self._forward_kernel.run(q, wrench, state, x)
             if not np.any(~(residual <= TOLERANCE)):
                 self._refuse_large_turns(x)
-                return Prediction(_matrices(rotation), position, torque, residual[:, 0])
+                return x, Prediction(_matrices(rotation), position, torque, residual[:, 0])
         worst = int(np.argmax(np.where(np.isfinite(residual[:, 0]), residual[:, 0], np.inf)))
         raise EquilibriumError(
             worst,
@@ -199,6 +218,10 @@ class Predictor:
         return Kernel(self._functions.nominal())
 
     @cached_property
+    def _links_kernel(self) -> Kernel:
+        return Kernel(self._functions.links())
+
+    @cached_property
     def _joint_kernel(self) -> Kernel:
         return Kernel(self._functions.joint_deflection())
 
@@ -230,6 +253,12 @@ class Predictor:
 def _matrices(flat: Floats) -> Floats:
     """(N, 9) column-major -> (N, 3, 3)."""
     return np.swapaxes(flat.reshape(-1, 3, 3), 1, 2)
+
+
+def _link_frames(flat: Floats, origin: Floats) -> PoseArray:
+    """(N, 9 (n + 1)) column-major and (N, 3 (n + 1)) -> N times n + 1 frames."""
+    rotation = np.swapaxes(flat.reshape(len(flat), -1, 3, 3), 2, 3)
+    return PoseArray(rotation, origin.reshape(len(flat), -1, 3))
 
 
 def _flat(matrices: Floats) -> Floats:

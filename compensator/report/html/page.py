@@ -7,6 +7,9 @@ own content security policy forbids it to fetch anything.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from plotly.offline import get_plotlyjs
@@ -24,12 +27,22 @@ _TEMPLATES = Environment(
 _TEMPLATES.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
 
 
-def page(template: str, title: str, figures: Mapping[str, Figure], **shown: object) -> str:
+def page(
+    template: str, title: str, figures: Mapping[str, Figure], *, scene: Mapping[str, Any] | None = None, **shown: object
+) -> str:
     """The page of a template in ``templates/``.
 
     Args:
         figures: by the id of the element that they are drawn in.
+        scene: of the arm at work, as ``report/scene`` makes it; the page then carries three.js, too.
         shown: numbers in words, sentences and tables, by the names that the template has for them.
     """
     made = _TEMPLATES.get_template(f"{template}.html")
-    return made.render(title=title, figures=figures, plotly_js=get_plotlyjs(), **shown)
+    drawing = {"plotly_js": get_plotlyjs(), "scene": scene, "three_js": three_js() if scene else ""}
+    return made.render(title=title, figures=figures, **drawing, **shown)
+
+
+@cache
+def three_js() -> str:
+    """three.js with its licence, one file; docs/view.md says how it is made."""
+    return (files("compensator.report.html") / "three" / "three.js").read_text(encoding="utf-8")

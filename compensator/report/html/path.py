@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
@@ -14,9 +16,11 @@ from compensator.report.figures.thinning import LIMIT
 from compensator.report.html import path_tables as tables
 from compensator.report.html.page import page
 from compensator.report.json.text import Report
+from compensator.report.scene.scene import path_scene
 from compensator.report.words.cut import cut_lines
 from compensator.report.words.findings import finding_sentences, note_sentences
 from compensator.report.words.numbers import deflection_mm
+from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import equilibrium_along
 from stiffness.effects import CATALOGUE
@@ -25,12 +29,20 @@ from toolpaths.finding import ERROR, WARNING
 Floats = npt.NDArray[np.float64]
 
 
-def path_page(c: Compensation, report: Report, after: Floats | None = None) -> str:
+def path_page(
+    c: Compensation,
+    report: Report,
+    after: Floats | None = None,
+    *,
+    judged: Assessment | None = None,
+    texts: Mapping[int, str] | None = None,
+) -> str:
     """The report of ``compensate``, or of ``preview`` where the result is not compensated.
 
     Args:
         report: the JSON report of the run; its ``seconds`` are not shown.
         after: (N,) m, error of every pose with the program as written; without it that of the exact commands.
+        judged: how sure the result is. texts: line of the toolpath -> what stands there.
     """
     corrected = c.is_corrected
     before = np.linalg.norm(c.error_before, axis=1) * 1e3
@@ -42,6 +54,9 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         "path",
         f"{title}: {c.path.toolpath.source}",
         _figures(c, before, left),
+        scene=path_scene(c, report, None if left is None else left / 1e3, judged=judged, texts=texts),
+        numbers=_three_numbers(report, corrected),
+        poses=f"{len(c):,}",
         robot=c.job.arm.robot.name,
         corrected=corrected,
         before=_errors(plain, report, "before", nominal),
@@ -59,6 +74,19 @@ def path_page(c: Compensation, report: Report, after: Floats | None = None) -> s
         turnarounds=tables.turnarounds(c, report),
         inputs=tables.inputs(c),
     )
+
+
+def _three_numbers(report: Report, corrected: bool) -> list[dict[str, str]]:
+    """What matters about the run: value and words."""
+    before, after = (report["predicted_error_mm"][key] for key in ("before", "after"))
+    shown = [
+        (before["mean"], "off on average, as the file stands"),
+        (before["max"], "off at the worst pose, as the file stands"),
+        (after["max"], "left at the worst pose, with the program as written")
+        if corrected
+        else (before["p95"], "is not exceeded by 95 % of the cut"),
+    ]
+    return [{"value": f"{deflection_mm(value)} mm", "words": words} for value, words in shown]
 
 
 def _left(c: Compensation, after: Floats | None) -> Floats:

@@ -9,6 +9,8 @@ from typing import Any
 
 from plotly.offline import get_plotlyjs
 
+from compensator.report.html.page import three_js
+
 VOID = {"meta", "br", "img", "link", "hr", "input"}
 
 
@@ -55,6 +57,6 @@ def _refused(constant: str) -> None:
 
 
 def own(text: str) -> str:
-    """The page without plotly.js."""
+    """The page without plotly.js and three.js."""
     assert text.count(get_plotlyjs()) == 1
-    return text.replace(get_plotlyjs(), "")
+    return text.replace(get_plotlyjs(), "").replace(three_js(), "")

@@ -46,6 +46,7 @@ class Page:
     figures: tuple[str, ...]
     hostile: str
     names: int
+    scene: bool = False
 
 
 def with_hostile_names(run: Run) -> Run:
@@ -77,6 +78,7 @@ def compensated(ask: Callable[[str], Any]) -> Page:
         figures=("path", "along", "joints", "flanks"),
         hostile=path_page(*with_hostile_names(run), after),
         names=NAMES_OF_A_PATH,
+        scene=True,
     )
 
 
@@ -89,6 +91,7 @@ def previewed(ask: Callable[[str], Any]) -> Page:
         figures=("path", "along", "joints", "flanks"),
         hostile=path_page(*with_hostile_names(run)),
         names=NAMES_OF_A_PATH,
+        scene=True,
     )
 
 
@@ -191,7 +194,7 @@ def test_it_is_well_formed_and_has_a_place_for_every_figure(page: Page) -> None:
     for tag in ("html", "head", "title", "body", "h1"):
         assert walk.tags.count(tag) == 1
     ids = [value for _, name, value in walk.attributes if name == "id"]
-    assert ids == [*page.figures, "figures"]
+    assert ids == [*page.figures, *(["scene"] if page.scene else []), "figures"]
     assert set(figures_in(page.text)) == set(page.figures)
     for drawn in figures_in(page.text).values():
         go.Figure(drawn)  # refuses a property that plotly does not have
@@ -203,7 +206,8 @@ def test_it_reaches_for_nothing(page: Page) -> None:
     assert "default-src 'none'" in policy and "http" not in policy and "unsafe-eval" not in policy
     assert not {"link", "iframe", "img", "object", "embed", "base", "form"} & set(walk.tags)
     assert not [a for a in walk.attributes if a[1] in ("src", "href", "action", "srcset")]
-    assert re.findall(r"https?:|//[a-z]|@import|url\(", own(page.text)) == []
+    numbers = r'"[A-Za-z0-9+/]{4,}={0,2}"'  # of the scene, in base64
+    assert re.findall(r"https?:|//[a-z]|@import|url\(", re.sub(numbers, "", own(page.text))) == []
 
 
 def test_equal_results_give_equal_bytes(page: Page) -> None:
@@ -216,15 +220,16 @@ def test_every_number_is_finite(page: Page) -> None:
     figures_in(page.text)  # refuses one that is not
 
 
-def test_it_has_no_script_but_its_figures_plotly_and_the_drawing(page: Page) -> None:
+def test_it_has_no_script_but_its_data_the_libraries_and_the_drawing(page: Page) -> None:
+    count = 6 if page.scene else 3
     for text in (page.text, page.hostile):
         mine = own(text)
-        assert Walk(text).tags.count("script") == 3
-        assert mine.count("<script") == mine.count("</script>") == 3
-        data = re.search(r'id="figures">(.*?)</script>', mine, re.DOTALL)
-        assert data is not None and re.findall(r"[<>&\u2028\u2029]", data[1]) == []
-    drawn = own(page.text).rpartition("<script>")[2]
-    assert drawn == own(page.hostile).rpartition("<script>")[2]
+        assert Walk(text).tags.count("script") == count
+        assert mine.count("<script") == mine.count("</script>") == count
+        data = re.findall(r'<script type="application/json" id="(?:figures|scene)">(.*?)</script>', mine, re.DOTALL)
+        assert len(data) == count // 3 and re.findall(r"[<>&\u2028\u2029]", "".join(data)) == []
+    drawing = r"<script>(.*?)</script>"
+    assert re.findall(drawing, own(page.text), re.DOTALL) == re.findall(drawing, own(page.hostile), re.DOTALL)
 
 
 def test_hostile_names_stay_text(page: Page) -> None:
@@ -237,9 +242,9 @@ def test_hostile_names_stay_text(page: Page) -> None:
 
 
 @pytest.mark.parametrize("template", TEMPLATES, ids=lambda p: p.name)
-def test_only_plotly_goes_into_a_template_unescaped(template: Path) -> None:
+def test_only_libraries_go_into_a_template_unescaped(template: Path) -> None:
     raw = re.findall(r"\{\{[^}]*\|\s*safe[^}]*\}\}", template.read_text())
-    assert raw == (["{{ plotly_js | safe }}"] if template.name == "base.html" else [])
+    assert raw == (["{{ three_js | safe }}", "{{ plotly_js | safe }}"] if template.name == "base.html" else [])
     assert "autoescape" not in template.read_text()
 
 

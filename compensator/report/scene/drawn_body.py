@@ -1,0 +1,49 @@
+"""DrawnBody: a mesh of the scene and what carries it, as the page takes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from compensator.report.scene.packing import packed
+from compensator.report.scene.solids import SolidMesh
+
+Kind = Literal["arm", "tool", "cutter", "stock", "left", "part", "fixture"]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class DrawnBody:
+    """A body of the scene.
+
+    Attributes:
+        mesh: in the axes of what carries it, m.
+        frame: number of the link that carries it, 0 the base; -1: the work object.
+        kind: what a reader switches on and off.
+        colour: as the page writes it. opacity: 1 hides what is behind.
+        tool: number of the tool that it belongs to; None: it is there with every tool.
+    """
+
+    mesh: SolidMesh
+    frame: int
+    kind: Kind
+    colour: str
+    opacity: float = 1.0
+    tool: int | None = None
+
+    def __repr__(self) -> str:
+        return f"DrawnBody({self.kind}, frame {self.frame}, {self.mesh!r})"
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the page."""
+        return {
+            "kind": self.kind,
+            "frame": self.frame,
+            "tool": self.tool,
+            "colour": self.colour,
+            "opacity": self.opacity,
+            "smooth": self.mesh.smooth,
+            "vertices": packed(self.mesh.vertices),
+            "faces": packed(self.mesh.faces, np.uint32),
+        }
