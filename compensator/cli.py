@@ -11,6 +11,7 @@ import click
 from compensator.cli_first_hour import VERBS
 from compensator.command_line import INPUT, OUTPUT, Verbs, strict_verb
 from compensator.measuring_verbs import plan, trace
+from compensator.path_verbs import VERBS as PATH_VERBS
 from toolpaths.languages.table import READ, WRITTEN
 
 # one BLAS thread: the arrays are small or run through CasADi, and numpy starts twice as fast
@@ -253,7 +254,7 @@ def robots(name: str | None, verbose: bool) -> None:
     show_robots() if name is None else show_robot(name)
 
 
-for _verb in VERBS:
+for _verb in (*VERBS, *PATH_VERBS):
     main.add_command(_verb)
 
 if __name__ == "__main__":

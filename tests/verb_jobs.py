@@ -78,6 +78,11 @@ JOBS = {
     ),
     "cutting": VerbJob(("forces.csv",), ("forces.csv",), {"-o": "out.toml", "--json": "out.json"}),
     "datasheet": VerbJob(("geared.toml",), ("geared.toml",), {"-o": "out.toml", "--json": "out.json"}),
+    "axis-map": VerbJob(
+        ("path.csv", "--cell", "cell.toml", "--poses", "6", "--turns", "12"),
+        PATH,
+        {"--csv": "out.csv", "--png": "out.png", "--report": "out.html", "--json": "out.json"},
+    ),
     "check": VerbJob(("cell.toml", "path.csv"), PATH, {"--json": "out.json"}),
     "compare": VerbJob(("one.json", "other.json"), ("one.json", "other.json"), {"--json": "out.json"}),
     "init": VerbJob(

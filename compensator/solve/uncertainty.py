@@ -15,7 +15,6 @@ import numpy.typing as npt
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.solve.compensation import Compensation
 from stiffness.effects.effect import Numbers
-from stiffness.statics.predictor import Predictor
 
 Floats = npt.NDArray[np.float64]
 
@@ -111,13 +110,7 @@ def _positions(c: Compensation, rows: npt.NDArray[np.intp], wrench: Floats, valu
     out = np.empty((len(rows), 3))
     part = c.path.toolpath.take(rows)
     for number, r in c.job.arm.tools.rows(part):
-        predictor = _with(c.job.arm.predictors[number], values) if values else c.job.arm.predictors[number]
+        predictor = c.job.arm.predictors[number]
+        predictor = predictor.with_values(values) if values else predictor
         out[r] = predictor.forward(c.path.q[rows][r], wrench[r], c.state.middle[rows][r]).position
     return out
-
-
-def _with(p: Predictor, values: Mapping[str, Numbers]) -> Predictor:
-    return Predictor(
-        p.robot, p.effects, {**p.values, **values}, p.tool, gravity=p.gravity, calibrated_out=p.calibrated_out,
-        complementary=p.complementary, temperature=p.temperature,
-    )  # fmt: skip

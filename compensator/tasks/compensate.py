@@ -106,7 +106,7 @@ def compensate_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    read_from = _files(toolpath, read_as)
+    read_from = files_of(toolpath, read_as)
     written_in = language_of(program, language, like=read_from)
     for file in read_from.paths:
         refuse_own(file, read_as)
@@ -163,7 +163,7 @@ def preview_file(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     began = time.monotonic()
-    given = read_input(_files(toolpath, read_as), cell, say)
+    given = read_input(files_of(toolpath, read_as), cell, say)
     refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
     say("predicting")
     path = planned(given.job, given.path)
@@ -186,7 +186,8 @@ def preview_file(
     return Done(judged, numbers, tuple(f for f in (csv, engagement, left, report, json) if f))
 
 
-def _files(toolpath: Path | Sequence[Path], read_as: str | None) -> ProgramFiles:
+def files_of(toolpath: Path | Sequence[Path], read_as: str | None) -> ProgramFiles:
+    """The files of a toolpath: one, or those of a robot program."""
     return program_files([toolpath] if isinstance(toolpath, Path) else toolpath, read_as)
 
 

@@ -97,6 +97,13 @@ class Predictor:
             temperature=0.0 if heat else self.temperature,
         )
 
+    def with_values(self, values: Mapping[str, Numbers]) -> Predictor:
+        """The same arm with other values of some effects, by their names."""
+        return Predictor(
+            self.robot, self.effects, {**self.values, **values}, self.tool, gravity=self.gravity,
+            calibrated_out=self.calibrated_out, complementary=self.complementary, temperature=self.temperature,
+        )  # fmt: skip
+
     def forward(self, q: Floats, wrench: Floats, state: Floats) -> Prediction:
         """Equilibrium of commanded poses.
 
