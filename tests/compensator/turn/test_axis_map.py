@@ -63,7 +63,8 @@ def test_a_cell_is_one_posture(tmp_path: Path) -> None:
 
 
 def test_what_forbids_a_turn(tmp_path: Path) -> None:
-    _, _, m = mapped(tmp_path, {"solve": {"min_wrist_angle": 50.0}, "start": {"joints": [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]}})
+    change = {"solve": {"min_wrist_angle": 50.0}, "start": {"joints": [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]}}
+    _, _, m = mapped(tmp_path, change)
     assert (m.grid.status == SINGULAR).any() and (m.grid.status == FREE).any()
     wrist = np.abs(np.sin(m.grid.q[:, :, 4]))
     singular = (wrist < np.sin(np.radians(50.0))) & (m.grid.status != BEYOND_LIMIT)
