@@ -133,6 +133,7 @@ def compensate(
         filter_of(files, source, filtered)  # refuses what no filter can keep, before anything is solved
     result = _compensate(job, planned(job, path), rapids_stay=filtered is not None)
     judged = assessed(result)
+    judged.collisions.refuse_contacts()
     summary = path_report(judged, result.command.error, seconds=time.monotonic() - began)
     return PathResult(
         {**summary, "provenance": made_from.as_dict()}, _inputs(table, source), judged=judged, source=source,

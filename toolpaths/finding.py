@@ -25,7 +25,7 @@ class Finding:
         count: how many places had the same; ``place`` is the first.
         places: all of them, where they were merged, in their order; empty where ``place`` is the only one.
         kind: the stage that found it: ``toolpath``, ``cell``, ``model``, ``path``, ``process``, ``solve``, ``program``,
-            ``device``, ``plan``.
+            ``device``, ``plan``, ``collision``.
         line: of the source, where ``place`` does not end in it.
     """
 

@@ -18,6 +18,7 @@ from compensator.cell.placement_tables import (
     WorkObjectTable,
 )
 from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
+from compensator.cell.scene_tables import CollisionsTable, SceneTable
 from compensator.errors import CellError
 from compensator.process.catalogue import PROCESSES
 from compensator.process.process import ProcessTable
@@ -57,6 +58,8 @@ class Cell(TomlTable):
     solve: SolveTable = SolveTable()
     sampling: SamplingTable = SamplingTable()
     program: ProgramTable = ProgramTable()
+    scene: tuple[SceneTable, ...] = ()
+    collisions: CollisionsTable = CollisionsTable()
     source: str = Field(default="", exclude=True)
     folder: Path = Field(default=Path(), exclude=True)
 
@@ -64,6 +67,9 @@ class Cell(TomlTable):
     def _one_kind_of_tool(self) -> Cell:
         if self.tool is not None and self.tools:
             raise ValueError("give either [tool] or [tools.1], [tools.2], ... by the number in the file, not both")
+        names = [entry.name for entry in self.scene]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"scene: {twice[0]!r} stands twice: messages name a body by its name")
         return self
 
     def __repr__(self) -> str:

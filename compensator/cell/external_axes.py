@@ -81,6 +81,17 @@ def moved_workobject(placement: Placement, toolpath: Toolpath) -> Frame | None:
     return Frame(r.T @ turn @ r, (turn @ p + shift - p) @ r)
 
 
+def rail_shift(placement: Placement, toolpath: Toolpath) -> Floats | None:
+    """(N, 3) m: how the floor stands at every pose, as the base sees it, with rails at 0; None: no rail moves it."""
+    setting = toolpath.setting
+    axes = {} if setting is None else _axes(placement.external, setting)
+    rails = {name: axis for name, axis in axes.items() if axis.carries == "robot"}
+    if setting is None or not rails:
+        return None
+    ways = [np.outer(places(setting.external[n], toolpath.row), a.direction) for n, a in rails.items()]
+    return np.asarray(-1e-3 * np.sum(ways, axis=0))
+
+
 def workobject_along(placement: Placement, toolpath: Toolpath) -> Frame:
     """The work object in the base; (N) of it where rail or table move it."""
     moved = moved_workobject(placement, toolpath)

@@ -12,6 +12,7 @@ from compensator.cell.arm import Conditions
 from compensator.cell.cell_file import Cell, to_copy
 from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
+from compensator.cell.surroundings import Surroundings, surroundings_of
 from compensator.errors import CellError
 from compensator.path.tool_set import ToolSet
 from compensator.process.process import Process, ProcessContext
@@ -38,6 +39,7 @@ class Placement:
         external: external axes of robot programs by name.
         machine: that the toolpath was posted for; None: not declared.
         solve, sampling, program: settings, in the units of the cell file.
+        surroundings: what stands around and what the tools look like, as the cell file has it.
     """
 
     source: str
@@ -53,6 +55,7 @@ class Placement:
     solve: SolveTable = field(default_factory=SolveTable)
     sampling: SamplingTable = field(default_factory=SamplingTable)
     program: ProgramTable = field(default_factory=ProgramTable)
+    surroundings: Surroundings = field(default_factory=Surroundings)
 
     def __repr__(self) -> str:
         return f"Placement({self.source!r}, {self.tools!r})"
@@ -86,6 +89,7 @@ def placement_of(cell: Cell) -> Placement:
         solve=cell.solve,
         sampling=cell.sampling,
         program=cell.program,
+        surroundings=surroundings_of(cell),
     )
 
 

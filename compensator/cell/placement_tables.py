@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from compensator.cell.scene_tables import BodyTable
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres, refuse_radians
 from stiffness.robot.load import JOINTS
 from stiffness.robot.robot import STANDARD_GRAVITY
@@ -34,13 +35,14 @@ class MountTable(TomlTable):
 
 
 class ToolTable(TomlTable):
-    """Flange -> TCP, mm and deg; mass kg; com mm in the flange frame."""
+    """Flange -> TCP, mm and deg; mass kg; com mm in the flange frame; ``bodies``: what it looks like, flange frame."""
 
     xyz: Three
     rpy: Three = (0.0, 0.0, 0.0)
     mass: Number | None = Field(default=None, ge=0, le=5000)
     com: Three | None = None
     name: str = "tool"
+    bodies: tuple[BodyTable, ...] = ()
 
     @model_validator(mode="after")
     def _complete(self) -> ToolTable:

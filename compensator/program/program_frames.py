@@ -84,8 +84,9 @@ def _tool(cell: Cell, toolpath: Toolpath, number: int, program: ToolFrame | None
         com = _three(program.com * 1e3)
     xyz, rpy = program.frame.origin * 1e3, np.degrees(rpy_from_matrix(program.frame.rotation))
     return ToolTable.model_construct(
-        xyz=_three(xyz), rpy=_three(rpy), mass=mass, com=com, name="tool" if own is None else own.name
-    )
+        xyz=_three(xyz), rpy=_three(rpy), mass=mass, com=com, name="tool" if own is None else own.name,
+        bodies=() if own is None else own.bodies,
+    )  # fmt: skip
 
 
 def _refuse_other(what: str, own: Frame, program: Frame) -> None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from compensator.path.pose_text import place
 from compensator.path.tool_direction import ToolDirection, tool_direction
+from compensator.scene.path_collisions import PathCollisions, collisions_along
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import spread_of_unknown
 from compensator.solve.motion_limits import MotionCheck, lowered_findings, motion_check
@@ -34,6 +35,7 @@ class Assessment:
         direction: of the tool.
         band: how sure the uncompensated error is; None: not known.
         motion: of the joints at the feeds of the cuts.
+        collisions: along the path.
         findings: of all stages, repeats merged, the worst level first.
     """
 
@@ -44,6 +46,7 @@ class Assessment:
     direction: ToolDirection
     band: ErrorBand | None
     motion: MotionCheck
+    collisions: PathCollisions
     findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
@@ -64,21 +67,22 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     shares = arm.shares(some, plain.path.q[rows], plain.wrench[rows], plain.before.position[rows])
     direction = tool_direction(plain.path, c.job.placement.conditions.gravity)
     q = c.command.q if corrected else c.path.q
-    found = open_angles(c, q)
     motion = motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3)
+    found, collisions = open_angles(c, q), collisions_along(c.job, c.path.toolpath, q)
     findings = merged((
         *of_kind("toolpath", plain.path.toolpath.findings),
         *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, shares))),
         *of_kind("path", (*direction.findings, *motion.findings(c.path.toolpath), *lowered_findings(c.path))),
         *of_kind("process", c.load.findings),
+        *of_kind("collision", collisions.findings),
         *of_kind("solve", _unknown_flanks(c, spread)),
         *of_kind("model", found.findings),
         *of_kind("program", written),
     ))
     return Assessment(
         result=c, open=found, spread=spread, shares=shares, direction=direction, band=error_band(plain),
-        motion=motion, findings=findings,
-    )
+        motion=motion, collisions=collisions, findings=findings,
+    )  # fmt: skip
 
 
 def _unknown_flanks(c: Compensation, spread: Floats) -> list[Finding]:

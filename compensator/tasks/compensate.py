@@ -131,6 +131,7 @@ def compensate_file(
             seal(made.files, float(checked.error[made.result.cutting].max()))
         programs = outputs.add(made.files[0], program, made.files[1:])
         judged = assessed(made.result, made.findings)
+        judged.collisions.refuse_contacts()
         numbers = path_report(judged, checked.error, seconds=time.monotonic() - began)
         numbers["provenance"] = given.provenance.as_dict()
         if maker.in_place:

@@ -43,6 +43,7 @@ def write_path(result: PathResult, program: Path, language: str | None = None) -
             seal(made.files, float(checked.error[made.result.cutting].max()))
         files = outputs.add(made.files[0], program, made.files[1:])
         judged = assessed(made.result, made.findings)
+        judged.collisions.refuse_contacts()
         numbers = path_report(judged, checked.error, seconds=result.summary["seconds"])
         summary = {**numbers, "provenance": result.provenance.as_dict()}
         outputs.commit()

@@ -16,6 +16,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from stiffness.errors import RobotError
+from stiffness.robot.link_shape import NO_SHAPES, RobotShapes
 from stiffness.robot.reducer import Reducer
 from stiffness.robot.tips import FormerFlange
 
@@ -47,6 +48,7 @@ class Robot:
         tip_why: why no controller has the tip as its flange, so that no program is made for it; empty where one has.
         former_flange: what the flange of a built-in robot was in earlier versions.
         reach: m, as the maker gives it; None: not known.
+        shapes: what the links look like.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Robot:
     former_flange: FormerFlange | None = None
     reach: float | None = None
     acceleration: Floats | None = None
+    shapes: RobotShapes = NO_SHAPES
 
     def __post_init__(self) -> None:
         for array in (self.before, self.axis, self.after, self.lower, self.upper, self.velocity):

@@ -17,9 +17,11 @@ import numpy.typing as npt
 from pydantic import Field, ValidationError
 
 from stiffness.errors import RobotError
+from stiffness.robot.link_shape import NO_SHAPES, RobotShapes
 from stiffness.robot.reducer import ARCMIN, Reducer
 from stiffness.robot.robot import Robot, placement
 from stiffness.robot.tips import FLANGE, FormerFlange, Tip, chosen_tip
+from stiffness.robot.toml_capsules import ShapesTable
 from stiffness.rotation import rpy_rotation
 from stiffness.schema import StrictTable, findings
 from stiffness.text_file import toml_table
@@ -97,6 +99,7 @@ class _File(StrictTable):
     former_flange: _Former | None = None
     reach: Annotated[float, Field(gt=0, le=20_000, allow_inf_nan=False, strict=True)] | None = None
     joints: tuple[_Joint, ...]
+    shapes: ShapesTable | None = None
 
 
 def read(source: Path | Traversable, *, label: str, tip: str | None = None) -> Robot:
@@ -161,12 +164,22 @@ def _robot(file: _File, label: str, asked: str | None) -> Robot:
         former_flange=former,
         reach=None if file.reach is None else file.reach * 1e-3,
         reducers=reducers if any(reducers) else None,
+        shapes=_shapes(file, label, tip.placement),
     )
 
 
 def _known(degrees: Sequence[float | None]) -> Floats:
     """(n,) rad; NaN where nothing is given."""
     return np.radians([math.nan if v is None else v for v in degrees])
+
+
+def _shapes(file: _File, label: str, tip: Floats) -> RobotShapes:
+    if file.shapes is None:
+        return NO_SHAPES
+    try:
+        return file.shapes.shapes(len(file.joints), tip)
+    except ValueError as error:
+        raise RobotError(f"{label}: shapes: {error}") from error
 
 
 def _reducer(given: _Reducer | None, place: str) -> Reducer | None:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from stiffness.errors import RobotError
 from stiffness.robot.robot import Robot
+from stiffness.robot.urdf_bodies import chain_shapes
 from stiffness.robot.urdf_tree import TURNING, UrdfJoint, UrdfTree, parse
 
 Floats = npt.NDArray[np.float64]
@@ -53,6 +54,7 @@ def read(path: Path, *, base: str | None, tip: str | None) -> Robot:
         sources=(f"URDF {path.name}",),
         base=start,
         tip=end,
+        shapes=chain_shapes(tree, start, turning, after),
     )
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import RobotError
-from stiffness.robot.robot import placement
-from stiffness.rotation import rpy_rotation
+from stiffness.robot.urdf_shapes import UrdfShape, shapes_of
+from stiffness.robot.urdf_values import attribute_of, numbers_of, origin_of
 from stiffness.text_file import file_bytes
 
 Floats = npt.NDArray[np.float64]
@@ -40,10 +40,11 @@ class UrdfJoint:
 
 @dataclass(frozen=True, eq=False)
 class UrdfLink:
-    """A link element: kg, and centre of mass (3,) m in the link."""
+    """A link element: kg, centre of mass (3,) m in the link, and what it looks like."""
 
     mass: float | None
     com: Floats
+    shapes: tuple[UrdfShape, ...] = ()
 
 
 class UrdfTree:
@@ -75,7 +76,7 @@ def parse(path: Path) -> UrdfTree:
         raise RobotError(f"{path}: is no URDF: the root element is <{root.tag}>, expected <robot>")
     links: dict[str, UrdfLink] = {}
     for element in root.findall("link"):
-        name = _attribute(path, element, "name")
+        name = attribute_of(path, element, "name")
         if name in links:
             raise RobotError(f"{path}: two links are named {name!r}")
         links[name] = _link(path, element, name)
@@ -113,17 +114,17 @@ def _check_tree(path: Path, links: dict[str, UrdfLink], joints: list[UrdfJoint])
 
 
 def _link(path: Path, element: ET.Element, name: str) -> UrdfLink:
-    inertial = element.find("inertial")
+    shapes, inertial = shapes_of(path, element, name), element.find("inertial")
     mass = inertial.find("mass") if inertial is not None else None
     if inertial is None or mass is None:
-        return UrdfLink(None, np.zeros(3))
+        return UrdfLink(None, np.zeros(3), shapes)
     place = f"inertial of link {name!r}"
-    value = _numbers(path, _attribute(path, mass, "value"), 1, place)[0]
-    return UrdfLink(value, _origin(path, inertial, place)[:3, 3])
+    value = numbers_of(path, attribute_of(path, mass, "value"), 1, place)[0]
+    return UrdfLink(value, origin_of(path, inertial, place)[:3, 3], shapes)
 
 
 def _joint(path: Path, element: ET.Element) -> UrdfJoint:
-    name, kind = _attribute(path, element, "name"), _attribute(path, element, "type")
+    name, kind = attribute_of(path, element, "name"), attribute_of(path, element, "type")
     place = f"joint {name!r}"
     if kind not in _KNOWN:
         raise RobotError(f"{path}: {place} has the type {kind!r}, expected one of {', '.join(_KNOWN)}")
@@ -132,10 +133,10 @@ def _joint(path: Path, element: ET.Element) -> UrdfJoint:
         end = element.find(tag)
         if end is None:
             raise RobotError(f"{path}: {place} has no <{tag}>")
-        ends.append(_attribute(path, end, "link"))
+        ends.append(attribute_of(path, end, "link"))
     given = element.find("axis")
     axis = np.array(
-        _numbers(path, _attribute(path, given, "xyz"), 3, place) if given is not None else [1.0, 0, 0]
+        numbers_of(path, attribute_of(path, given, "xyz"), 3, place) if given is not None else [1.0, 0, 0]
     )
     length = float(np.linalg.norm(axis))
     if kind in TURNING and length < 1e-6:
@@ -146,10 +147,10 @@ def _joint(path: Path, element: ET.Element) -> UrdfJoint:
         kind=kind,
         parent=ends[0],
         child=ends[1],
-        origin=_origin(path, element, place),
+        origin=origin_of(path, element, place),
         axis=axis / (length or 1.0),
         limits=_limits(path, element, kind, place),
-        mimics="" if mimic is None else _attribute(path, mimic, "joint"),
+        mimics="" if mimic is None else attribute_of(path, mimic, "joint"),
     )
 
 
@@ -157,7 +158,7 @@ def _limits(path: Path, element: ET.Element, kind: str, place: str) -> tuple[flo
     limit = element.find("limit")
     speed = math.nan
     if limit is not None and "velocity" in limit.attrib:
-        value = _numbers(path, limit.attrib["velocity"], 1, place)[0]
+        value = numbers_of(path, limit.attrib["velocity"], 1, place)[0]
         speed = value if value > 0 else math.nan
     if kind != "revolute":
         return -math.inf, math.inf, speed
@@ -165,31 +166,7 @@ def _limits(path: Path, element: ET.Element, kind: str, place: str) -> tuple[flo
         raise RobotError(
             f"{path}: {place} is revolute and has no <limit lower= upper=>: give its limits in rad"
         )
-    low, high = (_numbers(path, limit.attrib[key], 1, place)[0] for key in ("lower", "upper"))
+    low, high = (numbers_of(path, limit.attrib[key], 1, place)[0] for key in ("lower", "upper"))
     if not low < high:
         raise RobotError(f"{path}: {place} has the limits {low} .. {high} rad: expected lower below upper")
     return low, high, speed
-
-
-def _origin(path: Path, element: ET.Element, place: str) -> Floats:
-    origin = element.find("origin")
-    if origin is None:
-        return np.eye(4)
-    xyz = _numbers(path, origin.get("xyz", "0 0 0"), 3, place)
-    return placement(rpy_rotation(*_numbers(path, origin.get("rpy", "0 0 0"), 3, place)), xyz)
-
-
-def _numbers(path: Path, text: str, count: int, place: str) -> list[float]:
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(math.isfinite(v) for v in values):
-        raise RobotError(f"{path}: {place}: {text!r} is not {count} finite number{'s' if count > 1 else ''}")
-    return values
-
-
-def _attribute(path: Path, element: ET.Element, key: str) -> str:
-    if key not in element.attrib:
-        raise RobotError(f"{path}: a <{element.tag}> {element.get('name', '')!r} has no {key}")
-    return element.attrib[key]

@@ -12,8 +12,8 @@ from .geometry import Array, placement, rot_x, rot_z, shift
 
 MM = 1e-3
 FILE_KEYS = {"schema", "name", "convention", "sources", "assumptions", "base", "flange", "joints"}
-TOLD = {"tip", "tips", "former_flange", "reach"}  # nothing of them moves the arm with its own flange
 JOINT_KEYS = {"a", "d", "alpha", "offset", "sign", "limits", "speed", "acceleration", "mass", "com", "name", "source"}
+TOLD = {"shapes", "tip", "tips", "former_flange", "reach"}  # nothing of them moves the arm with its own flange
 
 
 def fixed(table: dict[str, Any]) -> Array:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from compensator.errors import CellError
 from compensator.process.milling.cutter import Cutter
 from compensator.process.milling.kernels.field import SIDE
-from compensator.process.milling.mesh_file import UNITS
+from compensator.process.milling.mesh_reader import UNITS
 from compensator.process.milling.path import MillingPath
 from compensator.process.milling.stock import Stock
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.analysis.turnarounds import reversals, sign_changes
+from compensator.report.json.collisions import collisions_report
 from compensator.report.json.findings import findings_report
 from compensator.report.json.motion import motion_report
 from compensator.report.json.text import MM, Report
@@ -57,6 +58,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "inserted_poses": c.inserted,
         "unknown_state": {"n_cut": int(np.sum(a.spread > 0)), "max_spread_mm": float(a.spread.max(initial=0.0) * MM)},
         "not_learned": [part.as_dict() for part in a.open.not_learned],
+        "collisions": collisions_report(a.collisions),
         "left_open_mm": statistics(a.open.sd),
         "not_applied": list(c.job.arm.not_applied),
         "findings": findings_report(a.findings),

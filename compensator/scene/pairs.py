@@ -1,0 +1,91 @@
+"""Pairs: which bodies may meet, and which are declared to touch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from compensator.cell.scene_tables import CollisionsTable
+from compensator.errors import CellError
+from compensator.scene.body import TOOL, Body
+from stiffness.robot.robot import Robot
+
+CLOSE = 2  # places in the chain between bodies whose distance is a matter of design: contact counts, nearness does not
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two bodies that are looked at.
+
+    Attributes:
+        inner, outer: index of the bodies; ``outer`` is the one farther out on the arm.
+        joints: of the arm that move them against each other, as a slice of the angles.
+        tool: number of the tool that has to be on; None: any.
+        margin: whether nearness is told, too.
+        cut: whether a feed may bring them together.
+    """
+
+    inner: int
+    outer: int
+    joints: slice
+    tool: int | None
+    margin: bool
+    cut: bool = False
+
+
+def depth(body: Body, n: int) -> int:
+    """Place in the chain: how many joints move it."""
+    if isinstance(body.carrier, int):
+        return body.carrier
+    return n if body.carrier == TOOL else 0
+
+
+def pairs_of(bodies: Sequence[Body], robot: Robot, settings: CollisionsTable, source: str) -> tuple[Pair, ...]:
+    """All pairs that are looked at. Links that follow each other are neighbours, as are those that robot file and cell
+    declare; the tool is one with the flange; the cutter, shank and holder against the stock are the process's affair.
+
+    Raises:
+        CellError: the cell declares a body as neighbour that is not there.
+    """
+    allowed = _allowed(bodies, settings, source)
+    linked = {frozenset(p) for p in robot.shapes.neighbours}
+    out = []
+    for i, a in enumerate(bodies):
+        for k, b in enumerate(bodies[:i]):
+            inner, outer = (k, i) if depth(b, robot.n) <= depth(a, robot.n) else (i, k)
+            first, second = bodies[inner], bodies[outer]
+            if frozenset((first.name, second.name)) in allowed:
+                continue
+            if _apart(first, second, robot, settings=settings, linked=linked):
+                continue
+            begin, end = depth(first, robot.n), depth(second, robot.n)
+            on_arm = first.role in ("link", "tool", "cutter", "shank", "holder")
+            out.append(Pair(
+                inner, outer, slice(begin, end), second.tool, margin=not on_arm or end - begin > CLOSE,
+                cut=first.sacrificial and second.role == "cutter",
+            ))  # fmt: skip
+    return tuple(out)
+
+
+def _allowed(bodies: Sequence[Body], settings: CollisionsTable, source: str) -> set[frozenset[str]]:
+    names = {b.name for b in bodies}
+    for name in (name for pair in settings.neighbours for name in pair):
+        if name not in names:
+            listed = ", ".join(sorted(names))
+            raise CellError(f"{source}: collisions.neighbours: {name!r} is no body; there are: {listed}")
+    return {frozenset(pair) for pair in settings.neighbours}
+
+
+def _apart(
+    first: Body, second: Body, robot: Robot, *, settings: CollisionsTable, linked: Iterable[frozenset[int]]
+) -> bool:
+    """Whether a pair is not looked at; ``second`` is the outer one."""
+    begin, end = depth(first, robot.n), depth(second, robot.n)
+    if begin == end or (first.tool is not None and first.tool != second.tool):
+        return True  # nothing moves between them
+    if first.role in ("stock", "part"):
+        taken = "part" if settings.stock == "part" else "stock"
+        return first.role != taken or second.role in ("cutter", "shank", "holder")
+    if first.role == "link" and second.role == "link":
+        return end - begin < 2 or frozenset((begin, end)) in linked
+    return False
