@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from compensator.errors import CellError
 from compensator.process.milling.cutter_table import CutterTable
-from compensator.process.milling.mesh_file import FORMATS, UNITS
+from compensator.process.milling.mesh_reader import FORMATS, UNITS
 from compensator.process.milling.stock_table import StockTable
 from stiffness.schema import findings
 from toolpaths.toolpath import CUT, Toolpath

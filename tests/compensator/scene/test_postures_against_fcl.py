@@ -16,13 +16,13 @@ from compensator.scene.link_bodies import link_bodies
 from compensator.scene.pairs import pairs_of
 from compensator.scene.shape import BoxShape
 from stiffness.robot.load import load_robot
-from toolpaths.frame import Frame
-
 from tests.compensator.scene import mesh_arm
+from toolpaths.frame import Frame
 
 fcl_contacts = pytest.importorskip("tests.oracles.fcl_contacts", reason="python-fcl is not installed")
 HOME = Frame.identity()
-TABLE = Body("table", WORLD, BoxShape(np.array([0.8, 1.2, 0.05])), Frame(np.eye(3), np.array([0.9, 0.0, 0.5])), role="scene")
+PLACE = Frame(np.eye(3), np.array([0.9, 0.0, 0.5]))
+TABLE = Body("table", WORLD, BoxShape(np.array([0.8, 1.2, 0.05])), PLACE, role="scene")
 
 
 def table() -> trimesh.Trimesh:

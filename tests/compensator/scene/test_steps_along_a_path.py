@@ -27,7 +27,8 @@ def sheet(angle: float, thick: float) -> Body:
     """A sheet that stands where the tip is after joint 1 has turned by ``angle``, rad."""
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return Body("sheet", WORLD, BoxShape(np.array([4.0, thick, 4.0])), Frame(turn, np.array([0.0, 0.0, 1.0])), role="scene")
+    place = Frame(turn, np.array([0.0, 0.0, 1.0]))
+    return Body("sheet", WORLD, BoxShape(np.array([4.0, thick, 4.0])), place, role="scene")
 
 
 def walked(around: Body, q: np.ndarray, step: float = 0.002):
