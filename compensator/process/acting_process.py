@@ -14,7 +14,6 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from compensator.process.path_axes import path_axes
 from compensator.process.process import Process, ProcessLoad, ToolMotion
 from stiffness.effects.effect import Effect, Numbers, ProgrammedWrench, acting_wrench
 from stiffness.numerics.kernel import Kernel
@@ -32,13 +31,27 @@ class ActingProcess(Process):
     values: Mapping[str, Numbers]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axes", self.said.axes)
+        for name in ("axes", "yields", "cuts_stock"):
+            object.__setattr__(self, name, getattr(self.said, name))
 
     def __repr__(self) -> str:
         return f"ActingProcess({self.said!r}, {', '.join(e.name for e in self.effects)})"
 
     def load(self, motion: ToolMotion) -> ProcessLoad:
         return self._acting(motion, self.said.load(motion))
+
+    def preparation(self) -> str:
+        return self.said.preparation()
+
+    def with_corner_poses(self, toolpath: Toolpath, position: Floats | None = None) -> Toolpath:
+        return self.said.with_corner_poses(toolpath, position)
+
+    def path_axes(self, motion: ToolMotion) -> Floats:
+        return self.said.path_axes(motion)
+
+    def wrench_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> Floats:
+        said = replace(known, wrench=known.unchanged)
+        return self._changed(motion, self.said.wrench_between(motion, known_path, said))
 
     def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
         said = replace(known, wrench=known.unchanged)
@@ -48,10 +61,12 @@ class ActingProcess(Process):
         return f"{self.said.description()}, changed by {', '.join(e.name for e in self.effects)}"
 
     def _acting(self, motion: ToolMotion, load: ProcessLoad) -> ProcessLoad:
-        axes = path_axes(motion.nominal.origin, motion.nominal.rotation, motion.toolpath.kind)
-        flat = np.swapaxes(axes, 1, 2).reshape(-1, 9)
-        (wrench,) = self._kernel.run(load.wrench, flat)
-        return replace(load, wrench=wrench, programmed=load.wrench)
+        return replace(load, wrench=self._changed(motion, load.wrench), programmed=load.wrench)
+
+    def _changed(self, motion: ToolMotion, wrench: Floats) -> Floats:
+        flat = np.swapaxes(self.path_axes(motion), 1, 2).reshape(-1, 9)
+        (changed,) = self._kernel.run(wrench, flat)
+        return changed
 
     @cached_property
     def _kernel(self) -> Kernel:

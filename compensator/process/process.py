@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from compensator.path.added_poses import with_poses_before_corners
+from compensator.process.path_axes import path_axes
 from compensator.toml_table import Number, TomlTable
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
@@ -107,6 +108,10 @@ class Process(ABC):
     def description(self) -> str:
         """One line for reports: kind, axes and numbers."""
 
+    def preparation(self) -> str:
+        """What the first ``load`` does that takes long and shows nothing, in words of progress; empty: nothing."""
+        return ""
+
     def with_corner_poses(self, toolpath: Toolpath, position: Floats | None = None) -> Toolpath:
         """The path with poses at its corners, so that what changes there is not smeared over a move.
 
@@ -114,6 +119,10 @@ class Process(ABC):
             position: (N, 3) m on the part, where rail or table move it.
         """
         return with_poses_before_corners(toolpath, position) if self.axes == "path" else toolpath
+
+    def path_axes(self, motion: ToolMotion) -> Floats:
+        """(N, 3, 3) path axes in the base: of the feed that leaves a pose."""
+        return path_axes(motion.nominal.origin, motion.nominal.rotation, motion.toolpath.kind)
 
     def wrench_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> Floats:
         """(N, 6) as ``load_between``, for looking at many places inside of segments."""
@@ -170,6 +179,13 @@ class NamedCutterTable(TomlTable):
     corner_radius: Number | None = Field(default=None, ge=0)
 
 
+def cutter_name(cutter: TomlTable) -> str:
+    """Its name, or what the keys that every kind of process has for a cutter tell of it: one cutter has one name."""
+    told = cutter.model_dump(exclude_unset=True)
+    listed = [f"{key} {told[key]}" for key in sorted(NamedCutterTable.model_fields) if told.get(key) is not None]
+    return str(told.get("name") or ", ".join(listed))
+
+
 class ProcessTable(TomlTable):
     """[process] of a cell file; every kind adds ``kind``, a literal of its name, and its own keys."""
 
@@ -177,12 +193,8 @@ class ProcessTable(TomlTable):
 
     def names(self) -> tuple[str, str]:
         """Names of the material and the cutter, which effects of the process hold for; "" where they are not told."""
-        material, cutter = getattr(self, "material", None), getattr(self, "cutter", None)
-        if cutter is None:
-            return material or "", ""
-        told = cutter.model_dump(exclude_unset=True)
-        listed = [f"{key} {value}" for key, value in sorted(told.items())]
-        return material or "", str(told.get("name") or ", ".join(listed))
+        cutter = getattr(self, "cutter", None)
+        return getattr(self, "material", None) or "", "" if cutter is None else cutter_name(cutter)
 
     def process(self, context: ProcessContext) -> Process:
         """The process that the table describes."""

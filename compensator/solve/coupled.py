@@ -22,12 +22,16 @@ from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 
 ROUNDS, FEWEST, ENOUGH = 10, 2, 6
 FEW = 0.02  # of the poses: as where a cutter enters, and the force jumps with the place
 SLOW = 0.8  # of a residual, or of the poses that are open: less progress is none
 CLOSE = 1e-6  # m between the deflection that was cut with and the one under the force of that cut
 SHARE = 0.02  # of the deflection: or that
+MOSTLY = 0.8  # of the open poses: then it is the places, and not the cut
+CORNER = np.cos(np.radians(15.0))
+LEVEL = 1e-3  # share of a feed along the tool
 LONGEST = 2.0  # times the first deflection: a longer step is cut short
 
 
@@ -51,6 +55,7 @@ def _coupled(job: Job, path: PlannedPath, first: Compensation) -> Compensation:
     residual = first.error_before - at
     most = np.maximum(LONGEST * np.linalg.norm(residual, axis=1), CLOSE)[:, None]
     open_ = cut
+    best = (first, residual, cut)
     for k in range(ROUNDS):
         step = np.einsum("nij,nj->ni", gain, residual)
         size = np.linalg.norm(step, axis=1, keepdims=True)
@@ -63,9 +68,12 @@ def _coupled(job: Job, path: PlannedPath, first: Compensation) -> Compensation:
         gain[np.linalg.norm(after, axis=1) > SLOW * np.linalg.norm(residual, axis=1)] *= 0.5
         before, residual = np.sum(open_), after
         open_ = cut & (np.linalg.norm(residual, axis=1) > CLOSE + SHARE * np.linalg.norm(now.error_before, axis=1))
+        if k == 0 or open_.sum() <= best[2].sum():
+            best = (now, residual, open_)
         few = open_.sum() < FEW * cut.sum()
         if not open_.any() or (k + 1 >= FEWEST and few) or (k + 1 >= ENOUGH and open_.sum() > SLOW * before):
             break
+    now, residual, open_ = best
     # of the programmed path: a tool that springs back after a cut touches what it has left, which is no collision
     found = (*first.load.findings, *_not_settled(path, residual, open_))
     return replace(now, load=replace(now.load, findings=merged(found)), uncoupled=first)
@@ -85,7 +93,7 @@ def _learned(gain: Floats, step: Floats, change: Floats) -> Floats:
     return np.where(worth[:, None, None], gain + update, gain)
 
 
-def _not_settled(path: PlannedPath, residual: Floats, open_: npt.NDArray[np.bool_]) -> list[Finding]:
+def _not_settled(path: PlannedPath, residual: Floats, open_: Bools) -> list[Finding]:
     if not open_.any():
         return []
     rows = np.flatnonzero(open_)
@@ -94,5 +102,22 @@ def _not_settled(path: PlannedPath, residual: Floats, open_: npt.NDArray[np.bool
         f"force and deflection do not settle at {len(rows):,} poses: they differ by up to "
         f"{np.linalg.norm(residual[worst]) * 1e3:.3f} mm at {place(path.toolpath, worst)}"
     )
+    jumps = int(np.sum(open_ & _where_the_force_jumps(path)))
     remedy = "The cut may be unstable: take less depth, or a stiffer posture"
+    if jumps > MOSTLY * len(rows):
+        what += f"; {jumps:,} of them where the force jumps with the place (corners, entries, ramps)"
+        remedy = "There no steady force exists: take the poses beside them, or the uncoupled prediction"
     return [Finding(WARNING, place(path.toolpath, int(rows[0])), what, remedy, count=len(rows))]
+
+
+def _where_the_force_jumps(path: PlannedPath) -> Bools:
+    """(N,) poses next to a corner of the feed or an entry, and those of moves along the tool: it rides on a floor."""
+    toolpath = path.toolpath
+    way = np.diff(toolpath.position, axis=0, prepend=toolpath.position[:1])
+    unit = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+    bent = np.sum(unit[1:] * unit[:-1], axis=1) < CORNER  # true of moves without length, too
+    begins = np.concatenate([[True], bent | (toolpath.kind[1:] != toolpath.kind[:-1])])
+    ends = np.concatenate([begins[1:], [True]])
+    second = np.concatenate([[False], begins[:-1]])
+    sinking = np.abs(np.sum(unit * toolpath.axis, axis=1)) > LEVEL
+    return np.asarray(begins | ends | second | sinking)

@@ -118,7 +118,7 @@ def compensate_file(
     named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
     refuse_kept_feeds(given.job, maker.in_place)
     maker.check(given.job.placement, given.path, named)
-    say("solving")
+    say(given.job.placement.process.preparation() or "solving")
     path = planned(given.job, given.path)
     maker.check(given.job.placement, path.toolpath, named)
     result = compensate(given.job, path, rapids_stay=maker.in_place)
@@ -166,7 +166,7 @@ def preview_file(
     began = time.monotonic()
     given = read_input(files_of(toolpath, read_as), cell, say)
     refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
-    say("predicting")
+    say(given.job.placement.process.preparation() or "predicting")
     path = planned(given.job, given.path)
     result = previewed(given.job, path)
     error = np.linalg.norm(result.error_before, axis=1)

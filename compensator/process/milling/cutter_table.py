@@ -27,8 +27,9 @@ class CylinderTable(TomlTable):
 
 
 class CutterTable(TomlTable):
-    """A cutter: mm, deg. ``helix`` and ``runout`` (mm) change the peak only."""
+    """A cutter: mm, deg. ``helix`` and ``runout`` (mm) change the peak only; effects of a process hold for ``name``."""
 
+    name: str | None = None
     shape: Shape
     diameter: Number = Field(gt=0, le=1000)
     flutes: Annotated[int, Strict()] = Field(ge=1, le=200)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -63,9 +65,12 @@ def grown(f: Field) -> Field:
     free = np.empty(2 * rows, dtype=np.int32)
     used = f.state[FREE]
     free[:used], free[used : used + rows] = f.free[:used], more
-    return f._replace(
-        value=np.concatenate([f.value, np.empty_like(f.value)]),
-        writer=np.concatenate([f.writer, np.empty_like(f.writer)]),
-        free=free,
-        state=np.array([used + rows, *f.state[1:]]),
-    )
+    state = np.array([used + rows, *f.state[1:]])
+    return f._replace(value=_longer(f.value), writer=_longer(f.writer), free=free, state=state)
+
+
+def _longer(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Twice the rows; the new ones are not touched, so that they take no memory until they are used."""
+    out = np.empty((2 * len(rows), *rows.shape[1:]), dtype=rows.dtype)
+    out[: len(rows)] = rows
+    return out

@@ -13,12 +13,13 @@ from compensator.path.pose_text import place
 from compensator.process.milling.cutter import Cutter
 from compensator.process.milling.doubts import material_doubts
 from compensator.process.milling.findings import cut_findings
+from compensator.process.milling.first_run import compiling
 from compensator.process.milling.fit_check import cell_for, meets, refuse_apart
 from compensator.process.milling.material import MaterialText
 from compensator.process.milling.mill import Cut, mill
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.process.milling.part_check import part_findings
-from compensator.process.milling.path import MillingPath
+from compensator.process.milling.path import MillingPath, arriving_axes
 from compensator.process.milling.stock import Stock
 from compensator.process.milling.used_tools import Spindle, used_cutters, used_spindle
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion
@@ -80,8 +81,16 @@ class MillingProcess(Process):
         kinds = ", ".join(f"{c.shape} {c.diameter * 1e3:g} mm, {c.flutes} flutes" for c in self.cutters.values())
         return f"milling of {self.material.file.name} in {self.shop.stock.source} with {kinds}: computed from the cut"
 
+    def preparation(self) -> str:
+        return compiling()
+
     def with_corner_poses(self, toolpath: Toolpath, position: Floats | None = None) -> Toolpath:
         return with_poses_after_corners(toolpath, position)
+
+    def path_axes(self, motion: ToolMotion) -> Floats:
+        """Of the feed that arrives."""
+        path, _ = self.milling_path(motion)
+        return np.asarray(motion.workobject.rotation @ arriving_axes(path))
 
     def wrench_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> Floats:
         """Between the wrenches of the ends: to walk through the stock for every place would take too long."""

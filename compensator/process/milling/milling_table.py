@@ -11,7 +11,7 @@ from compensator.process.milling.cutter_table import CutterTable
 from compensator.process.milling.material import CoefficientsTable, MaterialText, find_material, given_material
 from compensator.process.milling.stock_table import StockTable
 from compensator.process.milling.used_tools import Spindle
-from compensator.process.process import ProcessContext, ProcessTable
+from compensator.process.process import ProcessContext, ProcessTable, cutter_name
 from compensator.toml_table import Number
 
 if TYPE_CHECKING:
@@ -49,6 +49,11 @@ class MillingTable(ProcessTable):
             what = "both are given" if self.cutter else "there is no cutter"
             raise ValueError(f"{what}: give either [process.cutter], or [process.cutters.N] by the number in the file")
         return self
+
+    def names(self) -> tuple[str, str]:
+        """A path with several cutters has the names of all: what was learnt of one does not hold for it."""
+        cutters = [self.cutter] if self.cutter else [self.cutters[n] for n in sorted(self.cutters)]
+        return self.material or "", "; ".join(dict.fromkeys(cutter_name(c) for c in cutters))
 
     def process(self, context: ProcessContext) -> MillingProcess:
         """The process.
