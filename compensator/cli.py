@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from compensator.cli_first_hour import VERBS
+from compensator.cli_view import view
 from compensator.command_line import INPUT, OUTPUT, Verbs, strict_verb
 from compensator.measuring_verbs import plan, trace
 from compensator.path_verbs import VERBS as PATH_VERBS
@@ -232,6 +233,7 @@ def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
 
 main.add_command(plan)
 main.add_command(trace)
+main.add_command(view)
 
 
 @main.command()

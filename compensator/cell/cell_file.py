@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, Union, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
@@ -86,15 +86,24 @@ def load_cell(path: str | Path, *, model_needed: bool = True) -> Cell:
     Raises:
         CellError: names the file, the key, the value and what was expected, all findings in one message.
     """
-    name = str(path)
-    table = toml_table(name, Path(path), CellError, schema="cell/1")
+    table = toml_table(str(path), Path(path), CellError, schema="cell/1")
+    return checked_cell(table if model_needed else {"model": "", **table}, str(path), Path(path).parent)
+
+
+def checked_cell(table: dict[str, Any], name: str, folder: Path) -> Cell:
+    """The cell of the tables of a cell/1 file.
+
+    Args:
+        name: of the file, for messages. folder: that paths in it are relative to.
+
+    Raises:
+        CellError: as ``load_cell``.
+    """
     for reserved in ("source", "folder", "schema_"):
         if reserved in table:
             raise CellError(f"{name}: unknown key {reserved}")
-    if not model_needed:
-        table = {"model": "", **table}
     try:
-        return Cell.model_validate({**table, "source": name, "folder": Path(path).parent})
+        return Cell.model_validate({**table, "source": name, "folder": folder})
     except ValidationError as e:
         found = findings(e)
         missing = [f.key for f in found if f.kind == "missing"]

@@ -30,13 +30,16 @@ Bools = npt.NDArray[np.bool_]
 JOINT_STEP = np.radians(10.0)  # poses along a joint move are at most so far apart
 
 
-def job_for(cell: Cell, toolpath: Toolpath, *, with_rapids: bool = False) -> tuple[Job, Toolpath]:
+def job_for(
+    cell: Cell, toolpath: Toolpath, *, with_rapids: bool = False, arm: Arm | None = None
+) -> tuple[Job, Toolpath]:
     """The job with the program's tool and work object, and its path with the poses that cutting needs.
 
     Args:
         with_rapids: for a program that is written anew: all moves between the first cut and the last are followed,
             and the retract behind it. Else, of the rapids, only those that a cut starts from, reached by a joint move:
             where the others lead (home, often singular) does not matter to the cut.
+        arm: of this cell, where it is loaded.
 
     Raises:
         CellError: cell and program contradict each other, or neither has what is needed.
@@ -45,9 +48,9 @@ def job_for(cell: Cell, toolpath: Toolpath, *, with_rapids: bool = False) -> tup
     if setting is None:
         placement = placement_of(cell)
         found = (*rapid_findings(toolpath), *path_doubts(toolpath))
-        return job_of(load_arm(cell), placement, found), toolpath
+        return job_of(arm or load_arm(cell), placement, found), toolpath
     placement = placement_of(with_program_frames(cell, toolpath, setting))
-    arm = load_arm(cell)
+    arm = arm or load_arm(cell)
     toolpath = _under_tools_of_cuts(placement, toolpath, setting, with_rapids=with_rapids)
     path = seen_from_base(placement, with_joint_poses(placement, arm.robot, toolpath))
     path = path.take(np.flatnonzero(_needed(path, setting, with_rapids=with_rapids)))

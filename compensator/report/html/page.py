@@ -12,7 +12,6 @@ from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from plotly.offline import get_plotlyjs
 
 from compensator.report.figures.layout import Figure
 
@@ -37,9 +36,15 @@ def page(
         scene: of the arm at work, as ``report/scene`` makes it; the page then carries three.js, too.
         shown: numbers in words, sentences and tables, by the names that the template has for them.
     """
-    made = _TEMPLATES.get_template(f"{template}.html")
+    from plotly.offline import get_plotlyjs  # 5 MB, and not every page has figures
+
     drawing = {"plotly_js": get_plotlyjs(), "scene": scene, "three_js": three_js() if scene else ""}
-    return made.render(title=title, figures=figures, **drawing, **shown)
+    return template_page(template, title=title, figures=figures, **drawing, **shown)
+
+
+def template_page(template: str, **shown: object) -> str:
+    """A page of a template that needs nothing but what is given."""
+    return _TEMPLATES.get_template(f"{template}.html").render(**shown)
 
 
 @cache

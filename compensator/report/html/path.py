@@ -20,6 +20,7 @@ from compensator.report.scene.scene import path_scene
 from compensator.report.words.cut import cut_lines
 from compensator.report.words.findings import finding_sentences, note_sentences
 from compensator.report.words.numbers import deflection_mm
+from compensator.report.words.three_numbers import three_numbers
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import equilibrium_along
@@ -55,7 +56,7 @@ def path_page(
         f"{title}: {c.path.toolpath.source}",
         _figures(c, before, left),
         scene=path_scene(c, report, None if left is None else left / 1e3, judged=judged, texts=texts),
-        numbers=_three_numbers(report, corrected),
+        numbers=three_numbers(report, corrected),
         poses=f"{len(c):,}",
         robot=c.job.arm.robot.name,
         corrected=corrected,
@@ -74,19 +75,6 @@ def path_page(
         turnarounds=tables.turnarounds(c, report),
         inputs=tables.inputs(c),
     )
-
-
-def _three_numbers(report: Report, corrected: bool) -> list[dict[str, str]]:
-    """What matters about the run: value and words."""
-    before, after = (report["predicted_error_mm"][key] for key in ("before", "after"))
-    shown = [
-        (before["mean"], "off on average, as the file stands"),
-        (before["max"], "off at the worst pose, as the file stands"),
-        (after["max"], "left at the worst pose, with the program as written")
-        if corrected
-        else (before["p95"], "is not exceeded by 95 % of the cut"),
-    ]
-    return [{"value": f"{deflection_mm(value)} mm", "words": words} for value, words in shown]
 
 
 def _left(c: Compensation, after: Floats | None) -> Floats:

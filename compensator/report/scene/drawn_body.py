@@ -37,6 +37,7 @@ class DrawnBody:
 
     def as_dict(self) -> dict[str, Any]:
         """For the page."""
+        wide = len(self.mesh.vertices) > np.iinfo(np.uint16).max
         return {
             "kind": self.kind,
             "frame": self.frame,
@@ -45,5 +46,6 @@ class DrawnBody:
             "opacity": self.opacity,
             "smooth": self.mesh.smooth,
             "vertices": packed(self.mesh.vertices),
-            "faces": packed(self.mesh.faces, np.uint32),
+            "wide": wide,
+            "faces": packed(self.mesh.faces, np.uint32 if wide else np.uint16),
         }

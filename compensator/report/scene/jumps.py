@@ -28,6 +28,7 @@ def _pose(toolpath: Toolpath, finding: Report) -> int | None:
     if line is None:
         return number if number is not None and number < len(toolpath) else None
     rows: npt.NDArray[np.intp] = np.flatnonzero(toolpath.line == line)
-    if not len(rows):
-        return None
+    if not len(rows):  # no move, such as a word for the spindle: the first move behind it
+        behind = toolpath.file is None and finding["kind"] not in ("cell", "model") and line <= toolpath.line.max()
+        return int(np.argmax(toolpath.line > line)) if behind else None
     return int(rows[0] if number is None else rows[np.argmin(np.abs(rows - number))])

@@ -14,9 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.external_axes import workobject_along
+from compensator.cell.job import Job
+from compensator.path.tool_set import ToolSet
 from compensator.report.analysis.turnarounds import reversals
 from compensator.report.json.text import Report
 from compensator.report.scene.arm_bodies import arm_length, capsule_arm
+from compensator.report.scene.drawn_body import DrawnBody
 from compensator.report.scene.flanks import lamps
 from compensator.report.scene.jumps import finding_poses
 from compensator.report.scene.packing import packed
@@ -26,6 +29,7 @@ from compensator.report.scene.tool_bodies import tool_bodies
 from compensator.report.scene.work_bodies import work_bodies
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
+from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -59,12 +63,7 @@ def path_scene(
     wanted = [worst, *(pose for _, _, pose in found if pose is not None), *(t.pose for t in reversals(c, c.command.q))]
     rows = stations(len(c), wanted)
     points = np.union1d(stations(len(c), wanted, MOST_POINTS), rows)
-    tcp = robot.n + 1
-    bodies = [
-        *capsule_arm(robot),
-        *tool_bodies(c.job.placement.tools, c.job.placement.process, tcp),
-        *work_bodies(c.job.placement.process, c.load),
-    ]
+    bodies = [*job_bodies(c.job), *work_bodies(c.job.placement.process, c.load)]
     return {
         "schema": SCHEMA,
         "robot": robot.name,
@@ -85,6 +84,12 @@ def path_scene(
     }
 
 
+def job_bodies(job: Job) -> list[DrawnBody]:
+    """Arm and tools."""
+    robot, placement = job.arm.robot, job.placement
+    return [*capsule_arm(robot), *tool_bodies(placement.tools, placement.process, robot.n + 1)]
+
+
 def first_factor(deflection: float, length: float) -> int:
     """The factor at which a deflection, m, is seen on an arm of this length, m."""
     return max((s for s in STEPS if s * deflection <= SHOWN * length), default=1)
@@ -93,8 +98,8 @@ def first_factor(deflection: float, length: float) -> int:
 def _stations(c: Compensation, rows: Index, after: Floats | None) -> Scene:
     part, before_state = c.path.toolpath.take(rows), c.before_state or c.state
     wrench = c.wrench[rows]
-    before = _with_tcp(c, part, *c.job.arm.links(part, c.path.q[rows], wrench, before_state.middle[rows]))
-    nominal, deflected = before
+    arms = c.job.arm.links(part, c.path.q[rows], wrench, before_state.middle[rows])
+    nominal, deflected = with_tcp(c.job.arm.tools, part, *arms)
     out: Scene = {
         "count": len(rows),
         "pose": rows.tolist(),
@@ -102,26 +107,27 @@ def _stations(c: Compensation, rows: Index, after: Floats | None) -> Scene:
         "cut": (part.kind == CUT).astype(int).tolist(),
         "tool": part.tool.tolist(),
         "feed": [None if np.isnan(f) else round(float(f) * 60e3, 3) for f in part.feed],
-        "nominal": packed(_rows34(nominal)),
-        "before": packed(_rows34(deflected) - _rows34(nominal)),
+        "nominal": packed(rows34(nominal)),
+        "before": packed(rows34(deflected) - rows34(nominal)),
         "force": packed(wrench[:, :3]),
         "deflection": packed(c.error_before[rows]),
         **_work(c, part),
     }
     if after is not None:
-        _, left = _with_tcp(c, part, *c.job.arm.links(part, c.command.q[rows], wrench, c.state.middle[rows]))
+        arms = c.job.arm.links(part, c.command.q[rows], wrench, c.state.middle[rows])
+        _, left = with_tcp(c.job.arm.tools, part, *arms)
         out |= {
-            "after": packed(_rows34(left) - _rows34(nominal)),
+            "after": packed(rows34(left) - rows34(nominal)),
             "correction": packed(c.correction[rows]),
             "remaining": packed(after[rows]),
         }
     return out
 
 
-def _with_tcp(c: Compensation, part: Toolpath, *arms: Frame) -> list[Frame]:
-    """Links 0..n and the TCP as one more."""
-    tools = [c.job.arm.tools.tool(int(k)) for k in part.tool]
-    tcp = Frame(np.array([t.rotation for t in tools]), np.array([t.position for t in tools]))
+def with_tcp(tools: ToolSet, part: Toolpath, *arms: Frame) -> list[Frame]:
+    """Links 0..n (N, n + 1) and the TCP as one more."""
+    called = [tools.tool(int(k)) for k in part.tool]
+    tcp = Frame(np.array([t.rotation for t in called]), np.array([t.position for t in called]))
     out = []
     for arm in arms:
         tip = Frame(arm.rotation[:, -1], arm.origin[:, -1]).then(tcp)
@@ -130,7 +136,7 @@ def _with_tcp(c: Compensation, part: Toolpath, *arms: Frame) -> list[Frame]:
     return out
 
 
-def _rows34(frames: Frame) -> Floats:
+def rows34(frames: Frame) -> Floats:
     """(..., 3, 4)."""
     return np.asarray(frames.matrix[..., :3, :])
 
@@ -138,15 +144,13 @@ def _rows34(frames: Frame) -> Floats:
 def _work(c: Compensation, part: Toolpath) -> Scene:
     """The work object: one placement, or one per station where rail or table move it."""
     work = workobject_along(c.job.placement, part)
-    return {"work": packed(_rows34(work)), "moves": work.origin.ndim > 1}
+    return {"work": packed(rows34(work)), "moves": work.origin.ndim > 1}
 
 
 def _joints(c: Compensation, rows: Index, corrected: bool) -> Scene:
     """Commands against limits, and the lamps of what joints remember."""
-    robot = c.job.arm.robot
-    ends = np.degrees(np.column_stack([robot.lower, robot.upper]))
     out: Scene = {
-        "limits": [[round(float(v), 3) if np.isfinite(v) else None for v in pair] for pair in ends],
+        "limits": limits(c.job.arm.robot),
         "q": packed(np.degrees(c.path.q[rows])),
         "lamps": packed(lamps(c.job.arm, c.before_state or c.state)[rows], np.int8),
     }
@@ -156,6 +160,12 @@ def _joints(c: Compensation, rows: Index, corrected: bool) -> Scene:
             "lamps_after": packed(lamps(c.job.arm, c.state)[rows], np.int8),
         }
     return out
+
+
+def limits(robot: Robot) -> list[list[float | None]]:
+    """Lower and upper limit of every joint, deg; None: it has none."""
+    ends = np.degrees(np.column_stack([robot.lower, robot.upper]))
+    return [[round(float(v), 3) if np.isfinite(v) else None for v in pair] for pair in ends]
 
 
 def _path(c: Compensation, points: Index, rows: Index, colours: list[PathColour]) -> Scene:

@@ -10,9 +10,9 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
-MOST_STATIONS = 1200  # of the arm; a slider on a screen has fewer steps
-MOST_POINTS = 8000  # of the path
-MOST_WANTED = 400  # poses that have to be among the stations, such as those of findings
+MOST_STATIONS = 800  # of the arm; a slider on a screen has fewer steps
+MOST_POINTS = 6000  # of the path
+MOST_WANTED = 300  # poses that have to be among the stations, such as those of findings
 
 
 def stations(count: int, wanted: Iterable[int] = (), most: int = MOST_STATIONS) -> Index:

@@ -16,8 +16,8 @@ from compensator.report.scene.solids import SolidMesh, box, turned
 Floats = npt.NDArray[np.float64]
 
 STOCK_COLOUR, LEFT_COLOUR, PART_COLOUR = "#8fa3b5", "#b8c0c8", "#7fb08a"
-CELLS = 90  # of the mesh of what remains, along the longest side of the stock
-MOST_FACES = 60_000
+CELLS = 60  # of the mesh of what remains, along the longest side of the stock
+MOST_FACES = 30_000
 
 
 def stock_bodies(process: Process, load: MillingLoad) -> list[DrawnBody]:

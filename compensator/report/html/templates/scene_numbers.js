@@ -1,6 +1,6 @@
 // Numbers of a scene: unpacked arrays, colours, and sums of placements.
 const SceneNumbers = (() => {
-  const KINDS = {f: Float32Array, u: Uint32Array, b: Uint8Array, i: Int8Array};
+  const KINDS = {f: Float32Array, u: Uint32Array, s: Uint16Array, b: Uint8Array, i: Int8Array};
   function unpacked(text, kind = "f") {
     const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
     return new KINDS[kind](bytes.buffer);

@@ -45,7 +45,7 @@ const SceneStage = (() => {
   function geometry(body) {
     const made = new THREE.BufferGeometry();
     made.setAttribute("position", new THREE.BufferAttribute(unpacked(body.vertices), 3));
-    made.setIndex(new THREE.BufferAttribute(unpacked(body.faces, "u"), 1));
+    made.setIndex(new THREE.BufferAttribute(unpacked(body.faces, body.wide ? "u" : "s"), 1));
     if (body.smooth) made.computeVertexNormals();
     return made;
   }
@@ -168,11 +168,11 @@ const SceneStage = (() => {
     pose(at, factor, shown) {
       for (const [side, arm] of Object.entries(this.arms)) {
         arm.frames.forEach((frame, k) => { frame.matrix.set(...this.link(side, k, at, factor), 0, 0, 0, 1); });
-        this._arrows(side, arm, at, factor, shown);
       }
       const still = !this.data.stations.moves, m = [];
       for (let i = 0; i < 12; i++) m.push(between(this.arrays.work, 12, still ? 0 : at, i));
       this.work.matrix.set(...m, 0, 0, 0, 1);
+      this.now = [at, factor, shown];
       const tool = this.data.stations.tool[Math.round(at)];
       for (const b of this.bodies) b.mesh.visible = shown[b.kind] !== false && (b.tool === null || b.tool === tool);
       if (this.line) {
@@ -183,13 +183,13 @@ const SceneStage = (() => {
     }
 
     _arrows(side, arm, at, factor, shown) {
-      const tip = this.data.links - 1, size = 0.35 * Math.sqrt(this.data.reach);
+      const tip = this.data.links - 1, far = this.camera.position.distanceTo(this.controls.target), size = 0.15 * far;
       const vector = (name, scale) => this.arrays[name]
         ? new THREE.Vector3(...[0, 1, 2].map(i => scale * between(this.arrays[name], 3, at, i))) : new THREE.Vector3();
       const m = this.link(side, tip, at, factor), n = this.link(side, tip, at, 0);
       const here = new THREE.Vector3(m[3], m[7], m[11]), nominal = new THREE.Vector3(n[3], n[7], n[11]);
       const on = name => shown[name] !== false;
-      pointed(arm.arrows.force, here, on("force") ? vector("force", 0.25 * this.data.reach / this.most) : new THREE.Vector3(), size);
+      pointed(arm.arrows.force, here, on("force") ? vector("force", 0.13 * far / this.most) : new THREE.Vector3(), size);
       const off = side === "before" && on("deflection") ? vector("deflection", factor) : new THREE.Vector3();
       pointed(arm.arrows.deflection, nominal, off, size);
       const moved = side === "after" && on("correction") ? vector("correction", factor) : new THREE.Vector3();
@@ -249,6 +249,7 @@ const SceneStage = (() => {
       const {clientWidth: width, clientHeight: height} = this.canvas, wide = width / this.sides.length;
       this.sides.forEach((side, i) => {
         for (const [name, arm] of Object.entries(this.arms)) arm.group.visible = name === side;
+        if (this.now) this._arrows(side, this.arms[side], ...this.now);
         if (this.ghost) this.ghost.visible = side === "before" && this.ghostly;
         this.renderer.setViewport(i * wide, 0, wide, height);
         this.renderer.setScissor(i * wide, 0, wide, height);
