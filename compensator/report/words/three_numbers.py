@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from compensator.report.json.text import Report
+from typing import Any
+
 from compensator.report.words.numbers import deflection_mm
+
+Report = dict[str, Any]
 
 
 def three_numbers(report: Report, corrected: bool) -> list[dict[str, str]]:
