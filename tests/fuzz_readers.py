@@ -37,7 +37,7 @@ with atheris.instrument_imports(include=["toolpaths"]):
 ROOT = Path(__file__).parents[1]
 BESIDE = b"\n;;;; beside it: .dat\n"  # some inputs are two files
 SLOW = 5.0  # s for one input of at most LONGEST bytes
-LONGEST, MEMORY, HANG = 4096, 1500, 30  # bytes, MB, s
+LONGEST, MEMORY, HANG = 4096, 1500, 300  # bytes, MB, s (of the clock: other processes take their share)
 CHORD = 1e-3  # m: arcs of a few points, so that the time goes into reading
 RANDOM: dict[str, Callable[[int], str]] = {
     "gcode": lambda seed: RandomProgram(seed, 20).text,

@@ -43,5 +43,11 @@ class PlannedPath:
     def __len__(self) -> int:
         return len(self.q)
 
+    def take(self, rows: npt.NDArray[np.intp]) -> PlannedPath:
+        """The poses of ``rows``, ascending."""
+        columns = {name: getattr(self, name)[rows] for name in ("q", "turn", "branch")}
+        programmed = None if self.programmed is None else self.programmed[rows]
+        return PlannedPath(self.toolpath.take(rows), self.tcp.take(rows), **columns, programmed=programmed)
+
     def __repr__(self) -> str:
         return f"PlannedPath({len(self)} poses, branch {np.unique(self.branch).tolist()})"

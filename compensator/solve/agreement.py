@@ -1,10 +1,12 @@
 """Commands and flank states of a path as it is, iterated until they agree.
 
-The flanks follow from the commanded moves, the commands from the flanks.
+The flanks follow from the commanded moves, the commands from the flanks. Both follow from what came before alone: a
+path is taken piece by piece, and a piece that agrees is not looked at again.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,7 +16,7 @@ from compensator.cell.equipped_arm import EquippedArm
 from compensator.errors import SolveError
 from compensator.path.planned_path import PlannedPath
 from compensator.path.pose_text import place
-from compensator.solve.joint_state import SAME_STATE, commanded_moves, settled_state
+from compensator.solve.joint_state import SAME_STATE, commanded_moves, pieces, settled_state, without_states
 from compensator.solve.rapid_fade import held_targets
 from stiffness.memory.preload import PreloadState, walk
 from stiffness.statics.prediction import TOLERANCE, Command, StartValues
@@ -26,6 +28,35 @@ Rows = npt.NDArray[np.intp]
 
 STATE_ROUNDS = 12
 UNSETTLED_FROM = 10  # rounds after which a state that still changes is taken as either
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Poses in a row with what was before them.
+
+    Attributes:
+        first: state before the first pose.
+        nominal: (n,) rad, nominal angles of the pose before; None: not known.
+        without: (n,) rad, its command with all deflection states taken as zero; None: not known.
+    """
+
+    path: PlannedPath
+    target: Frame
+    wrench: Floats
+    held: Rows
+    first: PreloadState
+    nominal: Floats | None
+    without: Floats | None
+
+
+@dataclass(frozen=True)
+class _Agreed:
+    """What a piece comes to; ``unsettled`` (N,): poses whose flank changes with every correction."""
+
+    command: Command
+    state: PreloadState
+    rounds: int
+    unsettled: npt.NDArray[np.bool_]
 
 
 def agreed(
@@ -49,53 +80,92 @@ def agreed(
     Raises:
         SolveError: a pose has no command, or state and command do not agree; names the poses.
     """
-    first, moves = arm.unknown_state, partial(commanded_moves, start=start)
-    state = walk(arm.effects, arm.values, moves(path.q), torque=np.zeros_like(path.q), start=first)
-    command: Command | None = None
-    rows = np.arange(len(path))
-    for rounds in range(1, STATE_ROUNDS + 1):
-        if len(held):
-            target = held_targets(arm, path, wrench, state, rows=held)
-        begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
-        some = path.toolpath if command is None else path.toolpath.take(rows)
-        at = target.take(rows)
-        part = arm.command(
-            some, at, wrench=wrench[rows], state=state.middle[rows], seed=path.q[rows], near=begin
+    if not len(path):
+        raise SolveError(f"{path.toolpath.source}: no poses")
+    done = list[_Agreed]()
+    first, nominal, without = arm.unknown_state, start, start
+    for rows in pieces(arm, len(path)):
+        some = path if len(rows) == len(path) else path.take(rows)
+        piece = _Piece(
+            some, target.take(rows), wrench[rows], np.flatnonzero(np.isin(rows, held)), first, nominal, without
         )
-        _refuse_unsolved(some, part)
-        near = command = part if command is None else command.replaced(rows, part)
-        if not state.low.shape[1]:
-            break
-        new = settled_state(arm, command, state, first=first, moves=moves)
+        begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
+        done.append(_piece_agreed(arm, piece, begin))
+        if rows[-1] < len(path) - 1:
+            first, nominal = done[-1].state.last, some.q[-1]
+            without = without_states(arm, done[-1].command, done[-1].state.middle)[-1]
+    _refuse_unsettled(path.toolpath, np.concatenate([d.unsettled for d in done]))
+    command = Command.chained([d.command for d in done])
+    return command, PreloadState.chained([d.state for d in done]), max(d.rounds for d in done)
+
+
+def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) -> _Agreed:
+    path, target, wrench = piece.path, piece.target, piece.wrench
+    moves = partial(commanded_moves, start=piece.without)
+    state = walk(
+        arm.effects, arm.values, commanded_moves(path.q, piece.nominal), torque=np.zeros_like(path.q),
+        start=piece.first,
+    )  # fmt: skip
+    unsettled = np.zeros(len(path), dtype=bool)
+    if len(piece.held):
+        target = held_targets(arm, path, wrench, state, rows=piece.held)
+    command = _solved(arm, path.toolpath, target, wrench=wrench, state=state.middle, seed=path.q, near=begin)
+    rounds = 1
+    while state.low.shape[1]:
+        new = settled_state(arm, command, state, first=piece.first, moves=moves)
         change = np.abs(new.middle - state.middle).max(axis=1)
         rows = np.flatnonzero(change > SAME_STATE)
         if not len(rows):
             break
-        state = new if rounds < UNSETTLED_FROM else _either(path.toolpath, state, new, change)
-    if command is None:
-        raise SolveError(f"{path.toolpath.source}: no poses")
-    return command, state, rounds
+        if rounds >= UNSETTLED_FROM:
+            new = _either(state, new, change > SAME_STATE)
+            unsettled |= change > SAME_STATE
+        state = new
+        if rounds == STATE_ROUNDS:
+            break
+        rounds += 1
+        if len(piece.held):
+            target = held_targets(arm, path, wrench, state, rows=piece.held)
+        part = _solved(
+            arm, path.toolpath.take(rows), target.take(rows), wrench=wrench[rows], state=state.middle[rows],
+            seed=path.q[rows], near=StartValues(command.q[rows], command.actual[rows], command.extra[rows]),
+        )  # fmt: skip
+        command = command.replaced(rows, part)
+    return _Agreed(command, state, rounds, unsettled)
 
 
-def _either(toolpath: Toolpath, state: PreloadState, new: PreloadState, change: Floats) -> PreloadState:
-    """Where a torque of about zero makes the flank change with every correction, both are possible.
+def _either(state: PreloadState, new: PreloadState, rows: npt.NDArray[np.bool_]) -> PreloadState:
+    """Where a torque of about zero makes the flank change with every correction, both are possible."""
+    low, high, at = np.minimum(state.low, new.low), np.maximum(state.high, new.high), rows[:, None]
+    return PreloadState(np.where(at, low, new.low), np.where(at, high, new.high))
 
-    Raises:
-        SolveError: that is so at more than a few poses.
-    """
-    unsettled = change > SAME_STATE
-    if unsettled.sum() > max(10, 0.01 * len(change)):
+
+def _refuse_unsettled(toolpath: Toolpath, unsettled: npt.NDArray[np.bool_]) -> None:
+    """Refuse a path on which that is so at more than a few poses."""
+    if unsettled.sum() > max(10, 0.01 * len(unsettled)):
         k = int(np.argmax(unsettled))
         raise SolveError(
             f"{place(toolpath, k)}: joint state and correction do not agree at {int(unsettled.sum())} poses: every "
             "correction turns a joint around again. Check gap, breakaway and side of the backlash in the model"
         )
-    both = PreloadState(np.minimum(state.low, new.low), np.maximum(state.high, new.high))
-    rows = unsettled[:, None]
-    return PreloadState(np.where(rows, both.low, new.low), np.where(rows, both.high, new.high))
 
 
-def _refuse_unsolved(toolpath: Toolpath, command: Command) -> None:
+def _solved(
+    arm: EquippedArm,
+    toolpath: Toolpath,
+    target: Frame,
+    *,
+    wrench: Floats,
+    state: Floats,
+    seed: Floats,
+    near: StartValues | None,
+) -> Command:
+    """Commands of poses with known states.
+
+    Raises:
+        SolveError: a pose has none; names the worst.
+    """
+    command = arm.command(toolpath, target, wrench=wrench, state=state, seed=seed, near=near)
     bad = ~command.converged
     if bad.any():
         worst = np.argsort(np.where(np.isfinite(command.error), command.error, np.inf))[::-1][:5]
@@ -104,3 +174,4 @@ def _refuse_unsolved(toolpath: Toolpath, command: Command) -> None:
             f"{int(bad.sum())} of {len(bad)} poses have no command whose deflected TCP stands at the nominal pose "
             f"within {TOLERANCE:g} m and rad; the worst: {names}"
         )
+    return command

@@ -66,17 +66,18 @@ def _with_feeds_of(finer: PlannedPath, path: PlannedPath) -> PlannedPath:
 def _compensated(job: Job, path: PlannedPath, *, rapids_stay: bool) -> Compensation:
     """As ``compensate``, at the feeds of the path, and not yet looked at for what no robot may be sent."""
     job, load = touched_off(job, path), _sound_load(job, path)
-    first = result = _solved(job, path, load, rapids_stay=rapids_stay)
+    result = _solved(job, path, load, rapids_stay=rapids_stay)
     finer = with_flank_poses(result)
     if finer is not None:
-        near = _carried_over(first, finer)
-        result = _solved(job, finer, _sound_load(job, finer, first), rapids_stay=rapids_stay, near=near)
+        near, finer_load = _carried_over(result, finer), _sound_load(job, finer, result)
+        del result  # a million poses of it are half a gigabyte
+        result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
     plain, nominal = uncompensated(job, path, load), result.path
     before, state = plain.before, plain.state
     if finer is not None:
         start, q = job.placement.start, nominal.q
         before, state = equilibrium_along(job.arm, start, nominal.toolpath, q=q, wrench=result.wrench)
-    return replace(result, before=before, before_state=state, inserted=len(result) - len(first), plain=plain)
+    return replace(result, before=before, before_state=state, inserted=len(result) - len(path), plain=plain)
 
 
 def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:

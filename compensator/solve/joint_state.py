@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,14 @@ Floats = npt.NDArray[np.float64]
 SETTLE_ROUNDS = 4
 FOLLOW_ROUNDS = 10
 SAME_STATE = 1e-9  # rad, and of the direction state: below, two states are one
+PIECE = 16384  # poses whose state is iterated together: what is settled is not walked again, and memory stays small
+
+
+def pieces(arm: EquippedArm, poses: int) -> Iterator[npt.NDArray[np.intp]]:
+    """Rows of a path that are solved one after the other, from the state at the end of those before."""
+    size = PIECE if arm.unknown_state.low.size else max(poses, 1)
+    for first in range(0, max(poses, 1), size):
+        yield np.arange(first, min(first + size, poses))
 
 
 def commanded_moves(q: Floats, start: Floats | None) -> Floats:
@@ -43,19 +51,22 @@ def settled_state(
     """
     for _ in range(SETTLE_ROUNDS):
         middle = state.middle
-        shape = middle.shape[:-1]
-        flat = (-1, arm.robot.n)
-        dq = arm.joint_deflection(
-            command.q.reshape(flat), command.torque.reshape(flat), middle.reshape(-1, middle.shape[-1])
-        )
-        without = command.actual - (dq - arm.joint_states(middle.reshape(-1, middle.shape[-1]))).reshape(*shape, -1)
         new = walk(
-            arm.effects, arm.values, moves(without), torque=command.torque, start=first, corrected=True
-        )
+            arm.effects, arm.values, moves(without_states(arm, command, middle)), torque=command.torque,
+            start=first, corrected=True,
+        )  # fmt: skip
         if not np.any(np.abs(new.middle - middle) > SAME_STATE):
             break
         state = new
     return new
+
+
+def without_states(arm: EquippedArm, command: Command, middle: Floats) -> Floats:
+    """(..., n) rad: the command as it would be with all deflection states taken as zero."""
+    states = middle.reshape(-1, middle.shape[-1])
+    flat = (-1, arm.robot.n)
+    dq = arm.joint_deflection(command.q.reshape(flat), command.torque.reshape(flat), states)
+    return np.asarray(command.actual - (dq - arm.joint_states(states)).reshape(command.actual.shape))
 
 
 def equilibrium_along(
@@ -76,7 +87,29 @@ def equilibrium_along(
         start: (n,) rad where the path starts from; None: not known.
         q: (N, n) rad, commands. wrench: (N, 6) on the robot, base axes, about the TCP.
     """
-    first, moves = arm.unknown_state, commanded_moves(q, start)
+    predictions, states = list[Prediction](), list[PreloadState]()
+    first, before = arm.unknown_state, start
+    for rows in pieces(arm, len(q)):
+        some = toolpath if len(rows) == len(q) else toolpath.take(rows)
+        moves, near = commanded_moves(q[rows], before), None if guess is None else guess.take(rows)
+        prediction, state = _equilibrium(arm, some, q[rows], wrench=wrench[rows], moves=moves, first=first, guess=near)
+        predictions.append(prediction)
+        states.append(state)
+        if len(rows):
+            first, before = state.last, q[rows[-1]]
+    return Prediction.chained(predictions), PreloadState.chained(states)
+
+
+def _equilibrium(
+    arm: EquippedArm,
+    toolpath: Toolpath,
+    q: Floats,
+    *,
+    wrench: Floats,
+    moves: Floats,
+    first: PreloadState,
+    guess: PreloadState | None,
+) -> tuple[Prediction, PreloadState]:
     state = guess or walk(arm.effects, arm.values, moves, torque=np.zeros_like(q), start=first)
     prediction = arm.forward(toolpath, q, wrench, state.middle)
     for _ in range(FOLLOW_ROUNDS if state.low.shape[1] else 0):
@@ -86,16 +119,8 @@ def equilibrium_along(
         if not len(rows):
             break
         part = arm.forward(toolpath.take(rows), q[rows], wrench[rows], state.middle[rows])
-        prediction = _replaced(prediction, rows, part)
+        prediction = prediction.replaced(rows, part)
     return prediction, state
-
-
-def _replaced(whole: Prediction, rows: npt.NDArray[np.intp], part: Prediction) -> Prediction:
-    names = ("rotation", "position", "torque", "residual")
-    arrays = {name: getattr(whole, name).copy() for name in names}
-    for name, array in arrays.items():
-        array[rows] = getattr(part, name)
-    return Prediction(**arrays)
 
 
 def spread_of_unknown(

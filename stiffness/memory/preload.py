@@ -39,6 +39,14 @@ class PreloadState:
     def __repr__(self) -> str:
         return f"PreloadState(shape {self.low.shape}, {'known' if self.known.all() else 'partly unknown'})"
 
+    @staticmethod
+    def chained(parts: Sequence[PreloadState]) -> PreloadState:
+        """Of a path, from those of its pieces."""
+        if len(parts) == 1:
+            return parts[0]
+        low, high, middle = (np.concatenate([getattr(p, name) for p in parts]) for name in ("low", "high", "middle"))
+        return PreloadState(low, high, middle)
+
     @property
     def middle(self) -> Floats:
         """Best estimate."""
@@ -48,6 +56,10 @@ class PreloadState:
     def known(self) -> npt.NDArray[np.bool_]:
         """Where the two walks have met."""
         return np.asarray(self.high - self.low <= 1e-12)
+
+    def take(self, rows: npt.NDArray[np.intp]) -> PreloadState:
+        """The state at some poses of a path."""
+        return PreloadState(self.low[rows], self.high[rows], None if self.likely is None else self.likely[rows])
 
     @property
     def last(self) -> PreloadState:

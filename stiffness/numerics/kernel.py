@@ -18,6 +18,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 BLOCK = 512
+_SMALL = (1, 32)  # poses of calls with few: every size costs a replay of the instructions, a tenth of a second
 _THREADS_FROM = 16 * BLOCK  # below this, a second thread costs more than it brings
 
 _UNARY: dict[int, Callable[[ca.MX], ca.MX]] = {
@@ -154,7 +155,7 @@ class Kernel:
         for x, width, name in zip(inputs, self._widths_in, self.names_in, strict=True):
             if x.shape not in ((rows, width), (width,)):
                 raise ValueError(f"{name} of {self.function.name()}: shape {x.shape}, not ({rows}, {width})")
-        block = min(self._block, 1 << max(rows - 1, 0).bit_length())
+        block = next((size for size in _SMALL if rows <= size), self._block)
         outputs = tuple(np.empty((rows, w)) for w in self._widths_out)
         threads = (self._threads or _cores()) if rows >= _THREADS_FROM else 1
         step = -(-rows // threads // block) * block if threads > 1 else max(rows, 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,15 @@ class Prediction:
     torque: Floats
     residual: Floats
 
+    def replaced(self, rows: npt.NDArray[np.intp], part: Prediction) -> Prediction:
+        """The same with other equilibria at some poses."""
+        return Prediction(**_replaced(self, PREDICTED, rows, part))
+
+    @staticmethod
+    def chained(parts: Sequence[Prediction]) -> Prediction:
+        """Of a path, from those of its pieces."""
+        return parts[0] if len(parts) == 1 else Prediction(**_chained(parts, PREDICTED))
+
 
 @dataclass(frozen=True, repr=False)
 class StartValues:
@@ -32,6 +42,7 @@ class StartValues:
     extra: Floats
 
 
+PREDICTED = ("rotation", "position", "torque", "residual")  # columns of a Prediction, a row per pose
 COLUMNS = ("q", "actual", "torque", "rotation", "position", "error", "extra")  # of a Command, a row per pose
 
 
@@ -60,12 +71,25 @@ class Command:
 
     def replaced(self, rows: npt.NDArray[np.intp], part: Command) -> Command:
         """The same with other solutions at some poses."""
-        arrays = {name: getattr(self, name).copy() for name in COLUMNS}
-        for name, array in arrays.items():
-            array[rows] = getattr(part, name)
-        return Command(**arrays, steps=max(self.steps, part.steps))
+        return Command(**_replaced(self, COLUMNS, rows, part), steps=max(self.steps, part.steps))
+
+    @staticmethod
+    def chained(parts: Sequence[Command]) -> Command:
+        """Of a path, from those of its pieces."""
+        return parts[0] if len(parts) == 1 else Command(**_chained(parts, COLUMNS), steps=max(p.steps for p in parts))
 
     @property
     def converged(self) -> npt.NDArray[np.bool_]:
         """Where the deflected pose equals the wanted one to TOLERANCE."""
         return np.asarray(self.error <= TOLERANCE)
+
+
+def _replaced(whole: object, names: Sequence[str], rows: npt.NDArray[np.intp], part: object) -> dict[str, Floats]:
+    arrays = {name: getattr(whole, name).copy() for name in names}
+    for name, array in arrays.items():
+        array[rows] = getattr(part, name)
+    return arrays
+
+
+def _chained(parts: Sequence[object], names: Sequence[str]) -> dict[str, Floats]:
+    return {name: np.concatenate([getattr(p, name) for p in parts]) for name in names}

@@ -11,6 +11,7 @@ from toolpaths.errors import WriteError
 from toolpaths.languages.fanuc.config import bits_of, model_joints
 from toolpaths.rotation import matrix_from_fanuc
 from toolpaths.writing.lines import text_of
+from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _MOVE = re.compile(r"^ *\d+:L P\[(\d+)\] ([0-9.]+)(mm/sec|cm/min|inch/min) ", re.M)
@@ -46,12 +47,12 @@ def read_back(path: Path) -> ReadBack:
 def _moves(text: str) -> tuple[Floats, Floats, Floats]:
     """(M, 6) numbers of the positions in the order of the moves, (M,) m/s, (M,) configuration bits."""
     made: dict[str, int] = {}
-    at: dict[str, tuple[str, ...]] = {}
+    at: dict[str, tuple[str, str]] = {}
     for number, config, *values in _POSITION.findall(text):
         made.setdefault(config, bits_of(config))
-        at[number] = (config, *values)
+        at[number] = (config, ",".join(values))
     moves = _MOVE.findall(text)
     found = [at[number] for number, _, _ in moves]
-    numbers = np.array([f[1:] for f in found], dtype=np.str_).astype(np.float64).reshape(-1, 6)
+    numbers = numbers_of([row for _, row in found], 6)
     feeds = np.array([float(v) * _UNITS[unit] for _, v, unit in moves])
-    return numbers, feeds, np.array([made[f[0]] for f in found], dtype=np.float64)
+    return numbers, feeds, np.array([made[config] for config, _ in found], dtype=np.float64)

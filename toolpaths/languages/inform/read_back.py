@@ -11,6 +11,7 @@ from toolpaths.errors import WriteError
 from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_motoman
 from toolpaths.writing.lines import text_of
+from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _CALL = re.compile(r"^CALL JOB:(\S+)", re.M)
@@ -41,7 +42,7 @@ def read_back(path: Path) -> ReadBack:
 
 def _moves(text: str) -> tuple[Floats, Floats]:
     """(M, 6) mm and deg of the positions that MOVLs go to, (M,) mm/s."""
-    table = {number: row.split(",") for number, row in _POSITION.findall(text)}
+    table = dict(_POSITION.findall(text))
     found = _MOVE.findall(text)
-    rows = np.array([table[number] for number, _ in found], dtype=np.str_).astype(np.float64).reshape(-1, 6)
+    rows = numbers_of([table[number] for number, _ in found], 6)
     return rows, np.array([float(v) for _, v in found])

@@ -10,6 +10,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_kuka
 from toolpaths.writing.lines import text_of
+from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _WORD = re.compile(
@@ -41,7 +42,7 @@ def read_back(path: Path) -> ReadBack:
 
 def _moves(text: str) -> tuple[Floats, Floats, Floats]:
     """(M, 6) numbers of the LINs, (M,) m/s, (M,) S or -1."""
-    rows: list[tuple[str, ...]] = []
+    rows: list[str] = []
     feeds: list[float] = []
     status: list[float] = []
     speed = float("nan")
@@ -49,11 +50,10 @@ def _moves(text: str) -> tuple[Floats, Floats, Floats]:
         if found[8]:
             speed = float(found[8])
         else:
-            rows.append(found[:6])
+            rows.append(",".join(found[:6]))
             feeds.append(speed)
             status.append(float(found[6] or -1))
-    numbers = np.array(rows, dtype=np.str_).astype(np.float64).reshape(-1, 6)
-    return numbers, np.array(feeds), np.array(status)
+    return numbers_of(rows, 6), np.array(feeds), np.array(status)
 
 
 def _configuration(status: Floats) -> np.ndarray[tuple[int], np.dtype[np.int32]]:

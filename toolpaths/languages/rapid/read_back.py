@@ -10,9 +10,10 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.writing.lines import text_of
+from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
-_MOVE = re.compile(r"^ *MoveL \[\[(.*?)\],\[9E9(?:,9E9){5}\]\],([^,]*),", re.M)
+_MOVE = re.compile(r"^ *MoveL \[\[([-+.\d,\[\]]*)\],\[9E9(?:,9E9){5}\]\],([^,]*),", re.M)
 _START = re.compile(r"^ *MoveAbsJ \[\[(.*?)\],", re.M)
 _SPEED = re.compile(r"speeddata (\w+):=\[([0-9.]+),")
 _CALL = re.compile(r"^ *\w+_run_(\d{3,});", re.M)
@@ -39,11 +40,10 @@ def read_back(path: Path) -> ReadBack:
 def _moves(text: str) -> tuple[Floats, Floats]:
     """(M, 11) numbers of the robtargets and (M,) m/s."""
     found = _MOVE.findall(text)
-    numbers = np.array(",".join(pose for pose, _ in found).replace("],[", ",").split(","), dtype=np.str_)
+    rows = numbers_of([pose.replace("],[", ",") for pose, _ in found], 11)
     declared = {name: float(v) * 1e-3 for name, v in _SPEED.findall(text)}
-    feeds = [_feed(speed, declared) for _, speed in found]
-    rows = numbers.astype(np.float64).reshape(-1, 11) if found else np.zeros((0, 11))
-    return rows, np.asarray(feeds, dtype=np.float64)
+    feeds = {speed: _feed(speed, declared) for speed in {speed for _, speed in found}}
+    return rows, np.array([feeds[speed] for _, speed in found], dtype=np.float64)
 
 
 def _feed(speed: str, declared: dict[str, float]) -> float:

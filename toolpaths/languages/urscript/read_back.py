@@ -10,6 +10,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_ur
 from toolpaths.writing.lines import text_of
+from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _MOVE = re.compile(r"^  movel\(pose_trans\(wobj, p\[(.*?)\]\), a=1\.2, v=([^,)]*)", re.M)
@@ -37,6 +38,5 @@ def read_back(path: Path) -> ReadBack:
 def _moves(text: str) -> tuple[Floats, Floats]:
     """(M, 6) numbers of the movels, (M,) m/s."""
     found = _MOVE.findall(text)
-    numbers = np.array(",".join(pose for pose, _ in found).split(",") if found else [], dtype=np.str_)
     feeds = np.array([float("nan") if v == "v_rapid" else float(v) for _, v in found], dtype=np.float64)
-    return numbers.astype(np.float64).reshape(-1, 6), feeds
+    return numbers_of([pose for pose, _ in found], 6), feeds

@@ -10,6 +10,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_staubli
 from toolpaths.writing.lines import text_of
+from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _CALL = re.compile(r"^ *call (\w+_\d{3,})\(\)", re.M)
@@ -42,4 +43,4 @@ def read_back(path: Path) -> ReadBack:
 def _numbers(text: str) -> Floats:
     """(N, 6) of points, (N, 1) mm/s of movement descriptors."""
     found = _POINT.findall(text) or [(v,) for v in _SPEED.findall(text)]
-    return np.array(found, dtype=np.str_).astype(np.float64)
+    return numbers_of([",".join(row) for row in found], len(found[0]) if found else 1)
