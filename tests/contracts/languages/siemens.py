@@ -14,6 +14,7 @@ REFUSED: dict[str, tuple[int, str]] = {
     "G70": (4, "G70: lengths in inch"),
     "G700": (4, "the unit changes"),
     "G1 X1 E0.5": (4, "E0.5: this reader does not know the address"),
+    "G0 X1 L=AC(2)": (4, "G0 X1 L=AC(2): a subprogram that is not in the file"),
     "X2=50": (4, "X2=...: no address that is read"),
     "G1 X1=50": (4, "X1=50: this block has no use for it"),
     "X1=50": (4, "X1=50: this block has no use for it"),

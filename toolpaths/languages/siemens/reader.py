@@ -235,8 +235,8 @@ class SiemensReader(SiemensActions):
         """The program that a block calls, with arguments and how often."""
         names: list[tuple[str, Arguments]] = [c for c in block.calls if c[0] not in _KNOWN_CALLS]
         names += [(w, []) for w in block.words if w not in _KNOWN_WORDS]
-        if "L" in block.values:
-            names.append((f"L{block.values['L']:g}", []))
+        if isinstance(number := block.values.get("L"), float):  # L=AC(1) calls nothing
+            names.append((f"L{number:g}", []))
         if len(names) != 1 or (found := self.library.find(names[0][0])) is None:
             return None
         count = block.values.get("P", 1.0)
