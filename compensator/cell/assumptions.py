@@ -42,7 +42,8 @@ def job_findings(arm: EquippedArm, placement: Placement, sag: str) -> list[Findi
     weightless = [t.name for t in placement.tools.by_number.values() if not t.mass]
     if weightless:
         what = "no mass given, its weight is not modelled"
-        found.append(Finding(NOTE, f"tool {', '.join(weightless)}", what))
+        level = WARNING if sag == "uncompensated" else NOTE
+        found.append(Finding(level, f"tool {', '.join(weightless)}", what, "Give mass and com of the tool"))
     bare = [t.name for t in placement.tools.by_number.values() if not t.position.any()]
     if bare:
         what = f"xyz is 0 0 0, the TCP is the flange (a spindle with its cutter is usually {SPINDLE} mm long)"

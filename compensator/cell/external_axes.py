@@ -166,7 +166,7 @@ def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath
     found = unmodelled(toolpath.setting.external, whole_moves(toolpath)[1])
     return tuple(
         Finding(
-            NOTE,
+            WARNING if stands.startswith("moves") else NOTE,
             toolpath.source,
             f"external axis {name} {stands}: it is not modelled, the work object is taken "
             f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]",

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.process.process import ToolMotion
-from toolpaths.finding import WARNING, Finding
+from toolpaths.finding import NOTE, WARNING, Finding
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -31,6 +31,8 @@ def wrench_doubts(motion: ToolMotion, wrench: Floats, place: str) -> Iterator[Fi
     if 0 < force < low or force > high:
         what = f"the largest force is {force:.3g} N (usual are {low:g} to {high:,.0f} N)"
         yield Finding(WARNING, place, what, "Forces are in N: were these in kN?" if force < low else "Are these N?")
+    if not force and not moment:
+        yield Finding(NOTE, place, "the wrench is zero at every cut: nothing is predicted that a process does")
     if moment > MOMENT and moment > LEVER * force:
         usual = f" (usual is less than {MOMENT:g} N*m)"
         if force:

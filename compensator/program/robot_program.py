@@ -51,14 +51,29 @@ def job_for(
         return job_of(arm or load_arm(cell), placement, found), toolpath
     placement = placement_of(with_program_frames(cell, toolpath, setting))
     arm = arm or load_arm(cell)
-    toolpath = _under_tools_of_cuts(placement, toolpath, setting, with_rapids=with_rapids)
-    path = seen_from_base(placement, with_joint_poses(placement, arm.robot, toolpath))
-    path = path.take(np.flatnonzero(_needed(path, setting, with_rapids=with_rapids)))
+    path = _followed(arm, placement, toolpath, setting, with_rapids=with_rapids)
     if placement.start is None and len(path):
         placement = replace(placement, start=_start(arm, placement, path, setting))
     path = _with_joint_moves(arm, placement, path, setting)
-    found = (*(rapid_findings(path) if with_rapids else ()), *path_doubts(path))
+    whole = path if with_rapids else _with_all_rapids(arm, placement, toolpath, setting)
+    found = (*(rapid_findings(whole) if whole else ()), *path_doubts(path))
     return job_of(arm, placement, (*external_notes(placement.external, toolpath), *found)), path
+
+
+def _followed(arm: Arm, placement: Placement, toolpath: Toolpath, setting: Setting, *, with_rapids: bool) -> Toolpath:
+    """The poses that ``job_for`` follows, in the work object; none along joint moves yet."""
+    toolpath = _under_tools_of_cuts(placement, toolpath, setting, with_rapids=with_rapids)
+    path = seen_from_base(placement, with_joint_poses(placement, arm.robot, toolpath))
+    return path.take(np.flatnonzero(_needed(path, setting, with_rapids=with_rapids)))
+
+
+def _with_all_rapids(arm: Arm, placement: Placement, toolpath: Toolpath, setting: Setting) -> Toolpath | None:
+    """The path with its rapids, for what is to be seen in them; None: one goes under a tool that nobody knows."""
+    try:
+        path = _followed(arm, placement, toolpath, setting, with_rapids=True)
+    except CellError:
+        return None
+    return _with_joint_moves(arm, placement, path, setting)
 
 
 def with_joint_poses(placement: Placement, robot: Robot, toolpath: Toolpath) -> Toolpath:

@@ -87,8 +87,9 @@ def agreed(
     for rows in pieces(arm, len(path)):
         some = path if len(rows) == len(path) else path.take(rows)
         piece = _Piece(
-            some, target.take(rows), wrench[rows], np.flatnonzero(np.isin(rows, held)), first, nominal, without
-        )
+            path=some, target=target.take(rows), wrench=wrench[rows], held=np.flatnonzero(np.isin(rows, held)),
+            first=first, nominal=nominal, without=without,
+        )  # fmt: skip
         begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
         done.append(_piece_agreed(arm, piece, begin))
         if rows[-1] < len(path) - 1:

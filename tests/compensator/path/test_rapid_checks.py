@@ -16,6 +16,7 @@ from toolpaths.files import read_toolpath
 
 SQUARE = [[0, 0, 50], [0, 0, 2], [0, 0, -5], [100, 0, -5], [100, 50, -5], [0, 50, -5], [0, 50, 50]]
 KINDS = "rrccccr"
+INSIDE = "a rapid goes sideways inside the box of what is cut, where nothing was cut before"
 SIDE = "a rapid enters the box of what is cut from the side"
 
 
@@ -29,13 +30,24 @@ SIDE = "a rapid enters the box of what is cut from the side"
         ([[200, 25, 2], [-100, 25, 2]], "rr", []),  # over it, at the height where cuts begin
         ([[60, 25, 2], [50, 25, -5]], "rc", []),  # down from above, aslant
         ([[-50, 25, 50], [-50, 25, -4], [0, 25, -4]], "rrr", []),  # beside it, up to its side
-        ([[50, 25, 2], [50, 25, -4], [60, 30, -4]], "rrr", []),  # inside it
+        ([[50, 25, 2], [50, 25, -4], [60, 30, -4]], "rrr", [9]),  # inside it
+        ([[50, 0, 2], [50, 0, -4], [50, 5, -4]], "rrr", []),  # where a cut went by
+        ([[50, 0, 2], [50, 0, -5], [60, 0, -5], [60, 0, -4], [60, 40, -4]], "rrrrr", [11]),  # along a cut, then off it
+        ([[200, 25, 2], [200, 25, -5], [50, 25, -5]], "rrr", [9]),  # on the floor
     ],
 )
 def test_from_the_side(more: list[list[float]], kinds: str, poses: list[int]) -> None:
     found = list(rapid_findings(toolpath(SQUARE + more, KINDS + kinds)))
     assert [f.place for f in found] == [f"test.csv:{k + 2} (pose {k})" for k in poses]
-    assert all(f.what == SIDE and f.level == "warning" for f in found)
+    assert all(f.what in (SIDE, INSIDE) and f.level == "warning" for f in found)
+
+
+def test_a_forgotten_retract() -> None:
+    """From one pocket to the next at the depth of the cut; along the side of the box too."""
+    first = [[0, 0, 20], [0, 0, -5], [20, 0, -5], [20, 20, -5], [0, 20, -5], [0, 0, -5]]
+    second = [[80, 0, -5], [100, 0, -5], [100, 20, -5], [80, 20, -5], [80, 0, -5], [80, 0, 20]]
+    found = list(rapid_findings(toolpath(first + second, "rcccccrccccr")))
+    assert [(f.place, f.what) for f in found] == [("test.csv:8 (pose 6)", INSIDE)]
 
 
 def test_above_is_where_the_tool_looks_from() -> None:
