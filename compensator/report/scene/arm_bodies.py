@@ -1,18 +1,39 @@
-"""The arm as bodies: capsules along its links where no meshes are known."""
+"""The arm as bodies: the shapes of its links, or capsules along them where none are known."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.report.scene.drawn_body import DrawnBody
+from compensator.report.scene.shape_mesh import shape_mesh
 from compensator.report.scene.solids import SolidMesh, capsule, joined
+from compensator.scene.body import Body
 from stiffness.robot.robot import Robot
 
 Floats = npt.NDArray[np.float64]
 
 BASE_COLOUR, LINK_COLOUR, WRIST_COLOUR = "#4b545c", "#e08a2c", "#8a949c"
 THICK, THIN = 0.052, 0.016  # radius of the first and of the last link, of the reach
+
+
+def arm_bodies(robot: Robot, known: Sequence[Body]) -> list[DrawnBody]:
+    """The links; ``known``: bodies of a job, of which those of links are taken."""
+    links = [body for body in known if body.role == "link"]
+    if not links:
+        return capsule_arm(robot)
+    bodies = []
+    for body in links:
+        k = body.carrier if isinstance(body.carrier, int) else 0
+        mesh = shape_mesh(body.shape).moved(body.placement.rotation, body.placement.origin)
+        bodies.append(DrawnBody(mesh, k, "arm", _colour(robot, k)))
+    return bodies
+
+
+def _colour(robot: Robot, k: int) -> str:
+    return BASE_COLOUR if k == 0 else LINK_COLOUR if k <= robot.n // 2 else WRIST_COLOUR
 
 
 def capsule_arm(robot: Robot) -> list[DrawnBody]:
@@ -22,8 +43,7 @@ def capsule_arm(robot: Robot) -> list[DrawnBody]:
     for k in range(robot.n + 1):
         share = k / max(robot.n, 1)
         radius = reach * (THICK + (THIN - THICK) * share)
-        colour = BASE_COLOUR if k == 0 else LINK_COLOUR if k <= robot.n // 2 else WRIST_COLOUR
-        bodies.append(DrawnBody(_link(robot, k, radius), k, "arm", colour))
+        bodies.append(DrawnBody(_link(robot, k, radius), k, "arm", _colour(robot, k)))
     return bodies
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from compensator.report.scene.packing import packed
 from compensator.report.scene.solids import SolidMesh
 
+WORK, FLOOR = -1, -2  # what carries a body beside the links
 Kind = Literal["arm", "tool", "cutter", "stock", "left", "part", "fixture"]
 
 
@@ -19,7 +20,7 @@ class DrawnBody:
 
     Attributes:
         mesh: in the axes of what carries it, m.
-        frame: number of the link that carries it, 0 the base; -1: the work object.
+        frame: number of the link that carries it, 0 the base; WORK: the work object, FLOOR: what a rail stands on.
         kind: what a reader switches on and off.
         colour: as the page writes it. opacity: 1 hides what is behind.
         tool: number of the tool that it belongs to; None: it is there with every tool.

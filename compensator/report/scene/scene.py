@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import workobject_along
+from compensator.cell.external_axes import rail_shift, workobject_along
 from compensator.cell.job import Job
 from compensator.path.tool_set import ToolSet
 from compensator.report.analysis.turnarounds import reversals
 from compensator.report.json.text import Report
-from compensator.report.scene.arm_bodies import arm_length, capsule_arm
+from compensator.report.scene.arm_bodies import arm_bodies, arm_length
 from compensator.report.scene.drawn_body import DrawnBody
 from compensator.report.scene.flanks import lamps
 from compensator.report.scene.jumps import finding_poses
@@ -26,7 +26,8 @@ from compensator.report.scene.packing import packed
 from compensator.report.scene.path_colours import PathColour, path_colours
 from compensator.report.scene.stations import MOST_POINTS, nearest, stations
 from compensator.report.scene.tool_bodies import tool_bodies
-from compensator.report.scene.work_bodies import work_bodies
+from compensator.report.scene.work_bodies import fixture, work_bodies
+from compensator.scene.bodies import bodies_of
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
 from stiffness.robot.robot import Robot
@@ -63,7 +64,7 @@ def path_scene(
     wanted = [worst, *(pose for _, _, pose in found if pose is not None), *(t.pose for t in reversals(c, c.command.q))]
     rows = stations(len(c), wanted)
     points = np.union1d(stations(len(c), wanted, MOST_POINTS), rows)
-    bodies = [*job_bodies(c.job), *work_bodies(c.job.placement.process, c.load)]
+    bodies = [*job_bodies(c.job), *work_bodies(c.job.placement, c.load)]
     return {
         "schema": SCHEMA,
         "robot": robot.name,
@@ -85,9 +86,10 @@ def path_scene(
 
 
 def job_bodies(job: Job) -> list[DrawnBody]:
-    """Arm and tools."""
-    robot, placement = job.arm.robot, job.placement
-    return [*capsule_arm(robot), *tool_bodies(placement.tools, placement.process, robot.n + 1)]
+    """Arm, tools, and what the cell puts around them."""
+    robot, known = job.arm.robot, bodies_of(job).all
+    around = [fixture(body) for body in known if body.role == "scene"]
+    return [*arm_bodies(robot, known), *tool_bodies(job.placement, known, robot.n), *around]
 
 
 def first_factor(deflection: float, length: float) -> int:
@@ -142,9 +144,10 @@ def rows34(frames: Frame) -> Floats:
 
 
 def _work(c: Compensation, part: Toolpath) -> Scene:
-    """The work object: one placement, or one per station where rail or table move it."""
-    work = workobject_along(c.job.placement, part)
-    return {"work": packed(rows34(work)), "moves": work.origin.ndim > 1}
+    """Work object and floor: one placement, or one per station where rail or table move them."""
+    work, shift = workobject_along(c.job.placement, part), rail_shift(c.job.placement, part)
+    floor = {} if shift is None else {"floor": packed(shift)}
+    return {"work": packed(rows34(work)), "moves": work.origin.ndim > 1, **floor}
 
 
 def _joints(c: Compensation, rows: Index, corrected: bool) -> Scene:

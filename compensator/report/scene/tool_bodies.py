@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 
-from compensator.path.tool_set import ToolSet
-from compensator.process.acting_process import ActingProcess
-from compensator.process.process import Process
+from compensator.cell.placement import Placement
 from compensator.report.scene.drawn_body import DrawnBody
+from compensator.report.scene.shape_mesh import shape_mesh
 from compensator.report.scene.solids import SolidMesh, capsule, turned
+from compensator.scene.body import Body
+from compensator.scene.tool_bodies import milling_of
 from stiffness.statics.tool import Tool
+
+if TYPE_CHECKING:
+    from compensator.process.milling.cutter import Cutter
 
 Floats = npt.NDArray[np.float64]
 
@@ -20,28 +27,32 @@ WIDEST = 0.06  # m, of that spindle
 UPSIDE_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
-def tool_bodies(tools: ToolSet, process: Process, frame: int) -> list[DrawnBody]:
-    """What hangs on the flange, tool by tool; ``frame``: the number of the TCP among the links."""
-    bodies = []
+def tool_bodies(placement: Placement, known: Sequence[Body], links: int) -> list[DrawnBody]:
+    """What hangs on the flange, tool by tool.
+
+    Args:
+        known: bodies of a job, of which those are taken that the cell draws of its tools.
+        links: number of the flange; that of the TCP is one more.
+    """
+    tools, milling, bodies = placement.tools, milling_of(placement.process), []
     for number, tool in tools.by_number.items():
         of = None if tools.any_number else number
-        drawn = _cutter(process.said if isinstance(process, ActingProcess) else process, number, frame, of=of)
+        cutter = None if milling is None else milling.cutters.get(None) or milling.cutters.get(number)
+        drawn = [] if cutter is None else _cutter(cutter, links + 1, of=of)
+        own = [_of_cell(body, links) for body in known if body.role == "tool" and body.tool == of]
         height = max((float(-b.mesh.vertices[:, 2].min()) for b in drawn), default=0.0)
-        bodies += [*drawn, *_carrier(tool, height, frame, of=of)]
+        bodies += [*drawn, *own, *([] if own else _carrier(tool, height, links + 1, of=of))]
     return bodies
 
 
-def _cutter(process: Process, number: int, frame: int, *, of: int | None) -> list[DrawnBody]:
-    if not process.cuts_stock:
-        return []
-    from compensator.process.milling.milling import MillingProcess  # loads the compiler of the kernels
-    from compensator.process.milling.outline import outline_rows
+def _of_cell(body: Body, flange: int) -> DrawnBody:
+    mesh = shape_mesh(body.shape).moved(body.placement.rotation, body.placement.origin)
+    return DrawnBody(mesh, flange, "tool", TOOL_COLOUR, tool=body.tool)
 
-    if not isinstance(process, MillingProcess):
-        return []
-    cutter = process.cutters.get(None) or process.cutters.get(number)
-    if cutter is None:
-        return []
+
+def _cutter(cutter: Cutter, frame: int, *, of: int | None) -> list[DrawnBody]:
+    from compensator.process.milling.outline import outline_rows  # loads the compiler of the kernels
+
     rows = outline_rows(cutter, cutter.radius)
     edge = turned(np.maximum(rows[:, 0], 1e-6), rows[:, 1])
     bodies = [DrawnBody(_hung(edge), frame, "cutter", EDGE_COLOUR, tool=of)]

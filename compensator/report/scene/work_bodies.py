@@ -1,17 +1,28 @@
-"""What stands in the work object, as bodies."""
+"""What stands around the arm, as bodies: stock and part on the work object, what the cell puts there."""
 
 from __future__ import annotations
 
-from compensator.process.acting_process import ActingProcess
+from compensator.cell.placement import Placement
 from compensator.process.milling.milling_load import MillingLoad
-from compensator.process.process import Process, ProcessLoad
-from compensator.report.scene.drawn_body import DrawnBody
+from compensator.process.process import ProcessLoad
+from compensator.report.scene.drawn_body import FLOOR, WORK, DrawnBody
+from compensator.report.scene.shape_mesh import shape_mesh
+from compensator.scene.body import BASE, WORKOBJECT, Body
+
+FIXTURE_COLOUR, SACRIFICIAL_COLOUR = "#9c8f7a", "#c9bfa8"
 
 
-def work_bodies(process: Process, load: ProcessLoad) -> list[DrawnBody]:
+def work_bodies(placement: Placement, load: ProcessLoad) -> list[DrawnBody]:
     """Bodies in the work object; none where nothing is milled."""
     if not isinstance(load, MillingLoad):
         return []
-    from compensator.report.scene.stock_bodies import stock_bodies  # loads the compiler of the kernels
+    from compensator.report.scene.stock_bodies import milled_bodies  # loads the compiler of the kernels
 
-    return stock_bodies(process.said if isinstance(process, ActingProcess) else process, load)
+    return milled_bodies(placement, load)
+
+
+def fixture(body: Body) -> DrawnBody:
+    """A body that the cell puts around the arm."""
+    frame = WORK if body.carrier == WORKOBJECT else 0 if body.carrier == BASE else FLOOR
+    mesh = shape_mesh(body.shape).moved(body.placement.rotation, body.placement.origin)
+    return DrawnBody(mesh, frame, "fixture", SACRIFICIAL_COLOUR if body.sacrificial else FIXTURE_COLOUR)

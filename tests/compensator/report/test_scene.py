@@ -12,13 +12,19 @@ import pytest
 
 from compensator.report.analysis.turnarounds import Turnaround
 from compensator.report.html.path import path_page
-from compensator.report.scene.arm_bodies import ends
+from compensator.report.scene.arm_bodies import arm_bodies, ends
+from compensator.report.scene.drawn_body import FLOOR, WORK
 from compensator.report.scene.flanks import UNKNOWN, WITHOUT, lamps, last_reversed
 from compensator.report.scene.scene import first_factor, path_scene
+from compensator.report.scene.shape_mesh import shape_mesh
 from compensator.report.scene.solids import box, capsule, turned
 from compensator.report.scene.stations import MOST_STATIONS, nearest, stations
+from compensator.report.scene.work_bodies import fixture
+from compensator.scene.body import Body
+from compensator.scene.shape import BoxShape, MeshShape
 from compensator.solve.compensation import Compensation
 from tests.compensator.report.small_path import taken
+from toolpaths.frame import Frame
 
 Run = tuple[Compensation, dict[str, Any]]
 
@@ -144,3 +150,33 @@ def test_without_a_correction_there_is_no_second_side(preview: Run) -> None:
     scene = path_scene(*preview)
     assert "after" not in scene["stations"] and "commanded" not in scene["joints"]
     assert [k["key"] for k in scene["path"]["colours"]] == ["deflection", "force", "reversals"]
+
+
+def body(name: str, carrier: Any, shape: Any, role: Any) -> Body:
+    return Body(name, carrier, shape, Frame(np.eye(3), np.array([0.1, 0.2, 0.3])), role)
+
+
+def test_links_are_drawn_as_their_shapes_and_as_capsules_without_any(run: Run) -> None:
+    robot = run[0].job.arm.robot
+    solid = capsule(np.zeros(3), np.zeros(3), 0.1)
+    ball = MeshShape(solid.vertices, solid.faces)
+    known = [body("base", "base", BoxShape(np.ones(3)), "link"), body("link-4", 4, ball, "link")]
+    drawn = arm_bodies(robot, [*known, body("table", "world", BoxShape(np.ones(3)), "scene")])
+    assert [b.frame for b in drawn] == [0, 4]
+    assert drawn[0].mesh.vertices.mean(axis=0) == pytest.approx([0.1, 0.2, 0.3])
+    assert np.ptp(drawn[1].mesh.vertices, axis=0) == pytest.approx(0.2, abs=0.01)
+    assert [b.frame for b in arm_bodies(robot, [])] == list(range(7))
+
+
+@pytest.mark.parametrize(("carrier", "frame"), [("world", FLOOR), ("base", 0), ("workobject", WORK)])
+def test_what_stands_around_goes_with_what_carries_it(carrier: Any, frame: int) -> None:
+    assert fixture(body("vice", carrier, BoxShape(np.ones(3)), "scene")).frame == frame
+
+
+def test_a_fine_mesh_is_thinned_and_keeps_its_size() -> None:
+    turn = np.linspace(0, np.pi, 400)
+    fine = turned(np.maximum(0.3 * np.sin(turn), 1e-6), 0.5 - 0.3 * np.cos(turn))
+    drawn = shape_mesh(MeshShape(fine.vertices, fine.faces), 2000)
+    assert 300 < len(drawn.faces) <= 2000 < len(fine.faces)
+    assert drawn.vertices.min(axis=0) == pytest.approx([-0.3, -0.3, 0.2], abs=0.02)
+    assert drawn.vertices.max(axis=0) == pytest.approx([0.3, 0.3, 0.8], abs=0.02)

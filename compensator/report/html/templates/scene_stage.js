@@ -79,13 +79,15 @@ const SceneStage = (() => {
       this.root.add(sun);
       const floor = new THREE.GridHelper(4 * Math.ceil(scene.reach), 8 * Math.ceil(scene.reach), "#c3cad1", "#d9dee3");
       floor.rotation.x = Math.PI / 2;
-      this.root.add(floor);
+      this.floor = new THREE.Group();
+      this.floor.add(floor);
+      this.root.add(this.floor);
       this.work = new THREE.Group();
       this.work.matrixAutoUpdate = false;
       this.root.add(this.work);
       const s = scene.stations;
       this.arrays = {};
-      for (const name of ["nominal", "before", "after", "force", "deflection", "correction", "work", "residual"])
+      for (const name of ["nominal", "before", "after", "force", "deflection", "correction", "work", "floor", "residual"])
         if (s[name]) this.arrays[name] = unpacked(s[name]);
       this.arms = {before: new Arm(scene, this.root)};
       if (s.after) this.arms.after = new Arm(scene, this.root);
@@ -102,7 +104,7 @@ const SceneStage = (() => {
 
     _add(body) {
       const shape = geometry(body), look = material(body);
-      const parents = body.frame < 0 ? [this.work] : Object.values(this.arms).map(arm => arm.frames[body.frame]);
+      const parents = body.frame === -1 ? [this.work] : body.frame === -2 ? [this.floor] : Object.values(this.arms).map(arm => arm.frames[body.frame]);
       for (const parent of parents) {
         const mesh = new THREE.Mesh(shape, look);
         mesh.renderOrder = body.opacity < 1 ? 2 : 0;
@@ -172,6 +174,7 @@ const SceneStage = (() => {
       const still = !this.data.stations.moves, m = [];
       for (let i = 0; i < 12; i++) m.push(between(this.arrays.work, 12, still ? 0 : at, i));
       this.work.matrix.set(...m, 0, 0, 0, 1);
+      if (this.arrays.floor) this.floor.position.set(...[0, 1, 2].map(i => between(this.arrays.floor, 3, at, i)));
       this.now = [at, factor, shown];
       const tool = this.data.stations.tool[Math.round(at)];
       for (const b of this.bodies) b.mesh.visible = shown[b.kind] !== false && (b.tool === null || b.tool === tool);
