@@ -35,7 +35,9 @@ def main() -> None:
 @click.option("-o", "--output", "program", required=True, type=OUTPUT, help="Program to write.")
 @click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Language, where the suffix does not say it.")
 @_from
-@click.option("--report", type=OUTPUT, help="HTML report.")
+@click.option("--report", type=OUTPUT, help="HTML report: the arm at work, numbers, curves.")
+@click.option("--pdf", type=OUTPUT, help="One page of it for a customer.")
+@click.option("--glb", type=OUTPUT, help="The scene for other 3D viewers (glTF).")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
 @click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")
@@ -57,7 +59,9 @@ def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: b
 @click.option("--cell", required=True, type=INPUT, help="cell/1 file: robot, tool, work object, process.")
 @_from
 @click.option("--csv", type=OUTPUT, help="Deflection per pose.")
-@click.option("--report", type=OUTPUT, help="HTML report.")
+@click.option("--report", type=OUTPUT, help="HTML report: the arm at work, numbers, curves.")
+@click.option("--pdf", type=OUTPUT, help="One page of it for a customer.")
+@click.option("--glb", type=OUTPUT, help="The scene for other 3D viewers (glTF).")
 @click.option("--json", "json", type=OUTPUT, help="Summary for scripts.")
 @click.option("--engagement", type=OUTPUT, help="CSV of what is engaged at every pose, where the process is milling.")
 @click.option("--left", type=OUTPUT, help="Mesh (.stl, .ply, .obj) of the stock that remains.")

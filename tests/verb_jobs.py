@@ -41,17 +41,18 @@ class VerbJob:
 PATH = ("path.csv", "cell.toml", "model.toml", "arm.toml", "w.csv")
 MILLED = ("path.csv", "mill.toml", "model.toml", "arm.toml", "stock.stl", "own.toml")
 CUT = {"--engagement": "cut.csv", "--left": "out.stl"}
+PICTURES = {"--glb": "out.glb", "--pdf": "out.pdf"}
 SESSION = ("session.toml", "samples.csv", "arm.toml")
 JOBS = {
     "compensate": VerbJob(
         ("path.csv", "--cell", "mill.toml", "--format", "csv"),
         MILLED,
-        {"-o": "out.csv", "--report": "out.html", "--json": "out.json", **CUT},
+        {"-o": "out.csv", "--report": "out.html", "--json": "out.json", **CUT, **PICTURES},
     ),
     "preview": VerbJob(
         ("path.csv", "--cell", "mill.toml"),
         MILLED,
-        {"--csv": "out.csv", "--report": "out.html", "--json": "out.json", **CUT},
+        {"--csv": "out.csv", "--report": "out.html", "--json": "out.json", **CUT, **PICTURES},
     ),
     "identify": VerbJob(
         ("session.toml", "--effects", "joint-stiffness", "--prior", "model.toml"),

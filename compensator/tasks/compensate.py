@@ -27,6 +27,7 @@ from compensator.solve.coupled import previewed
 from compensator.solve.planned import planned
 from compensator.tasks.cut_files import refuse_without_cut, write_cut
 from compensator.tasks.outputs import UNNAMED, Outputs
+from compensator.tasks.picture_files import write_pictures
 from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.source_lines import source_lines
@@ -75,7 +76,7 @@ class RunInput:
     provenance: Provenance
 
 
-@writes("program", "report", "json", "engagement", "left")
+@writes("program", "report", "json", "engagement", "left", "glb", "pdf")
 def compensate_file(
     toolpath: Path | Sequence[Path],
     cell: Path,
@@ -87,6 +88,8 @@ def compensate_file(
     json: Path | None = None,
     engagement: Path | None = None,
     left: Path | None = None,
+    glb: Path | None = None,
+    pdf: Path | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Done:
@@ -99,7 +102,7 @@ def compensate_file(
         language: of the program, where its suffix does not tell it.
         read_as: language of the toolpath, where its suffix does not tell it.
         report: HTML.
-        json: summary.
+        json: summary. glb: the scene for other viewers. pdf: one page.
         say: what is being done.
 
     Raises:
@@ -139,12 +142,13 @@ def compensate_file(
         refuse_warnings(numbers, strict)
         write_cut(outputs, made.result, made.poses, engagement=engagement, left=left)
         _write_reports(outputs, judged, numbers, report=report, json=json, after=checked.error, say=say)
+        write_pictures(outputs, made.result, numbers, checked.error, glb=glb, pdf=pdf, say=say)
         outputs.commit()
-    files = (*programs, *(f for f in (engagement, left, report, json) if f))
+    files = (*programs, *(f for f in (engagement, left, report, glb, pdf, json) if f))
     return Done(judged, numbers, files)
 
 
-@writes("csv", "report", "json", "engagement", "left")
+@writes("csv", "report", "json", "engagement", "left", "glb", "pdf")
 def preview_file(
     toolpath: Path | Sequence[Path],
     cell: Path,
@@ -155,6 +159,8 @@ def preview_file(
     json: Path | None = None,
     engagement: Path | None = None,
     left: Path | None = None,
+    glb: Path | None = None,
+    pdf: Path | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Done:
@@ -183,8 +189,9 @@ def preview_file(
         refuse_warnings(numbers, strict)
         write_cut(outputs, result, np.arange(len(result)), engagement=engagement, left=left)
         _write_reports(outputs, judged, numbers, report=report, json=json, after=None, say=say)
+        write_pictures(outputs, result, numbers, None, glb=glb, pdf=pdf, say=say)
         outputs.commit()
-    return Done(judged, numbers, tuple(f for f in (csv, engagement, left, report, json) if f))
+    return Done(judged, numbers, tuple(f for f in (csv, engagement, left, report, glb, pdf, json) if f))
 
 
 def files_of(toolpath: Path | Sequence[Path], read_as: str | None) -> ProgramFiles:

@@ -16,6 +16,7 @@ from compensator.solve.uncertainty import QUANTILE
 
 Floats = npt.NDArray[np.float64]
 MM = 1e3
+VIRIDIS = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37))  # by its corners, 0 to 255
 
 
 @dataclass(frozen=True, repr=False, eq=False)
