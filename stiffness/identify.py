@@ -25,6 +25,7 @@ from stiffness.identification.plausibility import doubts
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import ROUGH
+from stiffness.session.processes import of_one_process
 from stiffness.session.session import Session
 
 Say = Callable[[str], None]
@@ -48,6 +49,7 @@ def identify(
         StiffnessError: the sessions are not of one robot, or nothing in them can be fitted.
     """
     one_robot(sessions)
+    sessions = of_one_process(sessions, () if prior is None else prior.processes.values())
     if effects is not None:
         return _finished(robust_fit(sessions, named_effects(effects), prior))
     there = {

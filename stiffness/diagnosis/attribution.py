@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from stiffness.diagnosis.linear_fit import HeldOutFold, NormalEquations
 from stiffness.diagnosis.linearisation import normal_equations
-from stiffness.diagnosis.regressors import PROCESS, Regressors, regressors, without_columns
+from stiffness.diagnosis.regressors import PROCESS, Regressors, regressors
 from stiffness.diagnosis.selection import steady
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name
@@ -49,10 +49,7 @@ class ResidualSource:
 
 def residual_sources(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[ResidualSource]:
     """Places where the residual of a fit sits and columns that it follows, the largest fraction first."""
-    layouts = [regressors(s) for s in fit.sessions]
-    common = [f for f in range(len(layouts[0].family)) if all(layouts[0].family == o.family for o in layouts)]
-    if not common:  # sessions with different columns: those that they have in common can be compared
-        layouts = [without_columns(r) for r in layouts]
+    layouts = regressors(fit.sessions)
     first, n = layouts[0], fit.unknowns.joints
     index, equations = _equations(fit, sensitivities, layouts)
     structure = _Structure.of(equations)

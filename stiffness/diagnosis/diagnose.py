@@ -30,6 +30,7 @@ from stiffness.identification.robust import one_robot
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, ROUGH
 from stiffness.planning.next_setups import NextSetup, splitting, spread
+from stiffness.session.processes import of_one_process
 from stiffness.session.repeats import with_repeats
 from stiffness.session.session import Session
 
@@ -45,6 +46,7 @@ def diagnose(sessions: Sequence[Session], model: ComplianceModel, say: Say = lam
         StiffnessError: the sessions are not of one robot, or not of the kind the model was made with.
     """
     one_robot(sessions)
+    sessions = of_one_process(sessions, model.processes.values())
     for s in sessions:
         if s.gravity != model.gravity:
             raise StiffnessError(

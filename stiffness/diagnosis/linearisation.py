@@ -175,12 +175,16 @@ def can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
     if effect.position_reading:
         return any(bool(np.ptp(_finite(s.samples.time)) > 0) for s in sessions if s.numbers_each == 3)
     if effect.surface_reading:
-        return any(s.path is not None and s.path.kind == "surface" for s in sessions)
+        return any(s.path is not None and s.path.kind == "surface" and not s.path.as_said for s in sessions)
     if effect.process_wrench:
-        return any(s.path is not None and bool(s.samples.load.wrench.any()) for s in sessions)
+        return any(_programmed(s) and bool(s.samples.load.wrench.any()) for s in sessions)
     if effect.thermal:
         return any(bool(np.ptp(_finite(s.samples.temperature)) > WARMED) for s in sessions)
     return True
+
+
+def _programmed(session: Session) -> bool:
+    return session.path is not None and not session.path.as_said
 
 
 def _finite(column: Floats) -> Floats:

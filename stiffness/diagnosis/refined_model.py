@@ -10,7 +10,7 @@ import numpy as np
 from stiffness.diagnosis.added_effects import Addition
 from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
-from stiffness.session.session import process_of
+from stiffness.session.processes import process_of
 
 
 def refined_model(

@@ -5,6 +5,8 @@ Each is a simple function of one reading; families of them (the torque of a join
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +17,7 @@ from stiffness.session.path_trace import PathTrace
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
+Feature = tuple[Floats, str, str, int]  # values (N,), family, column, joint
 
 HARMONICS = 4
 PROCESS = "process"  # what a residual follows that goes with the programmed force
@@ -35,12 +38,35 @@ class Regressors:
     joint: tuple[int, ...]
 
 
-def regressors(fit: SessionFit) -> Regressors:
-    """All regressors of a session, each scaled to a root mean square of one."""
-    s, n, seen = fit.samples, fit.session.robot.n, fit.predicted
-    out: list[tuple[Floats, str, str, int]] = [(np.ones(len(s)), "always the same", "", -1)]
-    most = np.maximum(np.abs(seen.torque).max(axis=0), 1e-9)
-    tau = seen.torque / most
+def regressors(fits: Sequence[SessionFit]) -> list[Regressors]:
+    """All regressors of every session, the same for all, each scaled to a root mean square of one over them together.
+    What a session does not have (a column, a commanded path) is zero in it."""
+    n = fits[0].session.robot.n
+    most = np.maximum(np.max([np.abs(f.predicted.torque).max(axis=0) for f in fits], axis=0), 1e-9)
+    own = [_keyed(_of_session(f, f.predicted.torque / most, n)) for f in fits]
+    keys = list(dict.fromkeys(key for features in own for key in features))
+    none = [np.zeros(len(f.samples)) for f in fits]
+    values = [np.stack([mine.get(k, zero) for k in keys], axis=1) for mine, zero in zip(own, none, strict=True)]
+    size = np.sqrt(np.mean(np.vstack(values) ** 2, axis=0))
+    keep = np.flatnonzero(size > 1e-9)
+    family, column, joint, _ = zip(*(keys[k] for k in keep), strict=True)
+    return [Regressors(v[:, keep] / size[keep], family, column, joint) for v in values]
+
+
+def _keyed(features: Sequence[Feature]) -> dict[tuple[str, str, int, int], Floats]:
+    """Features by family, column and joint, counted where these are alike."""
+    out: dict[tuple[str, str, int, int], Floats] = {}
+    count: Counter[tuple[str, str, int]] = Counter()
+    for values, *name in features:
+        key = (name[0], name[1], name[2])
+        out[*key, count[key]] = values
+        count[key] += 1
+    return out
+
+
+def _of_session(fit: SessionFit, tau: Floats, n: int) -> list[Feature]:
+    s = fit.samples
+    out: list[Feature] = [(np.ones(len(s)), "always the same", "", -1)]
     sign = np.where(np.abs(tau) > SILENT, np.sign(tau), 0.0)
     for j in range(n):
         name = f"torque of joint {j + 1}"
@@ -67,18 +93,12 @@ def regressors(fit: SessionFit) -> Regressors:
         out += [(column * tau[:, j], f"{name} times torque of joint {j + 1}", name, j) for j in range(n)]
         if len(np.unique(column)) > 3:
             out.append((column**2, name, name, -1))
-    keep = [(v / np.sqrt(np.mean(v**2)), *rest) for v, *rest in out if np.sqrt(np.mean(v**2)) > 1e-9]
-    return Regressors(
-        np.stack([v for v, *_ in keep], axis=1),
-        tuple(str(f) for _, f, _, _ in keep),
-        tuple(str(c) for *_, c, _ in keep),
-        tuple(int(j) for *_, j in keep),
-    )
+    return out
 
 
-def along_the_path(path: PathTrace) -> list[tuple[Floats, str, str, int]]:
+def along_the_path(path: PathTrace) -> list[Feature]:
     """What is of a commanded path: speeds of joints, their travel since they turned, and the programmed force."""
-    out: list[tuple[Floats, str, str, int]] = []
+    out: list[Feature] = []
     speed, since = path.joint_speed, path.since_turning
     for j in range(speed.shape[1]):
         out.append((speed[:, j] / max(float(np.abs(speed[:, j]).max()), 1e-9), f"speed of joint {j + 1}", "", j))
@@ -114,9 +134,3 @@ def _change(session: Session, tau: Floats) -> Floats:
     before = np.where(states.before >= 0, now[states.before], now)
     change = now - before
     return np.asarray(np.where(np.abs(change) > SILENT, np.sign(change), 0.0)[states.of])
-
-
-def without_columns(f: Regressors) -> Regressors:
-    keep = [i for i, c in enumerate(f.column) if not c or c.startswith("approach") or c == "state"]
-    family, column, joint = (tuple(t[i] for i in keep) for t in (f.family, f.column, f.joint))
-    return Regressors(f.values[:, keep], family, column, joint)  # type: ignore[arg-type]

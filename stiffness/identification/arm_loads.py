@@ -65,7 +65,7 @@ class ArmLoads:
 
     def table(self) -> Floats:
         """All numbers of an arm in one row: arms with equal rows deflect alike."""
-        return np.concatenate([self.q, self.wrench, self.point, self.state, self.payload, self.warm], axis=1)
+        return np.concatenate([self.q, self.wrench, self.point, self.state, self.payload, self.warm, self.axes], axis=1)
 
 
 @dataclass(frozen=True, repr=False, eq=False)

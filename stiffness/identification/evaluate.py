@@ -20,7 +20,8 @@ from stiffness.identification.unknowns import Unknowns, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
 from stiffness.session.far_readings import far_rows
-from stiffness.session.session import Session, process_of
+from stiffness.session.processes import process_of
+from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
 

@@ -21,7 +21,7 @@ from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, GLANCE, ROUGH, Ending, Solution, inverse
-from stiffness.session.session import process_of
+from stiffness.session.processes import process_of
 
 Floats = npt.NDArray[np.float64]
 

@@ -258,7 +258,8 @@ class SessionPredictor:
     def _instruments(self) -> Kernel | None:
         """(position, time, parameters) -> position shown, its derivatives by position and by parameters but tables."""
         path = self.data.session.path
-        points, surface = path is None or not path.scalar, path is not None and path.kind == "surface"
+        points = path is None or not path.scalar
+        surface = path is not None and path.kind == "surface" and not path.as_said
         at, time, p = ca.SX.sym("at", 3), ca.SX.sym("time"), ca.SX.sym("p", len(self.unknowns))
         values, shown = self.unknowns.values(p, self.fixed), at
         for e in self.unknowns.effects:

@@ -70,7 +70,7 @@ class SessionData:
             kind_number=number,
             history=LoadHistory(session) if session.path is None else PathHistory(session, session.path),
             station=_station(session),
-            path_axes=None if session.path is None else session.path.axes_at_readings,
+            path_axes=None if session.path is None or session.path.as_said else session.path.axes_at_readings,
         )
 
     @property
@@ -124,5 +124,5 @@ def _load_kinds(session: Session) -> tuple[dict[LoadKind, Bools], Index]:
     keys = np.stack([load.link, load.point_link, load.in_tool.astype(np.int64)], axis=1)
     unique, of = np.unique(keys, axis=0, return_inverse=True)
     of = of.reshape(-1)
-    programmed = session.path is not None
+    programmed = session.path is not None and not session.path.as_said
     return {LoadKind(int(a), int(b), bool(c), programmed): of == k for k, (a, b, c) in enumerate(unique)}, of

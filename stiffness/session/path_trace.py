@@ -81,6 +81,7 @@ class PathTrace:
         latency: s, by which readings show the arm earlier than their rows; None: not given. lagging: it is estimated,
             where readings were taken in motion and have a time.
         process: names of ``material`` and ``cutter`` that effects of the process hold for; "": not told.
+        as_said: no effect of the process acts: what was cut is another material, or with another cutter, than theirs.
         gravity_told: whether the cell says who takes the sag off; else it is as in the model.
         given: readings in the file, before it was thinned.
         sources: file -> sha256 of what was read beside trace and samples.
@@ -104,6 +105,7 @@ class PathTrace:
     lagging: bool = False
     process: tuple[str, str] = ("", "")
     dry: bool = False
+    as_said: bool = False
     gravity_told: bool = True
     given: int = 0
     sources: Mapping[str, str] | None = None

@@ -6,7 +6,7 @@ All checks stand at this door: what comes out is in SI, complete, and agrees wit
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -182,11 +182,6 @@ class Session:
 def _still(array: Array) -> Array:
     array.setflags(write=False)
     return array
-
-
-def process_of(sessions: Sequence[Session]) -> tuple[str, str]:
-    """Names of the material and the cutter that were traced; "" where they are not told."""
-    return next((s.path.process for s in sessions if s.path is not None and not s.path.dry), ("", ""))
 
 
 def load_session(path: str | Path) -> Session:

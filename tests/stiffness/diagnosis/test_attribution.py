@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -9,7 +11,7 @@ import pytest
 from stiffness.diagnosis import attribution
 from stiffness.diagnosis.attribution import LEAST, RIDGES, SIX, _Structure
 from stiffness.diagnosis.held_out import EVERY, FEWEST, held_out
-from stiffness.diagnosis.regressors import HARMONICS, SILENT, columns, regressors, without_columns
+from stiffness.diagnosis.regressors import HARMONICS, SILENT, columns, regressors
 from stiffness.diagnosis.selection import steady
 from stiffness.identification.session_fit import SessionFit
 from tests.stiffness.diagnosis.random_columns import Columns
@@ -97,7 +99,7 @@ def test_places_and_columns_share_out_a_ripple() -> None:
 
 
 def test_regressors_are_scaled_and_named(fit: SessionFit) -> None:
-    found = regressors(fit)
+    (found,) = regressors([fit])
     assert np.sqrt(np.mean(found.values**2, axis=0)) == pytest.approx(np.ones(found.values.shape[1]))
     assert len(found.family) == len(found.column) == len(found.joint) == found.values.shape[1]
     assert found.family[0] == "always the same" and np.all(found.values[:, 0] == 1)
@@ -115,7 +117,7 @@ def test_regressors_are_scaled_and_named(fit: SessionFit) -> None:
 
 
 def test_the_last_change_of_load_is_that_from_the_state_before(fit: SessionFit) -> None:
-    found = regressors(fit)
+    (found,) = regressors([fit])
     k = found.family.index("last change of load of joint 2")
     s = fit.samples
     tau = fit.predicted.torque[:, 1] / np.abs(fit.predicted.torque[:, 1]).max()
@@ -133,9 +135,19 @@ def test_columns_that_vary_are_centred_and_scaled(fit: SessionFit) -> None:
         assert column.mean() == pytest.approx(0, abs=1e-9), name
         assert column.std() == pytest.approx(1)
     assert "payload" not in found or np.ptp(fit.samples.payload) > 0
-    bare = without_columns(regressors(fit))
-    assert not [c for c in bare.column if c and not c.startswith("a") and c != "state"]
-    assert len(bare.family) == bare.values.shape[1] < regressors(fit).values.shape[1]
+
+
+def test_what_a_session_does_not_have_is_zero_in_it(fit: SessionFit) -> None:
+    bare = dataclasses.replace(fit.session.samples, extra={}, time=np.full(len(fit.samples), np.nan))
+    observations = fit.observations
+    data = dataclasses.replace(observations.data, session=dataclasses.replace(fit.session, samples=bare))
+    other = dataclasses.replace(fit, observations=dataclasses.replace(observations, data=data))
+    first, second = regressors([fit, other])
+    assert (first.family, first.column, first.joint) == (second.family, second.column, second.joint)
+    missing = np.isin(first.column, ["time", *fit.samples.extra])
+    assert missing.sum() >= 2 and not second.values[:, missing].any()
+    assert np.all(np.sqrt(np.mean(first.values[:, missing] ** 2, axis=0)) == pytest.approx(np.sqrt(2)))
+    np.testing.assert_allclose(second.values[:, ~missing], first.values[:, ~missing])
 
 
 # ---- what is held out
