@@ -54,14 +54,14 @@ class Arm:
         return f"Arm({self.robot.name}, {self.model.source!r})"
 
     def acting(
-        self, tool_name: str, process: tuple[str, str] | None = None
+        self, tool_name: str, process: tuple[str, str] | None = None, *, walls: bool = False
     ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
         """Effects that act on a path with a tool of this name, and names of those that do not.
 
         Args:
-            process: names of material and cutter; None: nothing is cut.
+            process: names of material and cutter; None: nothing is cut. walls: it tells which wall a cutter cuts.
         """
-        return self.model.applied(tool_name, process)
+        return self.model.applied(tool_name, process, walls=walls)
 
     def sag(self, conditions: Conditions) -> str:
         """Whether the controller takes the sag of arm and tool off: ``uncompensated`` or ``calibrated-out``."""

@@ -164,12 +164,19 @@ def _merged(rows: int, parts: Sequence[tuple[Rows, Floats]]) -> Floats:
 
 
 def equipped(
-    arm: Arm, tools: ToolSet, conditions: Conditions, source: str, process: tuple[str, str] | None = None
+    arm: Arm,
+    tools: ToolSet,
+    conditions: Conditions,
+    *,
+    source: str,
+    process: tuple[str, str] | None = None,
+    walls: bool = False,
 ) -> EquippedArm:
     """An arm with tools, under these conditions.
 
     Args:
         source: the file that gives them, for messages. process: names of material and cutter; None: nothing is cut.
+        walls: the process tells which wall a cutter cuts.
 
     Raises:
         CellError: the model has effects of one tool and there are several; masses are not known where they count.
@@ -178,7 +185,7 @@ def equipped(
     if len(names) > 1 and any(e.scope == "tool" for e in arm.model.effects):
         listed = ", ".join(sorted(names))
         raise CellError(f"{source}: the model has effects of one tool; the cell has tools {listed}")
-    effects, not_applied = arm.acting(tools.first.name, process)
+    effects, not_applied = arm.acting(tools.first.name, process, walls=walls)
     _refuse_without_masses(source, arm.robot, effects, arm.sag(conditions))
     return EquippedArm(
         robot=arm.robot,

@@ -57,7 +57,14 @@ def job_of(arm: Arm, placement: Placement, findings: tuple[Finding, ...] = ()) -
         CellError: the two do not belong together.
     """
     tools, solve = placement.tools, placement.solve
-    able = equipped(arm, tools, placement.conditions, placement.source, process=placement.process_names)
+    able = equipped(
+        arm,
+        tools,
+        placement.conditions,
+        source=placement.source,
+        process=placement.process_names,
+        walls=placement.process.tells_walls,
+    )
     changed = [e for e in able.effects if e.process_wrench]
     if changed:
         placement = replace(placement, process=ActingProcess(placement.process, changed, able.values))

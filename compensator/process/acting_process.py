@@ -31,7 +31,7 @@ class ActingProcess(Process):
     values: Mapping[str, Numbers]
 
     def __post_init__(self) -> None:
-        for name in ("axes", "yields", "cuts_stock"):
+        for name in ("axes", "yields", "cuts_stock", "tells_walls"):
             object.__setattr__(self, name, getattr(self.said, name))
 
     def __repr__(self) -> str:

@@ -63,6 +63,8 @@ class ProcessLoad:
     Attributes:
         wrench: (N, 6) N and N*m on the robot, base axes, about the TCP; 0 at rapids.
         programmed: (N, 6) the same as the process has it, where effects of a model change it; None: they do not.
+        wall: (N, 3) unit vector, base axes, from the axis of the cutter to the wall that it cuts on the move to a pose;
+            zero where it cuts none or two. None: the process does not tell.
         findings: about poses of the path; one of level ``error`` refuses it.
         columns: name with unit, such as ``chip_mm`` -> (N,) of that unit, for tables of the poses.
     """
@@ -71,6 +73,7 @@ class ProcessLoad:
     findings: tuple[Finding, ...] = ()
     columns: Mapping[str, Floats] = field(default_factory=dict)
     programmed: Floats | None = None
+    wall: Floats | None = None
 
     @property
     def unchanged(self) -> Floats:
@@ -88,11 +91,13 @@ class Process(ABC):
         axes: of the wrench as the user thinks of it; in ``path`` axes it turns with the feed.
         yields: whether the wrench follows the deflection of the tool, so that a preview has to solve both together.
         cuts_stock: whether there is a stock, with an engagement at every pose and something that remains.
+        tells_walls: whether its loads have ``wall``.
     """
 
     axes: WrenchAxes
     yields: bool = False
     cuts_stock: bool = False
+    tells_walls: bool = False
 
     @abstractmethod
     def load(self, motion: ToolMotion) -> ProcessLoad:

@@ -109,7 +109,7 @@ def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) ->
     )  # fmt: skip
     unsettled = np.zeros(len(path), dtype=bool)
     if len(piece.held):
-        target = held_targets(arm, path, wrench, state, rows=piece.held)
+        target = held_targets(arm, path, wrench, state, target=target, rows=piece.held)
     command = _solved(arm, path.toolpath, target, wrench=wrench, state=state.middle, seed=path.q, near=begin)
     rounds = 1
     while state.low.shape[1]:
@@ -126,7 +126,7 @@ def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) ->
             break
         rounds += 1
         if len(piece.held):
-            target = held_targets(arm, path, wrench, state, rows=piece.held)
+            target = held_targets(arm, path, wrench, state, target=target, rows=piece.held)
         part = _solved(
             arm, path.toolpath.take(rows), target.take(rows), wrench=wrench[rows], state=state.middle[rows],
             seed=path.q[rows], near=StartValues(command.q[rows], command.actual[rows], command.extra[rows]),

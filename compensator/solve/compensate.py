@@ -19,6 +19,7 @@ from compensator.process.process import ProcessLoad, ToolMotion
 from compensator.solve.agreement import agreed
 from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
+from compensator.solve.cutter_offset import at_the_wall, with_offset_findings
 from compensator.solve.flank_poses import with_flank_poses
 from compensator.solve.joint_state import equilibrium_along
 from compensator.solve.planned import with_feeds_in_limits
@@ -77,7 +78,9 @@ def _compensated(job: Job, path: PlannedPath, *, rapids_stay: bool) -> Compensat
     if finer is not None:
         start, q = job.placement.start, nominal.q
         before, state = equilibrium_along(job.arm, start, nominal.toolpath, q=q, wrench=result.wrench)
-    return replace(result, before=before, before_state=state, inserted=len(result) - len(path), plain=plain)
+    load = with_offset_findings(job, nominal.toolpath, result.load)
+    inserted = len(result) - len(path)
+    return replace(result, load=load, before=before, before_state=state, inserted=inserted, plain=plain)
 
 
 def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:
@@ -144,13 +147,15 @@ def _solved(
 ) -> Compensation:
     """Commands for the poses as they are; state and correction agree in the result."""
     arm, start, toolpath, wrench = job.arm, job.placement.start, path.toolpath, load.wrench
-    target = path.tcp
+    target = at_the_wall(arm, path, load.wall)
     held = np.flatnonzero((toolpath.kind != CUT) & rapids_stay)
     command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=near, held=held)
     if len(held):
-        target = held_targets(arm, path, wrench, state, rows=held)
+        target = held_targets(arm, path, wrench, state, target=target, rows=held)
     elif np.any(toolpath.kind != CUT):
-        target = faded_targets(arm, path, command, state, fade=job.placement.solve.fade / 1e3)
+        target = faded_targets(
+            arm, path, command, state, target=target, fade=job.placement.solve.fade / 1e3
+        )
         command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=command, held=held)
     return Compensation(
         job=job,

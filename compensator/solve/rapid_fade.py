@@ -22,19 +22,19 @@ Rows = npt.NDArray[np.intp]
 
 
 def faded_targets(
-    arm: EquippedArm, path: PlannedPath, command: Command, state: PreloadState, *, fade: float
+    arm: EquippedArm, path: PlannedPath, command: Command, state: PreloadState, *, target: Frame, fade: float
 ) -> Frame:
-    """(N) TCP targets, base: the nominal path but for rapids next to a cut, nearer than ``fade`` (m)."""
+    """(N) TCP targets, base: ``target`` but for rapids next to a cut, nearer than ``fade`` (m)."""
     cut = path.toolpath.kind == CUT
     edges = np.flatnonzero(cut[1:] != cut[:-1])  # between pose e and e + 1
     if not len(edges):
-        return path.tcp
+        return target
     cutting = np.where(cut[edges], edges, edges + 1)
     shift = command.position[cutting] - _unloaded(arm, path, state, cutting).position
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.tcp.origin, axis=0), axis=1))])
     # an edge lies at the pose before it: the end of a rapid, or of a cut that a rapid leaves
     edge_at = along[edges]
-    position = path.tcp.origin.copy()
+    position = target.origin.copy()
     rows = np.flatnonzero(~cut)
     weight, offset = np.zeros(len(rows)), np.zeros((len(rows), 3))
     for side in (-1, 1):
@@ -52,10 +52,12 @@ def faded_targets(
     return Frame(path.tcp.rotation, position)
 
 
-def held_targets(arm: EquippedArm, path: PlannedPath, wrench: Floats, state: PreloadState, *, rows: Rows) -> Frame:
-    """(N) TCP targets, base: the nominal path, at ``rows`` where its command leads."""
+def held_targets(
+    arm: EquippedArm, path: PlannedPath, wrench: Floats, state: PreloadState, *, target: Frame, rows: Rows
+) -> Frame:
+    """(N) TCP targets, base: ``target``, at ``rows`` where the command of the nominal path leads."""
     goes = arm.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.middle[rows])
-    rotation, position = path.tcp.rotation.copy(), path.tcp.origin.copy()
+    rotation, position = path.tcp.rotation.copy(), target.origin.copy()
     rotation[rows], position[rows] = goes.rotation, goes.position
     return Frame(rotation, position)
 

@@ -57,8 +57,8 @@ def _keyed(features: Sequence[Feature]) -> dict[tuple[str, str, int, int], Float
     """Features by family, column and joint, counted where these are alike."""
     out: dict[tuple[str, str, int, int], Floats] = {}
     count: Counter[tuple[str, str, int]] = Counter()
-    for values, *name in features:
-        key = (name[0], name[1], name[2])
+    for values, family, column, joint in features:
+        key = (family, column, joint)
         out[*key, count[key]] = values
         count[key] += 1
     return out

@@ -35,5 +35,6 @@ EFFECT = Effect(
         ),
     ),
     surface_reading=_shown,
+    missing_radius=lambda values: float(values["radius_m"][0]),
     unloaded=True,
 )

@@ -188,6 +188,7 @@ class Effect:
             ``place`` (0 ... n), two of them with ``|`` between, or the name of its one place.
         joint, angle, torque, mass, place, wrench_reading, position_reading, process_wrench, surface_reading: the slots,
             None where not filled.
+        missing_radius: values -> m by which the cutter is too small: it is moved so much towards the wall that it cuts.
         places: joints -> the places that ``place`` acts at (0 base ... n flange).
         memory: the state of a joint law that has one.
         unloaded: it acts without load too, so that absolute positions show it.
@@ -222,6 +223,7 @@ class Effect:
     position_reading: Callable[[ca.SX, ca.SX, Values], ca.SX] | None = None
     process_wrench: Callable[[ProgrammedWrench, Values], ca.SX] | None = None
     surface_reading: Callable[[ca.SX, Values], ca.SX] | None = None
+    missing_radius: Callable[[Numbers], float] | None = None
     memory: Memory | None = None
     unloaded: bool = False
     thermal: bool = False

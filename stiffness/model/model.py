@@ -67,12 +67,12 @@ class ComplianceModel:
         return tuple(e for e in CATALOGUE if e.name in self.values)
 
     def applied(
-        self, tool: str, process: tuple[str, str] | None = None
+        self, tool: str, process: tuple[str, str] | None = None, *, walls: bool = False
     ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
         """Effects that act on a planned path with a tool and a process of these names, and names of those that do not.
 
         Args:
-            process: names of material and cutter; None: nothing is cut.
+            process: names of material and cutter; None: nothing is cut. walls: it tells which wall a cutter cuts.
         """
         yes = [
             e
@@ -80,6 +80,7 @@ class ComplianceModel:
             if e.scope == "robot"
             or (e.scope == "tool" and self.tools[e.name] == tool)
             or (e.process_wrench is not None and self.of_process(e, process))
+            or (e.missing_radius is not None and walls and self.of_process(e, process))
         ]
         return tuple(yes), tuple(e.name for e in self.effects if e not in yes)
 

@@ -28,6 +28,8 @@ from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
 
+UPRIGHT = ("flat", "bull")  # shapes whose walls are along the axis
+BESIDE = np.radians(75.0)  # from the feed: a wall stands at 90 deg, the grid of the cut is coarser
 IDLE_SPEED = 1.0  # rev/s where the spindle stands still: something to divide by; no force is given there
 
 
@@ -77,6 +79,10 @@ class MillingProcess(Process):
     def yields(self) -> bool:  # type: ignore[override]
         return self.coupled
 
+    @property
+    def tells_walls(self) -> bool:  # type: ignore[override]
+        return all(c.shape in UPRIGHT for c in self.cutters.values())
+
     def description(self) -> str:
         kinds = ", ".join(f"{c.shape} {c.diameter * 1e3:g} mm, {c.flutes} flutes" for c in self.cutters.values())
         return f"milling of {self.material.file.name} in {self.shop.stock.source} with {kinds}: computed from the cut"
@@ -123,8 +129,8 @@ class MillingProcess(Process):
         turned = np.einsum("nij,nkjc->nkic", rotation, cut.shares.reshape(-1, 2, 3, 6)).reshape(-1, 6, 6)
         turned[stopped] = 0.0
         return MillingLoad(
-            turned @ material.coefficients, findings, _columns(cut, stopped), cut=_without(cut, stopped),
-            material=material, key=self.material.source, cell=cell, shares=turned,
+            turned @ material.coefficients, findings, _columns(cut, stopped), wall=_wall(cut, rotation),
+            cut=_without(cut, stopped), material=material, key=self.material.source, cell=cell, shares=turned,
         )  # fmt: skip
 
     def milling_path(self, motion: ToolMotion) -> tuple[MillingPath, list[Finding]]:
@@ -204,6 +210,17 @@ def _without(cut: Cut, rows: npt.NDArray[np.bool_]) -> Cut:
         return cut
     keep = ~rows
     return replace(cut, shares=cut.shares * keep[:, None, None], peak=cut.peak * keep)
+
+
+def _wall(cut: Cut, rotation: Floats) -> Floats:
+    """(N, 3) unit vector, base, to the wall that is cut beside the feed; zero where there is none or one on each side.
+
+    Args:
+        rotation: (N, 3, 3) path axes, x of the feed that arrives, in the base.
+    """
+    left, right = cut.exit > BESIDE, cut.entry < -BESIDE  # false where nothing is engaged
+    side = left.astype(float) - right.astype(float)
+    return np.asarray(side[:, None] * rotation[:, :, 1])
 
 
 def _columns(cut: Cut, stopped: npt.NDArray[np.bool_]) -> dict[str, Floats]:
