@@ -18,7 +18,7 @@ from stiffness.session.session import Session
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-ROUGHLY = 0.005  # m: how well the centre of a ball-bar is known beforehand
+ROUGHLY = 0.05  # m: how well the centre of a ball-bar is known beforehand
 LENGTH = 1e-3  # m: the error of a length that is not calibrated
 PART = (0.01, 0.02)  # m and rad: how far a part may lie from its work object
 

@@ -21,9 +21,6 @@ State = TypeVar("State")
 
 SETTLED = 1e-3  # standard deviations: a smaller step ends the iteration
 EVEN = 1e-9  # standard deviations: rounding of a step
-LIGHT, LEAST = 1e-7, 1e-9  # damping that is tried first, and the smallest there is, as a share of the curvature
-GROWTH = 8.0  # of the damping after a step that made things worse
-GOOD, POOR = 0.75, 0.25  # of the gain that a step promised
 PATIENCE = 3  # exchanges of all wrong bounds at once that may fail to help
 PIVOTS = 10  # exchanges per number: more than any real problem takes
 
@@ -105,27 +102,27 @@ def solve(
     """
     own = np.diag(1 / prior_sd**2)
     weight = own if held is None else own + held.T @ held
-    vector, damping, steps, ended, last = start.copy(), _Damping(), 0, False, False
+    vector, damping, steps, ended, last = start.copy(), 0.0, 0, False, False
     parts, state = blocks(vector, state)
     here = _Quadratic.of(parts, vector, prior, weight)
     total = sum(len(b.residual) for b in here.parts)
     while steps < ending.steps and not ended:
         steps += 1
-        step = here.step(damping.now, low - vector, high - vector)
+        step = here.step(damping, low - vector, high - vector)
         if here.length(step) <= SETTLED:
-            ended, last, damping = damping.now == 0 or last, True, damping.none()
+            ended, last, damping = damping == 0 or last, True, 0.0
             continue
         parts, state = blocks(vector + step, state)
         there = _Quadratic.of(parts, vector + step, prior, weight)
         if not there.cost <= here.cost * (1 + 1e-9):
-            ended, damping = last, damping.more()
+            ended, damping = last, max(8 * damping, 1e-7)
             continue
         enough = max(ending.gain * max(here.cost / max(total, 1), 1.0), ending.share * here.cost)
-        little, ratio = here.cost - there.cost < enough, (here.cost - there.cost) / max(here.promise(step), 1e-300)
+        little = here.cost - there.cost < enough
         vector, here = vector + step, there
         # damping holds what the data do not determine where it happens to be: before the end a step without is tried
-        ended, last = little and damping.now == 0, last or little
-        damping = damping.none() if little else damping.after(ratio)
+        ended, last = little and damping == 0, last or little
+        damping = damping / 3 if damping > 1e-9 and not little else 0.0
     chi2 = sum(float(b.residual @ b.residual) for b in here.parts)
     covariance = inverse(here.information + own)
     used = float(np.trace(covariance @ here.information))
@@ -139,32 +136,6 @@ def solve(
         steps=steps,
         converged=ended,
     ), state
-
-
-@dataclass(frozen=True)
-class _Damping:
-    """Damping of a step, relative to the curvature; ``took``: what it took last, where a step without may fail again.
-
-    A curved valley of what the data hardly determine is walked at one damping, not with a failure after every step.
-    """
-
-    now: float = 0.0
-    took: float = LIGHT
-    growth: float = GROWTH
-
-    def none(self) -> _Damping:
-        return _Damping(0.0, self.took)
-
-    def more(self) -> _Damping:
-        """After a step that made things worse, the more of them the faster."""
-        return _Damping(max(self.now * self.growth, self.took), LIGHT, 2 * self.growth)
-
-    def after(self, ratio: float) -> _Damping:
-        """After a step that gained ``ratio`` of what it promised."""
-        if self.now == 0:
-            return _Damping(0.0, self.took)
-        less = self.now / 3 if ratio > GOOD else self.now if ratio > POOR else 2 * self.now
-        return _Damping(less if less > LEAST else 0.0, less)
 
 
 @dataclass(frozen=True, repr=False)
@@ -190,10 +161,6 @@ class _Quadratic:
         return bounded_minimum(
             self.information + self.weight + np.diag(damping * np.diag(self.information)), self.gradient, low, high
         )
-
-    def promise(self, step: Floats) -> float:
-        """How much less the cost is after a step, were it quadratic."""
-        return float(2 * self.gradient @ step - step @ (self.information + self.weight) @ step)
 
     def length(self, step: Floats) -> float:
         """Of a step, in standard deviations."""
