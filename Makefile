@@ -1,6 +1,8 @@
 # make demo   set up and run the main job on the example
 # make test   set up and run everything that guards main
+# make docs   the site, with search: out/site/index.html
 # make bench  ratios of speed (docs/performance.md)
+# make reference  the generated pages of docs/, after a change of keys, functions or classes
 # make effects-report  diagnosis of every effect on three arms (docs/effects-report.md; over an hour on two cores)
 PYTHON ?= python3
 VENV   := .venv
@@ -9,7 +11,7 @@ BIN    := $(VENV)/bin
 export OPENBLAS_NUM_THREADS = 1
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
 
-.PHONY: demo test bench effects-report effects-quick pictures wheel-check clean
+.PHONY: demo test docs bench effects-report effects-quick pictures reference wheel-check clean
 
 demo: $(VENV)/.run
 	mkdir -p out
@@ -21,6 +23,10 @@ test: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -n 2
+
+docs: $(VENV)/.test
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs out/site
+	@echo "the site: out/site/index.html"
 
 bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
@@ -34,6 +40,13 @@ effects-quick: $(VENV)/.test
 pictures: $(VENV)/.test
 	$(BIN)/python -m docs.make_pictures
 	$(BIN)/python -m docs.make_circle_picture
+	$(BIN)/python -m docs.make_measuring_picture
+
+reference: $(VENV)/.test
+	$(BIN)/python -m docs.make_glossary
+	$(BIN)/python -m docs.make_keys
+	$(BIN)/python -m docs.make_json_keys
+	$(BIN)/python -m docs.make_functions
 
 wheel-check: $(VENV)/.test
 	rm -rf build dist out/wheel

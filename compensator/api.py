@@ -30,7 +30,7 @@ from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
 from compensator.tasks.identify import evaluated, fitted_model
 from compensator.tasks.robot_reference import refuse_other_robot
-from compensator.tasks.write_result import write_model, write_path
+from compensator.tasks.write_result import PARQUET, write_model, write_parquet, write_path
 from stiffness.diagnosis.diagnose import diagnose as _diagnose
 from stiffness.errors import StiffnessError
 from stiffness.identify import identify as _identify
@@ -210,7 +210,7 @@ def write(result: TaskResult, path: AnyPath, *, language: str | None = None) -> 
     """The file of a result: all of it or none, and never over what the result was made from.
 
     A compensated path becomes a robot program, which is read back from the disk and run through the model again; a
-    previewed one a csv; a fit or a diagnosis a model file.
+    previewed one a csv; a fit or a diagnosis a model file. With the suffix ``.parquet`` the table of any result.
 
     Args:
         language: of a program, where the suffix does not tell it.
@@ -219,6 +219,8 @@ def write(result: TaskResult, path: AnyPath, *, language: str | None = None) -> 
         CompensatorError: the result has no file, or cannot be written there. Nothing was changed.
     """
     target = Path(path)
+    if target.suffix.lower() == PARQUET:
+        return write_parquet(result, target)
     if isinstance(result, PathResult):
         return write_path(result, target, language)
     return write_model(result, target)

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from compensator.cli_first_hour import VERBS
+from compensator.cli_shell import VERBS as SHELL_VERBS
 from compensator.cli_view import view
 from compensator.command_line import INPUT, OUTPUT, Verbs, strict_verb
 from compensator.measuring_verbs import plan, trace
@@ -50,8 +51,8 @@ def compensate(toolpath: tuple[Path, ...], cell: Path, program: Path, verbose: b
 
     with progress(verbose) as say:
         done = compensate_file(toolpath, cell, program, say=say, **options)
-    print_findings(done.report)
     show_path(done)
+    print_findings(done.report)
 
 
 @main.command()
@@ -74,8 +75,8 @@ def preview(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: An
 
     with progress(verbose) as say:
         done = preview_file(toolpath, cell, say=say, **options)
-    print_findings(done.report)
     show_path(done)
+    print_findings(done.report)
 
 
 @main.command()
@@ -96,8 +97,8 @@ def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verb
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
         done = identify_files(sessions, output, effects=names, say=say, **options)
-    print_findings(done.report, done.warnings)
     show_fit(done)
+    print_findings(done.report, done.warnings)
 
 
 @main.command()
@@ -117,8 +118,8 @@ def diagnose(
 
     with progress(verbose) as say:
         done = diagnose_files(sessions, model, output, say=say, **options)
-    print_findings(done.report, done.warnings)
     show_lines([*diagnosis_lines(done.diagnosis, done.report), *(f"wrote {file}" for file in done.files)])
+    print_findings(done.report, done.warnings)
 
 
 @main.command()
@@ -135,8 +136,8 @@ def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
 
     with progress(verbose) as say:
         _, report = evaluate_file(session, model, say=say, **options)
-    print_findings(report)
     show_evaluation(report)
+    print_findings(report)
 
 
 @main.command("stiffness-map")
@@ -172,8 +173,8 @@ def stiffness_map(model: Path, verbose: bool, **options: Any) -> None:
     held = {key: options.pop(f"tool_{key}") for key in ("xyz", "rpy", "name", "mass", "com")}
     with progress(verbose) as say:
         done = map_file(model, tool=tool_of(**held), say=say, **options)
-    print_findings(done.report)
     show_map(done)
+    print_findings(done.report)
 
 
 @main.command()
@@ -197,8 +198,8 @@ def clamped(readings: Path, robot: str, model: Path, verbose: bool, **options: A
 
     with progress(verbose) as say:
         done = clamped_file(readings, robot, model, say=say, **options)
-    print_findings(done.report)
     show_made(done)
+    print_findings(done.report)
 
 
 @main.command()
@@ -214,8 +215,8 @@ def cutting(forces: Path, material: Path, verbose: bool, **options: Any) -> None
 
     with progress(verbose) as say:
         done = cutting_file(forces, material, say=say, **options)
-    print_findings(done.report)
     show_material(done)
+    print_findings(done.report)
 
 
 @main.command()
@@ -231,8 +232,8 @@ def datasheet(robot: str, model: Path, verbose: bool, **options: Any) -> None:
 
     with progress(verbose) as say:
         done = datasheet_file(robot, model, say=say, **options)
-    print_findings(done.report)
     show_made(done)
+    print_findings(done.report)
 
 
 main.add_command(plan)
@@ -260,7 +261,7 @@ def robots(name: str | None, verbose: bool) -> None:
     show_robots() if name is None else show_robot(name)
 
 
-for _verb in (*VERBS, *PATH_VERBS):
+for _verb in (*VERBS, *PATH_VERBS, *SHELL_VERBS):
     main.add_command(_verb)
 
 if __name__ == "__main__":

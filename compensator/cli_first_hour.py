@@ -42,8 +42,8 @@ def init(output: Path, new_model: Path | None, verbose: bool, **options: Any) ->
     answers = answered(options, tuple(LANGUAGES))
     with progress(verbose) as say:
         done = init_files(answers, output=output, new_model=new_model, say=say)
-    print_findings(done.report)
     show_lines([f"wrote {file}" for file in done.files])
+    print_findings(done.report)
 
 
 @click.command(cls=Verb)

@@ -15,6 +15,8 @@ from typing import Any, NoReturn
 
 import click
 
+from compensator.verb_examples import EXAMPLES
+
 REFUSED, INTERRUPTED, BROKEN_PIPE, TERMINATED = 1, 130, 141, 143  # exit status; above 128: of the signal
 
 #: A file that is read, and one that is written. Every option that takes a file is one of the two.
@@ -29,7 +31,13 @@ def strict_verb(task: Callable[..., None]) -> Callable[..., None]:
 
 
 class Verb(click.Command):
-    """A command whose refusals are one message on stderr and exit status 1."""
+    """A command whose refusals are one message on stderr and exit status 1, and whose help ends with two examples."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        super().format_epilog(ctx, formatter)
+        with formatter.section("Examples"):
+            for example in EXAMPLES.get(self.name or "", ()):
+                formatter.write(f"{' ' * formatter.current_indent}compensator {example}\n")
 
     def invoke(self, ctx: click.Context) -> Any:
         try:

@@ -25,6 +25,7 @@ _LANGUAGES = [language.name for language in WRITTEN]
 @click.option("--seed", type=int, help="Of the postures to choose from.  [default: 0]")
 @click.option("--ballbar", is_flag=True, help="Circles that tell the lost motion of every joint of --cell, a program.")
 @click.option("--probe", is_flag=True, help="Two-sided touches that tell it, for a dial gauge; a program.")
+@click.option("--program", type=OUTPUT, help="That drives to the set-ups, with a session to fill in beside it.")
 @click.option("--format", "language", type=click.Choice(_LANGUAGES), help="Of that program, where its suffix is none.")
 @click.option("--radius", type=float, help="Of the circles, mm.  [default: 150]")
 @click.option("--center", nargs=3, type=float, help="Of the circles, or of the touches, mm in the base.")
@@ -40,8 +41,8 @@ def plan(model: Path | None, output: Path, verbose: bool, **options: Any) -> Non
         raise click.UsageError("Missing argument 'MODEL'.")
     with progress(verbose) as say:
         done = plan_any(model, output, say=say, **options)
-    print_findings(done.report)
     show_lines([done.sentence, *(f"wrote {file}" for file in done.files)])
+    print_findings(done.report)
 
 
 @click.command(cls=Verb)
@@ -74,5 +75,5 @@ def trace(file: Path, output: Path, verbose: bool, **options: Any) -> None:
     told = {key: options.pop(key) for key in TraceOrder.__dataclass_fields__}
     with progress(verbose) as say:
         done = trace_file(file, output, order=TraceOrder(**told), say=say, **options)
-    print_findings(done.report)
     show_lines([done.sentence, *(f"wrote {name}" for name in done.files)])
+    print_findings(done.report)

@@ -32,8 +32,8 @@ def axis_map(toolpath: tuple[Path, ...], cell: Path, verbose: bool, **options: A
 
     with progress(verbose) as say:
         done = axis_map_file(toolpath, cell, say=say, **options)
-    print_findings(done.report)
     show_axis_map(done)
+    print_findings(done.report)
 
 
 VERBS = (axis_map,)

@@ -74,7 +74,7 @@ class TaskResult(ABC):
         try:
             import pandas
         except ImportError as e:
-            remedy = "pip install pandas, or take columns(), which needs nothing"
+            remedy = "pip install 'toolpath-compensator[pandas]', or take columns(), which needs nothing"
             raise CompensatorError(f"to_pandas: pandas is not installed: {remedy}") from e
         return pandas.DataFrame(self.columns())
 

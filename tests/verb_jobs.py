@@ -97,7 +97,7 @@ JOBS = {
     "plan": VerbJob(
         ("model.toml", "--session", "session.toml", "--toolpath", "path.csv", "--cell", "cell.toml", "--count", "2"),
         (*PATH, *SESSION),
-        {"-o": "out.csv", "--json": "out.json"},
+        {"-o": "out.csv", "--json": "out.json", "--program": "out.mod"},
     ),
     "trace": VerbJob(
         ("points.csv", "--frame", "base", "--noise", "0.01", "--cell", "cell.toml", "--program", "ran.csv"),

@@ -55,7 +55,24 @@ def job_findings(arm: EquippedArm, placement: Placement, sag: str) -> list[Findi
         found.append(Finding(NOTE, "", what))
     if sag == "calibrated-out":
         found.append(Finding(NOTE, "gravity", "the controller is taken to know the sag of arm and tool"))
-    return found
+    return [*found, *_accuracy(placement, sag)]
+
+
+def _accuracy(placement: Placement, sag: str) -> list[Finding]:
+    """The controller's own correction: not told, or at odds with what the cell says of the sag."""
+    on, place = placement.absolute_accuracy, "controller"
+    if on is None:
+        what = "whether absolute accuracy or an elasticity option of the controller is on is not known: "
+        what += "the sag may be corrected twice, or not at all"
+        remedy = "Look it up on the controller, and give [controller] absolute_accuracy = true or false"
+        return [Finding(NOTE if placement.conditions.sag else WARNING, place, what, remedy)]
+    if on and sag == "uncompensated":
+        what = 'absolute_accuracy = true, but gravity = "uncompensated": the sag would be corrected twice'
+        return [Finding(WARNING, place, what, 'Give gravity = "calibrated-out"')]
+    if not on and sag == "calibrated-out":
+        what = 'absolute_accuracy = false, but gravity = "calibrated-out": what else corrects the sag?'
+        return [Finding(WARNING, place, what, 'If not, give gravity = "uncompensated"')]
+    return []
 
 
 def _not_applied(arm: EquippedArm) -> list[Finding]:

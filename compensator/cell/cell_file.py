@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 from compensator.cell.machine_table import MachineTable
 from compensator.cell.placement_tables import (
     NO_WORKOBJECT,
+    ControllerTable,
     ExternalAxisTable,
     MountTable,
     StartTable,
@@ -53,6 +54,7 @@ class Cell(TomlTable):
     workobject: WorkObjectTable = NO_WORKOBJECT
     machine: MachineTable | None = None
     external: dict[AxisName, ExternalAxisTable] = Field(default_factory=dict)
+    controller: ControllerTable = ControllerTable()
     start: StartTable | None = None
     process: AnyProcessTable
     solve: SolveTable = SolveTable()

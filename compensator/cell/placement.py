@@ -35,6 +35,7 @@ class Placement:
         touches: where the work object was touched off with the tool: points (3,) m of it, and postures (n,) rad; empty:
             it was not; None: not known.
         process_names: of the material and the cutter; "" where they are not told.
+        absolute_accuracy: whether the controller's own calibration or elasticity option is on; None: not known.
         start: (n,) rad where the path starts from; None: not known.
         external: external axes of robot programs by name.
         machine: that the toolpath was posted for; None: not declared.
@@ -49,6 +50,7 @@ class Placement:
     conditions: Conditions
     touches: tuple[Floats, ...] | None = None
     process_names: tuple[str, str] = ("", "")
+    absolute_accuracy: bool | None = None
     start: Floats | None = None
     external: Mapping[str, ExternalAxisTable] = field(default_factory=dict)
     machine: Machine | None = None
@@ -83,6 +85,7 @@ def placement_of(cell: Cell) -> Placement:
         conditions=Conditions((x, y, z), cell.gravity, cell.temperature, cell.solve.complementary_stiffness),
         touches=cell.workobject.touches(),
         process_names=cell.process.names(),
+        absolute_accuracy=cell.controller.absolute_accuracy,
         start=None if cell.start is None else np.radians(cell.start.joints),
         external=cell.external,
         machine=cell.posted_for(),

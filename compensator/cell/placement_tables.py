@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, model_validator
+from pydantic import Field, Strict, model_validator
 
 from compensator.cell.scene_tables import BodyTable
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres, refuse_radians
@@ -99,6 +99,13 @@ class WorkObjectTable(TomlTable):
 
 
 NO_WORKOBJECT = WorkObjectTable.model_construct(xyz=None, rpy=(0.0, 0.0, 0.0), touched_off=None)  # left to a program
+
+
+class ControllerTable(TomlTable):
+    """What the controller does by itself: ``absolute_accuracy``, its own calibration or elasticity option; None: not
+    known."""
+
+    absolute_accuracy: Annotated[bool, Strict()] | None = None
 
 
 class StartTable(TomlTable):

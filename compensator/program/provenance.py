@@ -19,6 +19,8 @@ from toolpaths.toolpath import Toolpath
 
 BLANK = "program sha256:" + "0" * DIGITS
 OPEN = "predicted error ? mm"
+#: What the head tells of the controller's own absolute accuracy or elasticity option, by [controller] of the cell.
+ACCURACY = {None: "WARNING: absolute accuracy ?", True: "absolute accuracy on", False: "absolute accuracy off"}
 GIVEN = "given as an object"  # no file to hash
 _TOLD = re.compile(rb"\b(cell|model|toolpath|program) sha256:([0-9a-f]{%d})\b" % DIGITS)
 _SEAL = re.compile(rb"\bprogram sha256:[0-9a-f]{%d}\b" % DIGITS)
@@ -26,7 +28,7 @@ _ERROR = re.compile(rb"\bpredicted error (\d+\.\d+) mm")
 _VERSION = re.compile(rb"\bversion ([\w.+-]{1,20})(?=.{0,30}?\bcell sha256)", re.S)
 _HEAD = re.compile(
     rb"\b(?:cell|model|toolpath|program) sha256:[0-9a-f]+|\bpredicted error [\d.?]+ mm"
-    rb"|\bversion [\w.+-]{1,20}(?=.{0,30}?\bcell sha256)", re.S
+    rb"|\bversion [\w.+-]{1,20}(?=.{0,30}?\bcell sha256)|(?:WARNING: )?absolute accuracy (?:\?|on|off)", re.S
 )  # fmt: skip
 
 
@@ -36,23 +38,25 @@ class Provenance:
 
     Attributes:
         cell: of the cell file and all files that it names but the model. toolpath: of its files, in their order.
+        absolute_accuracy: whether the controller's own is on; None: not known.
     """
 
     version: str
     cell: str
     model: str
     toolpath: str
+    absolute_accuracy: bool | None = None
 
     def as_dict(self) -> dict[str, str]:
-        """For JSON."""
-        return {key: str(value) for key, value in asdict(self).items()}
+        """Version and hashes, for JSON."""
+        return {key: str(value) for key, value in asdict(self).items() if key != "absolute_accuracy"}
 
     @property
     def stamp(self) -> tuple[str, ...]:
         """Comments for the head of a program; error and seal are put in by ``seal``."""
         hashes = [f"{name} sha256:{getattr(self, name)}" for name in ("cell", "model", "toolpath")]
         known = (line for line in hashes if GIVEN not in line)
-        return (f"version {self.version[:20]}", *known, OPEN, BLANK)
+        return (f"version {self.version[:20]}", *known, OPEN, ACCURACY[self.absolute_accuracy], BLANK)
 
 
 def provenance_of(cell: Cell, source: Toolpath) -> Provenance:
@@ -64,6 +68,7 @@ def provenance_of(cell: Cell, source: Toolpath) -> Provenance:
         cell=sha256_of((named.cell, *named.beside)),
         model=sha256_of((named.model,)),
         toolpath=sha256_of(parts) if all(p.is_file() for p in parts) else GIVEN,
+        absolute_accuracy=cell.controller.absolute_accuracy,
     )
 
 

@@ -29,10 +29,12 @@ class ErrorBand:
     Attributes:
         size: (K,) m, of the error at some cutting poses; the last two are of the 95 % size and the largest.
         shift: input, such as ``material`` or an effect -> (P, K) m: change of the size with each of its numbers.
+        meant: input -> what each of the P numbers is, in words.
     """
 
     size: Floats
     shift: Mapping[str, Floats]
+    meant: Mapping[str, tuple[str, ...]]
 
     def __repr__(self) -> str:
         return f"ErrorBand({len(self.size)} poses, {', '.join(self.shift)})"
@@ -53,6 +55,18 @@ class ErrorBand:
         return QUANTILE * float(np.sqrt(sum(np.sum((s @ weights) ** 2) for s in self.shift.values())))
 
     @property
+    def first(self) -> dict[str, float]:
+        """What should be measured first: words -> share of the variance of the mean error, the largest first."""
+        weights = self.evenly
+        parts: dict[str, float] = {}
+        for name, shifts in self.shift.items():
+            for words, s in zip(self.meant[name], shifts, strict=True):
+                parts[words] = parts.get(words, 0.0) + float((s @ weights) ** 2)
+        total = sum(parts.values())
+        found = sorted(parts.items(), key=lambda item: -item[1])
+        return {words: part / total for words, part in found if part > 0.0}
+
+    @property
     def shares(self) -> dict[str, float]:
         """Of the variance of the mean error, by input."""
         weights = self.evenly
@@ -62,9 +76,9 @@ class ErrorBand:
 
 
 def error_band(c: Compensation) -> ErrorBand | None:
-    """The band of the uncompensated error of a milled path; None where no standard deviation is known."""
-    load, rows = c.load, np.flatnonzero(c.cutting)
-    if not isinstance(load, MillingLoad) or not len(rows):
+    """The band of the uncompensated error of a path; None where no standard deviation is known."""
+    rows = np.flatnonzero(c.cutting)
+    if not len(rows):
         return None
     whole = np.linalg.norm(c.error_before[rows], axis=1)
     some = np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))
@@ -73,36 +87,39 @@ def error_band(c: Compensation) -> ErrorBand | None:
     error = c.error_before[rows]
     size = np.linalg.norm(error, axis=1)
     along = error / np.maximum(size, 1e-12)[:, None]
-    shift = {name: np.array(parts) for name, parts in _shifts(c, load, rows, along=along).items() if parts}
-    return ErrorBand(size, shift) if shift else None
+    found = list(_shifts(c, rows, along=along))
+    names = dict.fromkeys(name for name, _, _ in found)
+    shift = {name: np.array([s for n, _, s in found if n == name]) for name in names}
+    meant = {name: tuple(words for n, words, _ in found if n == name) for name in names}
+    return ErrorBand(size, shift, meant) if shift else None
 
 
 def _shifts(
-    c: Compensation, load: MillingLoad, rows: npt.NDArray[np.intp], *, along: Floats
-) -> dict[str, list[Floats]]:
-    here = _positions(c, rows, c.wrench[rows], {})
-    out: dict[str, list[Floats]] = {"material": []}
-    if load.material.covariance is not None:
+    c: Compensation, rows: npt.NDArray[np.intp], *, along: Floats
+) -> Iterator[tuple[str, str, Floats]]:
+    """Input, the number of it that is moved, in words, and what that does to the size (K,) m."""
+    here, load = _positions(c, rows, c.wrench[rows], {}), c.load
+    if isinstance(load, MillingLoad) and load.material.covariance is not None:
         variance, ways = np.linalg.eigh(load.material.covariance)
         for value, way in zip(variance, ways.T, strict=True):
             if value > 1e-12 * variance[-1]:
                 more = c.wrench[rows] + load.shares[rows] @ (way * np.sqrt(value))
-                out["material"].append(np.sum((_positions(c, rows, more, {}) - here) * along, axis=1))
-    for name, values in _moved(c):
+                yield "material", load.material.name, np.sum((_positions(c, rows, more, {}) - here) * along, axis=1)
+    for name, words, values in _moved(c):
         there = _positions(c, rows, c.wrench[rows], {name: values})
-        out.setdefault(name, []).append(np.sum((there - here) * along, axis=1))
-    return out
+        yield name, words, np.sum((there - here) * along, axis=1)
 
 
-def _moved(c: Compensation) -> Iterator[tuple[str, Numbers]]:
-    """Every effect with one of its numbers moved by its standard deviation."""
+def _moved(c: Compensation) -> Iterator[tuple[str, str, Numbers]]:
+    """Every effect with one of its numbers moved by its standard deviation, and which one that is."""
     arm = c.job.arm
     for name, values in arm.values.items():
         for parameter, sd in arm.model.sd.get(name, {}).items():
             for k in np.flatnonzero(np.nan_to_num(np.atleast_1d(sd), posinf=0.0) > 0).tolist():
                 changed = np.atleast_1d(np.array(values[parameter], dtype=float))
                 changed[k] += np.atleast_1d(sd)[k]
-                yield name, {**values, parameter: changed.reshape(np.shape(values[parameter]))}
+                words = f"{name} of joint {k + 1}" if len(changed) == arm.robot.n else f"{name}: {parameter}"
+                yield name, words, {**values, parameter: changed.reshape(np.shape(values[parameter]))}
 
 
 def _positions(c: Compensation, rows: npt.NDArray[np.intp], wrench: Floats, values: Mapping[str, Numbers]) -> Floats:

@@ -142,7 +142,7 @@ def _sag(at: _Thinned) -> Iterator[Worth]:
         return
     size = at.moved(placement=replace(placement, conditions=replace(placement.conditions, sag=other)))
     what = f"gravity = {now!r}; were it {other!r}"
-    remedy = "Ask whether the controller's absolute accuracy or load model is on, and set gravity in the cell"
+    remedy = "Ask whether the controller's absolute accuracy or load model is on, and set gravity and [controller]"
     level = NOTE if placement.conditions.sag else WARNING
     yield Worth(_finding(level, f"{at.source}: gravity", what, remedy), size)
 

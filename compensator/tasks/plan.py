@@ -20,6 +20,7 @@ from compensator.report.json.text import as_json
 from compensator.solve.compensate import uncompensated
 from compensator.solve.planned import planned
 from compensator.tasks.outputs import Outputs
+from compensator.tasks.plan_session import add_session, session_findings, session_language
 from compensator.tasks.run_files import writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
@@ -60,7 +61,7 @@ class Planned:
     files: tuple[Path, ...]
 
 
-@writes("output", "json")
+@writes("output", "json", "program")
 def plan_file(
     model: Path,
     output: Path,
@@ -72,10 +73,15 @@ def plan_file(
     cell: Path | None = None,
     seed: int = 0,
     json: Path | None = None,
+    program: Path | None = None,
+    language: str | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Planned:
     """A model that is roughly right in, set-ups to measure next out.
+
+    Args:
+        program: that drives to them, with session.toml and samples.csv to fill in beside it. language: of it.
 
     Raises:
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
@@ -90,6 +96,7 @@ def plan_file(
         _check_same(model=loaded, robot=robot, other=s.robot, gravity=s.gravity, source=s.source)
     job = None if cell is None else _job(cell, loaded, robot)
     path = None if job is None or toolpath is None else _read(job, toolpath)
+    spoken = session_language(program, language)
     tool, notes = _tool(measured, job)
     design = _design(
         model=loaded,
@@ -110,14 +117,19 @@ def plan_file(
     plan = choose(design=design, postures=postures, loading=loading, count=count, before=before, matters=matters)
     report = plan_report(plan, seed, [*notes, *more])
     told = [*assumptions(robot, loaded), *(Finding(NOTE, "", text) for text in (*notes, *more))]
-    report["findings"] = findings_report(of_kind("model", told))
+    found = of_kind("model", told) if spoken is None else (*of_kind("model", told), *session_findings())
+    report["findings"] = findings_report(found)
     refuse_warnings(report, strict)
+    beside: tuple[Path, ...] = ()
     with Outputs() as outputs:
         outputs.text(output, plan_csv(plan))
+        if spoken is not None and program is not None:
+            say(f"writing {spoken.name}")
+            beside = add_session(outputs, program, spoken, plan=plan, tool=tool, model=loaded)
         if json:
             outputs.text(json, as_json(report))
         outputs.commit()
-    return Planned(plan, report, report["sentence"], tuple(p for p in (output, json) if p))
+    return Planned(plan, report, report["sentence"], (*(p for p in (output, json) if p), *beside))
 
 
 def _check_options(

@@ -29,6 +29,7 @@ def plan_any(
     toolpath: Path | None = None,
     seed: int | None = None,
     json: Path | None = None,
+    program: Path | None = None,
     strict: bool = False,
     say: Say = quiet,
 ) -> Planned | TrialMade:
@@ -38,8 +39,11 @@ def plan_any(
         ToolpathError, StiffnessError, CompensatorError: refused; no output is left behind.
     """
     of_setups = {"--session": sessions, "--count": count, "--force": force, "--toolpath": toolpath, "--seed": seed}
+    of_setups["--program"] = program
     of_trials = {"--format": language, "--radius": radius, "--center": center, "--feed": feeds}
     if not (ballbar or probe):
+        if program is not None:
+            del of_trials["--format"]
         _refuse_given(of_trials, "to --ballbar or --probe")
         if model is None:
             raise CompensatorError("MODEL is missing: give the model to be known better, or --ballbar or --probe")
@@ -53,6 +57,8 @@ def plan_any(
             cell=cell,
             seed=seed or 0,
             json=json,
+            program=program,
+            language=language,
             strict=strict,
             say=say,
         )

@@ -22,6 +22,8 @@ from stiffness.model.model import model_text
 from toolpaths.files import language_of, write_program
 from toolpaths.languages.table import Language
 
+PARQUET = ".parquet"
+
 
 @writes("program")
 def write_path(result: PathResult, program: Path, language: str | None = None) -> WrittenFiles:
@@ -101,6 +103,28 @@ def write_model(result: TaskResult, model: Path) -> WrittenFiles:
         outputs.text(model, text)
         outputs.commit()
     return WrittenFiles((model,), result.summary)
+
+
+@writes("table")
+def write_parquet(result: TaskResult, table: Path) -> WrittenFiles:
+    """The columns of a result as Parquet.
+
+    Raises:
+        CompensatorError: pyarrow is not installed, or the file cannot be written there; nothing was changed.
+    """
+    _refuse_inputs(result)
+    try:
+        from pyarrow import Table, parquet
+    except ImportError as e:
+        remedy = "pip install 'toolpath-compensator[parquet]', or take columns(), which needs nothing"
+        raise CompensatorError(f"{table}: pyarrow is not installed: {remedy}") from e
+    with Outputs() as outputs:
+        with outputs.writing(table, PARQUET) as staged:
+            columns = {name: list(values) for name, values in result.columns().items()}
+            parquet.write_table(Table.from_pydict(columns), staged)
+        files = outputs.add(staged, table)
+        outputs.commit()
+    return WrittenFiles(files, result.summary)
 
 
 def _refuse_inputs(result: TaskResult) -> None:

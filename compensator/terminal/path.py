@@ -5,11 +5,11 @@ from __future__ import annotations
 from rich.console import Console
 from rich.text import Text
 
-from compensator.report.words.cut import cut_lines
+from compensator.report.words.cut import band_lines, cut_lines
 from compensator.report.words.numbers import deflection_mm
 from compensator.report.words.shares import SHARES, direction_words
 from compensator.tasks.compensate import Done
-from compensator.terminal.screen import print_lines, print_written, screen, table
+from compensator.terminal.screen import asked_for_all, print_lines, print_written, screen, table
 
 SEEN = 5e-4  # mm: a smaller share would be a row of zeros
 
@@ -48,9 +48,11 @@ def _print_facts(console: Console, done: Done) -> None:
     for t in r["reversals"]:
         turned[t["where"]] = turned.get(t["where"], 0) + 1
     where = ", ".join(f"{name} {count}x" for name, count in turned.items()) or "none"
+    if turned and not asked_for_all():
+        where = f"{sum(turned.values())} in {len(turned)} joints"
     text = f"tool looks along {direction_words(r)} in base axes; reversals: {where}"
     if done.result.is_corrected:
         text = f"largest correction {deflection_mm(r['max_correction_mm'])} mm; {text}"
         text += f"; poses put in at flank changes: {r['inserted_poses']}"
     console.print(text, highlight=False)
-    print_lines(console, cut_lines(done.result, r))
+    print_lines(console, [*cut_lines(done.result, r), *band_lines(r)])

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # the command line reads the table to show its help: nothing 
     from toolpaths.rewriting.filter import Filter, Rewritten
     from toolpaths.toolpath import Floats, Toolpath
     from toolpaths.writing.program import Program, ReadBack
+    from toolpaths.writing.stops import Stops
 
 
 class Writer(Protocol):
@@ -48,6 +49,7 @@ class Language:
         several: whether a program may be several files: reader and filter take the others, ``reader.py`` has main_of.
         parts: suffixes of files that may belong to a program of several, but are none of their own.
         short_remarks: a remark is too short for the marker of what this project wrote: it takes two of them.
+        stops: whether ``stops.py`` writes programs that drive to postures and wait there.
         table: rows of numbers: a pose is a row, and no robot runs them.
         machine_words: what a command of G-code matches that its programs have a word for.
     """
@@ -61,6 +63,7 @@ class Language:
     parts: tuple[str, ...] = ()
     short_remarks: bool = False
     table: bool = False
+    stops: bool = False
     machine_words: str = "M0|M6"  # robots: a halt, and the data of a tool
 
     def read(
@@ -119,6 +122,10 @@ class Language:
         """How a finished program is changed in place, where the language is ``filtered``."""
         return cast("Filter", self._module("filter").FILTER)
 
+    def stops_text(self, stops: Stops, name: str) -> str:
+        """A program that drives to postures and waits there, where the language has ``stops``."""
+        return cast(str, self._module("stops").stops_text(stops, name))
+
     def rewrite(
         self, source: bytes, program: Program, row: Floats, path: Path, machine: Machine | None,
         others: Sequence[Path] | None = None,
@@ -131,11 +138,12 @@ class Language:
 
 
 _ROBOTS = (
-    Language(name="rapid", reads=(".mod", ".modx", ".prg", ".pgf"), writes=".mod", filtered=True, several=True,
-             parts=(".sys", ".sysx")),
-    Language(name="krl", reads=(".src",), writes=".src", filtered=True, several=True, parts=(".dat",)),
-    Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, short_remarks=True),
-    Language(name="urscript", reads=(".script", ".urscript"), writes=".script", filtered=True),
+    Language(name="rapid", reads=(".mod", ".modx", ".prg", ".pgf"), writes=".mod", filtered=True, stops=True,
+             several=True, parts=(".sys", ".sysx")),
+    Language(name="krl", reads=(".src",), writes=".src", filtered=True, stops=True, several=True,
+             parts=(".dat",)),
+    Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, stops=True, short_remarks=True),
+    Language(name="urscript", reads=(".script", ".urscript"), writes=".script", filtered=True, stops=True),
     Language(name="val3", reads=(".pgx",), writes=".pgx"),
     Language(name="inform", reads=(".jbi",), writes=".jbi"),
 )  # fmt: skip

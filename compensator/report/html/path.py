@@ -17,7 +17,7 @@ from compensator.report.html import path_tables as tables
 from compensator.report.html.page import page
 from compensator.report.json.text import Report
 from compensator.report.scene.scene import path_scene
-from compensator.report.words.cut import cut_lines
+from compensator.report.words.cut import band_lines, cut_lines
 from compensator.report.words.findings import finding_sentences, note_sentences
 from compensator.report.words.numbers import deflection_mm
 from compensator.report.words.three_numbers import three_numbers
@@ -70,7 +70,7 @@ def path_page(
         errors=tables.errors(report, corrected),
         shares=tables.shares(report),
         facts=tables.facts(report, corrected),
-        cut=cut_lines(c, report),
+        cut=[*cut_lines(c, report), *band_lines(report)],
         joints=tables.joints(c),
         turnarounds=tables.turnarounds(c, report),
         inputs=tables.inputs(c),

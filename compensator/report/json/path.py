@@ -18,6 +18,7 @@ from compensator.solve.uncertainty import ErrorBand
 Floats = npt.NDArray[np.float64]
 
 SCHEMA = "path-summary/1"
+FIRST = 3  # of what should be measured first
 SHARES = ("gravity", "process", "joint_state", "offsets", "temperature", "touched_off", "interaction")
 
 
@@ -60,6 +61,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "not_learned": [part.as_dict() for part in a.open.not_learned],
         "collisions": collisions_report(a.collisions),
         "left_open_mm": statistics(a.open.sd),
+        "controller": {"absolute_accuracy": c.job.placement.absolute_accuracy},
         "not_applied": list(c.job.arm.not_applied),
         "findings": findings_report(a.findings),
         "notes": [str(f) for f in a.findings if f.kind in ("cell", "model")],
@@ -74,7 +76,8 @@ def _band(band: ErrorBand | None, size: Report) -> Report:
     n = len(band.size)
     weights = {"mean": band.evenly, "p95": np.eye(1, n, n - 2)[0], "max": np.eye(1, n, n - 1)[0]}
     out: Report = {k: [max(size[k] - MM * band.of(w), 0.0), size[k] + MM * band.of(w)] for k, w in weights.items()}
-    return {"band95": {**out, "share": band.shares}}
+    first = [{"what": words, "share": share} for words, share in list(band.first.items())[:FIRST]]
+    return {"band95": {**out, "share": band.shares, "measure_first": first}}
 
 
 def _uncoupled(c: Compensation) -> Report:

@@ -35,9 +35,9 @@ MOVES_PER_FILE = 5000
 #: User frame, tool and position register that the program sets; the same spare ones that RoboDK's post takes.
 FRAME = 9
 
-_NAME_LIMIT = 30
+NAME_LIMIT = 30
 _REMARK = 32
-_HEAD = """/PROG  {name}
+HEAD = """/PROG  {name}
 /ATTR
 OWNER		= MNEDITOR;
 COMMENT		= "{comment}";
@@ -65,7 +65,7 @@ _POSITION = (
     "\tX = %10.4f  mm,\tY = %10.4f  mm,\tZ = %10.4f  mm,\n"
     "\tW = %10.5f deg,\tP = %10.5f deg,\tR = %10.5f deg\n};\n"
 )
-_JOINTS = (
+JOINT_POSITION = (
     "P[%d]{\n   GP1:\n"
     f"\tUF : {FRAME}, UT : {FRAME},\t\n"
     "\tJ1= %11.6f deg,\tJ2= %11.6f deg,\tJ3= %11.6f deg,\n"
@@ -98,7 +98,7 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
 
 def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
     """What a controller does not take as the name of a file."""
-    limit = _NAME_LIMIT - (4 if moves > MOVES_PER_FILE else 0)
+    limit = NAME_LIMIT - (4 if moves > MOVES_PER_FILE else 0)
     if not is_legal(path.stem, limit, ()):
         what = f"{path.stem!r} is no TP program name: a letter, then letters, digits and _, at most {limit} characters"
         yield Finding(ERROR, path.name, what, "name the file so: the controller calls programs by their file's name")
@@ -159,9 +159,9 @@ def _words(program: Program) -> _Words:
 def _between(program: Program, first: int) -> Between:
     """Instructions between the moves of a program whose positions are counted from pose ``first`` on."""
     return Between(
-        comment=lambda text: _joined(_remarks(text)),
+        comment=lambda text: _joined(remarks(text)),
         line=lambda line: f"  {line.removesuffix(';').rstrip()}\n",
-        halt=lambda text: _joined([*_remarks(text), "  PAUSE"]),
+        halt=lambda text: _joined([*remarks(text), "  PAUSE"]),
         mount=lambda tool: _joined(_mount(program.tools[tool])),
         go=lambda pose: f"J P[{pose - first + 1}] 10% FINE\n",
     )
@@ -175,7 +175,7 @@ def _ordered_at_start(program: Program) -> list[str]:
     return lines_at_start(program, _between(program, 0)).splitlines()
 
 
-def _remarks(text: str) -> list[str]:
+def remarks(text: str) -> list[str]:
     """Remarks of at most 32 characters; a semicolon would end the line."""
     clean = plain(text, 200).replace(";", ",")
     return [f"  !{line}" for line in textwrap.wrap(clean, _REMARK)] or ["  !"]
@@ -185,18 +185,18 @@ def _frames(program: Program) -> list[str]:
     """Remarks on what is run, and instructions that set the user frame and the first tool."""
     head = f"Compensated program {program.name} for {program.robot or 'robot'}"
     frame = _frame("UFRAME", program.workobject)
-    stamp = [remark for text in program.stamp for remark in _remarks(text)]
-    lines = [*_remarks(head), *_remarks(f"Source: {program.source_name}"), *stamp, *frame]
+    stamp = [remark for text in program.stamp for remark in remarks(text)]
+    lines = [*remarks(head), *remarks(f"Source: {program.source_name}"), *stamp, *frame]
     return [*lines, *_mount(program.tools[int(program.tool[0])])]
 
 
 def _mount(tool: ToolFrame) -> list[str]:
     """UTOOL, and the load as a remark: a TP program can only choose payload schedules, not set them."""
-    lines = _remarks(f"tool: {tool.name}")
+    lines = remarks(f"tool: {tool.name}")
     if tool.mass is not None:
-        lines += _remarks(f"PAYLOAD to set: {tool.mass:.3f} kg")
+        lines += remarks(f"PAYLOAD to set: {tool.mass:.3f} kg")
     if tool.com is not None:
-        lines += _remarks("centre mm " + " ".join(f"{c:.1f}" for c in (tool.com * 1e3 + 0.0).tolist()))
+        lines += remarks("centre mm " + " ".join(f"{c:.1f}" for c in (tool.com * 1e3 + 0.0).tolist()))
     return lines + _frame("UTOOL", tool.frame)
 
 
@@ -228,14 +228,14 @@ def _instructions(program: Program, words: _Words, block: slice) -> list[str]:
 
 def _text(program: Program, name: str, lines: list[str], block: slice, start: int | None) -> Iterator[str]:
     """The file: head, numbered lines, positions of the poses of ``block``, and of the start where it has one."""
-    yield _HEAD.format(name=name, comment="compensated", lines=len(lines))
+    yield HEAD.format(name=name, comment="compensated", lines=len(lines))
     for at in range(0, len(lines), 4096):
         yield "".join(f"{i:4d}:{line} ;\n" for i, line in enumerate(lines[at : at + 4096], at + 1))
     yield "/POS\n"
     for b in program.blocks(4096, block.start, block.stop):
         yield _POSITION * (b.stop - b.start) % tuple(chain.from_iterable(_rows(program, b, block.start)))
     if start is not None and program.start_joints is not None:
-        yield _JOINTS % (start, *printed(np.degrees(controller_joints(program.start_joints)), 6).tolist())
+        yield JOINT_POSITION % (start, *printed(np.degrees(controller_joints(program.start_joints)), 6).tolist())
     yield "/END\n"
 
 

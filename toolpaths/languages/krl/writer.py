@@ -37,8 +37,8 @@ MEMORY = 4_000_000
 #: m/s: KUKA's own upper bound of $VEL.CP.
 FASTEST = 3.0
 
-_NAME_LIMIT = 24
-_RESERVED = words_of(
+NAME_LIMIT = 24
+RESERVED = words_of(
     "AND ANIN ANOUT AXIS B_AND B_EXOR B_NOT B_OR BAS BOOL BRAKE CASE CAST_FROM CAST_TO CHAR CIRC CIRC_REL "
     "CONFIRM CONST CONTINUE DECL DEF DEFAULT DEFDAT DEFFCT DO E6AXIS E6POS ELSE END ENDDAT ENDFCT ENDFOR "
     "ENDIF ENDLOOP ENDSWITCH ENDWHILE ENUM EXIT EXOR EXT EXTFCT FALSE FOR FRAME GLOBAL GOTO HALT IF IMPORT "
@@ -80,8 +80,8 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
 
 def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
     """What KRL does not take as the name of a file."""
-    limit = _NAME_LIMIT - (4 if moves > MOVES_PER_FILE else 0)
-    if not is_legal(path.stem, limit, _RESERVED):
+    limit = NAME_LIMIT - (4 if moves > MOVES_PER_FILE else 0)
+    if not is_legal(path.stem, limit, RESERVED):
         yield Finding(
             ERROR, path.name, f"{path.stem!r} is no KRL name: a letter, then letters, digits and _, at most "
             f"{limit} characters, no reserved word",

@@ -34,8 +34,8 @@ MOVES_PER_MODULE = 5000
 #: Distinct feeds up to this are declared as speeddata, more are written into the moves with \V.
 DECLARED_SPEEDS = 200
 
-_NAME_LIMIT = 24  # 32 less what is appended: _001, _run_001, _wobj
-_RESERVED = words_of(
+NAME_LIMIT = 24  # 32 less what is appended: _001, _run_001, _wobj
+RESERVED = words_of(
     "ALIAS AND BACKWARD CASE CONNECT CONST DEFAULT DIV DO ELSE ELSEIF ENDFOR ENDFUNC ENDIF ENDMODULE ENDPROC "
     "ENDRECORD ENDTEST ENDTRAP ENDWHILE ERROR EXIT FALSE FOR FROM FUNC GOTO IF INOUT LOCAL MOD MODULE NOT "
     "NOSTEPIN NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN STEP SYSMODULE TASK TEST THEN TO TRAP "
@@ -97,7 +97,7 @@ def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
             ERROR, path.name, "a .pgf lists the modules of a program of more than "
             f"{MOVES_PER_MODULE} moves, and cannot spell this name", "use letters, digits, _, - and . only",
         )  # fmt: skip
-    legal = legal_name(name, _NAME_LIMIT, _RESERVED)
+    legal = legal_name(name, NAME_LIMIT, RESERVED)
     if legal != name:
         yield Finding(WARNING, "name", f"{name!r} is no RAPID name: the module is called {legal}")
 
@@ -119,7 +119,7 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
 
 
 def _words(program: Program) -> _Words:
-    module = legal_name(program.name, _NAME_LIMIT, _RESERVED)
+    module = legal_name(program.name, NAME_LIMIT, RESERVED)
     tools = {t: f"{module}_t{t}" for t in sorted({int(t) for t in np.unique(program.tool)})}
     speed, speeds, declared = _speeds(program)
     between = Between(

@@ -35,8 +35,8 @@ MOVES_PER_FILE = 2500
 #: m/s: the most that PolyScope lets a safety configuration allow.
 FASTEST = 5.0
 
-_NAME_LIMIT = 28
-_RESERVED = words_of(
+NAME_LIMIT = 28
+RESERVED = words_of(
     "AND BREAK CONTINUE DEF ELIF ELSE END ENTER_CRITICAL EXIT_CRITICAL FALSE FOR GLOBAL HALT IF IN JOIN KILL LOCAL "
     "MOD NOT OR P RETURN RUN SEC SIGNAL THREAD TRUE WAIT WHILE XOR WOBJ V_RAPID MOVEJ MOVEL MOVEC MOVEP POPUP "
     "SET_TCP SET_PAYLOAD POSE_TRANS SLEEP SYNC TEXTMSG"
@@ -75,7 +75,7 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
 
 def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
     """What URScript does not take as the name of a function."""
-    legal = legal_name(name, _NAME_LIMIT, _RESERVED)
+    legal = legal_name(name, NAME_LIMIT, RESERVED)
     if legal != name:
         yield Finding(WARNING, "name", f"{name!r} is no URScript name: the function is called {legal}")
 
@@ -105,7 +105,7 @@ def _words(program: Program) -> _Words:
         mount=lambda tool: _mount(program.tools[tool]),
         go=lambda pose: _joint_move(program.joints[pose]),
     )
-    name = legal_name(program.name, _NAME_LIMIT, _RESERVED)
+    name = legal_name(program.name, NAME_LIMIT, RESERVED)
     blend = steps_within(_SHARE * bound, _RADII)
     return _Words(name, speed, blend, lines_before(program, between), at_start=lines_at_start(program, between))
 
