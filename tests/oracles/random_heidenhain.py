@@ -37,7 +37,8 @@ class RandomKlartext:
         for _ in range(blocks):
             self.rng.choice(choices)()
         self.lines += ["L M30", "LBL 5", "L IX+1.5 IY-0.25", "L IX-1 R0 F AUTO", "LBL 0", f"END PGM {self.name}"]
-        self.text = "\n".join(f"{k} {line}" for k, line in enumerate(self.lines)) + "\n"
+        heads = [" " if k and self.lines[k - 1].endswith("~") else f"{k} " for k in range(len(self.lines))]
+        self.text = "\n".join(head + line for head, line in zip(heads, self.lines, strict=True)) + "\n"
 
     def emit(self, *words: str) -> None:
         self.lines.append(" ".join(words) + self.rng.choice(["", "", "", " ; note"]))

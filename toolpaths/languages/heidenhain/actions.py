@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable
 
-from toolpaths.languages.heidenhain.block import KlartextBlock, expected, words
+from toolpaths.languages.heidenhain.block import SWALLOWING, KlartextBlock, expected, words
 from toolpaths.languages.heidenhain.cycles import KlartextCycles
 from toolpaths.languages.heidenhain.drilling import KlartextDrilling
 from toolpaths.languages.heidenhain.formula import NUMBER, PARAMETER
@@ -195,6 +195,7 @@ class KlartextActions(KlartextCycles):
     def _tool(self, text: str, line: int) -> None:
         kind, _, rest = text.strip().partition(" ")
         if kind == "DEF":
+            SWALLOWING.refuse(rest)
             self.track.event(comment_word(self.text), line)
             return
         match = _TOOL.match(rest.strip())

@@ -6,9 +6,11 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from toolpaths.errors import ReadError
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.languages.heidenhain.formula import NUMBER, PARAMETER, QParameters
 from toolpaths.languages.heidenhain.words import M_WORDS
+from toolpaths.reading.swallowed import Swallowing, shown
 
 _HEAD = re.compile(r"\s*(/)?\s*(?:N?\s*\d+)?\s*(/)?\s*", re.I)
 _VALUE = rf"[-+]?\s*(?:{NUMBER}|{PARAMETER})"
@@ -19,6 +21,17 @@ _NAMES = (
 #: A word of a block that moves: a name with its value or without, DR with its sign, or anything else.
 _WORD = re.compile(rf"\s*(?:({_NAMES})\s*({_VALUE})?|DR\s*([-+])|(\S))")
 LARGEST = 1e9
+#: A line that is no part of the block before it: it has a block number, or begins as a block does.
+_OWN = re.compile(
+    r"\s*/?\s*(?:N?\s*\d+\s*[A-Z*/;]|(?:L|LN|LP|C|CP|CC|CR|CT|CTP)(?:\s+(?:I?[XYZ]|PR|IPR|PA|IPA)|\s*$)|"
+    r"(?:RND|CHF|LBL|CALL|CYCL|TOOL|PLANE|FUNCTION|TRANS|STOP|END|BEGIN|BLK|FN|APPR|DEP)(?![A-Z])|\*)", re.I,
+)  # fmt: skip
+#: Blocks that move, call or end inside of one that is kept as a remark.
+_SWALLOWED = re.compile(
+    r"(?<![\w.])(?:(?:L|LN|LP|C|CP|CC|CR|CT|CTP)\s+(?:I?[XYZABC]|PR|IPR|PA|IPA)\s*[-+.\dQ]|"
+    r"(?:CALL|CYCL|TOOL)\s+(?:LBL|PGM|CALL|DEF)(?![A-Z])|M\s*0*(?:89|99)(?!\d))"
+)
+SWALLOWING = Swallowing(_SWALLOWED)
 
 
 @dataclass(slots=True)
@@ -75,14 +88,20 @@ class KlartextBlock:
         self.compensation = name if name != "R" else "R0"
 
 
-def blocks(lines: list[str]) -> Iterator[tuple[int, str, str]]:
+def blocks(lines: list[str], source: str) -> Iterator[tuple[int, str, str]]:
     """Line (from 1), text without number and comment, and comment of each block; continued lines are joined.
 
     A text that begins with '/' may be skipped at the machine.
+
+    Raises:
+        ReadError: a block goes on ('~') into one that is a block of its own.
     """
     begin, pending = 0, ""
     for count, raw in enumerate(lines, 1):
         text = raw.rstrip()
+        if begin and _OWN.match(text):
+            problem = f"the block goes on ('~') into line {count}, {shown(text)!r}, which is a block of its own"
+            raise ReadError(source, begin, problem, "Take the last '~' of the block away.")
         goes_on = text.endswith("~")
         if not begin:
             head = _HEAD.match(text)

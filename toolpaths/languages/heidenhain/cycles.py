@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from toolpaths.interpreting.values import ExpressionError
-from toolpaths.languages.heidenhain.block import expected
+from toolpaths.languages.heidenhain.block import SWALLOWING, expected
 from toolpaths.languages.heidenhain.drilling import MAX, NEEDED, KlartextDrilling, drilling
 from toolpaths.languages.heidenhain.formula import NUMBER, PARAMETER, QParameters
 from toolpaths.languages.heidenhain.motion import KlartextMotion
@@ -70,6 +70,7 @@ class KlartextCycles(KlartextMotion):
         if not match:
             raise ValueError(f"CYCL DEF {text[:40]}: the number of the cycle is missing")
         number, part, more = int(match[1]), int(match[2] or 0), match[3]
+        SWALLOWING.refuse(more)
         if number in CYCLES_REFUSED:
             if number in CYCLES_OFF and (not part or CYCLES_OFF[number].fullmatch(more.strip())):
                 return
@@ -174,6 +175,7 @@ class KlartextCycles(KlartextMotion):
         elif kind == ["RESET", "TCPM"]:
             self.choose_tip(on=False, text="FUNCTION RESET TCPM", line=line)
         elif kind in _MODES or (kind and kind[0] in _PASSED):
+            SWALLOWING.refuse(text)
             self.track.event(comment_word(self.text), line)
         else:
             raise ValueError(f"FUNCTION {text.strip()[:30]}: this reader does not know it")

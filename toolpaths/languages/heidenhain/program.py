@@ -83,7 +83,8 @@ def unit_of(lines: list[str], source: str) -> KlartextUnit:
     Raises:
         ReadError: it has no begin, no unit or no end, or something behind it.
     """
-    found = [(line, text if text[:1] == "*" else _capitals(text), comment) for line, text, comment in blocks(lines)]
+    read = blocks(lines, source)
+    found = [(line, text if text[:1] == "*" else _capitals(text), comment) for line, text, comment in read]
     count = len(found)
     first = next((k for k in range(count) if _code(found[k][1])), count - 1)
     line, text, _ = found[first] if found else (1, "", "")

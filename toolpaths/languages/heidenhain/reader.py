@@ -8,6 +8,7 @@ from pathlib import Path
 from toolpaths.errors import ReadError
 from toolpaths.interpreting.values import ExpressionError
 from toolpaths.languages.heidenhain.actions import KlartextActions
+from toolpaths.languages.heidenhain.block import SWALLOWING
 from toolpaths.languages.heidenhain.program import KlartextUnit, program_beside, unit_of
 from toolpaths.languages.heidenhain.words import FUNCTIONS_REFUSED, FUNCTIONS_SET, REFUSED, REMARKS
 from toolpaths.machine import Machine
@@ -116,6 +117,7 @@ class KlartextReader(KlartextActions):
         if text[0] == "*":
             self.track.event(comment_word(text.strip("* -")), line)
         elif word == "LBL":
+            SWALLOWING.refuse(text)
             return -1 if text.replace(" ", "") == "LBL0" and self._subprograms else at + 1
         elif match and word == "CALL":
             return self._call_word(at, match[2], line)
@@ -128,8 +130,10 @@ class KlartextReader(KlartextActions):
         elif word in REFUSED:
             raise ValueError(f"{word}: {REFUSED[word]}")
         elif word == "STOP":
+            SWALLOWING.refuse(text)
             self.track.event(comment_word(text), line, MachineCommand("M0"))
         elif word in REMARKS:
+            SWALLOWING.refuse(text)
             self.track.event(comment_word(text), line)
         elif not self.q.assign(text):
             raise ValueError(f"{text[:40]!r}: this reader does not know the block")
@@ -158,6 +162,8 @@ class KlartextReader(KlartextActions):
     def _skipped(self, at: int, text: str, line: int) -> int:
         """A block with '/': let pass where it makes no difference to moves whether it counts."""
         ms = {int(m) for m in re.findall(r"M\s*(\d+)", text)}
+        if text.startswith("BLK"):
+            SWALLOWING.refuse(text)
         if (
             not _HARMLESS.match(text)
             or not ms <= _HARMLESS_M
@@ -238,6 +244,7 @@ class KlartextReader(KlartextActions):
             return at + 1 if label is None else self._jump(at, self.place.place(label))
         if number in FUNCTIONS_REFUSED:
             raise ValueError(f"FN {number}: {FUNCTIONS_REFUSED[number]}")
+        SWALLOWING.refuse(rest)
         for kind, first in re.findall(r"Q([LRS]?)(\d+)(?=\s*=)", rest):
             for k in range(FUNCTIONS_SET.get(number, 1)):
                 self.q.forget(f"Q{kind}{int(first) + k}", f"FN {number} (line {line})")
