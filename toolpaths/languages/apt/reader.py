@@ -17,6 +17,7 @@ from toolpaths.languages.apt.words import (
     number,
     numbers,
     refusal,
+    refuse_swallowed,
     statements,
 )
 from toolpaths.reading.source_text import comment_word, load_lines
@@ -86,6 +87,8 @@ class AptReader(AptMotion):
         """Act on one statement, or refuse it."""
         if self.ended and s.word != "$$":
             raise refusal(self.source, s, "a statement after FINI", "Two programs in one file? Give one file each.")
+        if s.word == "INSERT" or "/" in s.text:
+            refuse_swallowed(self.source, s)
         if act := self.acts.get(s.word):
             act(s)
         elif s.word in EVENTS:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from toolpaths.errors import ReadError
+from toolpaths.reading.swallowed import Swallowing
 
 # Text for people or for the machine between two moves: kept as events.
 EVENTS = frozenset(
@@ -53,6 +54,21 @@ _STATEMENT = re.compile(rf"\s*({_WORD})\s*(?:/(.*)|(\s.*))?$", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
 _NUMBERS = re.compile(r"[-+0-9.eEdD, \t]*")
 
+#: Words whose text is all of their line, whatever stands in it.
+TEXTS = frozenset({"$$", "PPRINT", "TPRINT", "REMARK", "PARTNO", "INSERT"})
+_BEGINS = (
+    "GOTO|FROM|GODLTA|GOHOME|CIRCLE|MOVARC|INDIRV|CYCLE|FEDRAT|SPINDL|UNITS?|MSYS|CSYS|TRNTYP|TLAXIS|MULTAX|LOADTL|LOAD|"
+    r"TOOLNO|CUTTER|TLDATA|CUTCOM|PARTNO|MODE|SETUP|CALSUB|TOOL\s+PATH|END-OF-PATH|GOFWD|TLON|COOLNT|PPRINT|INSERT"
+)
+#: A line that is no part of the statement before it.
+_OWN = re.compile(rf"(?:(?:{_BEGINS})\s*/|(?:RAPID|FINI|END-OF-PATH|GOHOME|END)\s*$)", re.IGNORECASE)
+#: A statement inside of another one.
+SWALLOWING = Swallowing(re.compile(rf"(?<![\w-])(?:{_BEGINS})\s*/", re.IGNORECASE))
+#: A move in the words of the machine, but for a retract.
+_SENT = re.compile(
+    r"(?!.*G0*(?:28|30|53)(?!\d))(?=.*[XYZ])(?:\s*[A-Z]\s*[-+]?(?:\d+\.?\d*|\.\d+))+\s*;?\s*", re.IGNORECASE
+)
+
 
 @dataclass(frozen=True, slots=True)
 class AptStatement:
@@ -87,7 +103,7 @@ def statements(lines: list[str], source: str) -> Iterator[AptStatement]:
     """Statements and comments (word ``$$``) in their order.
 
     Raises:
-        ReadError: a line is not a statement, or the file ends inside a continued one.
+        ReadError: a line is not a statement, a statement goes on into another one, or the file ends inside of one.
     """
     pending: list[str] = []
     begin = 0
@@ -101,6 +117,9 @@ def statements(lines: list[str], source: str) -> Iterator[AptStatement]:
         if not text:
             continue
         begin = begin or count
+        if pending and _OWN.match(text):
+            problem = f"the statement goes on ('$') into line {count}, {text[:40]!r}, which is a statement of its own"
+            raise ReadError(source, begin, problem, "Take the last '$' of the statement away.")
         if "$" in text and (goes_on := _GOES_ON.match(text)):
             text = goes_on[0]
         if text.endswith("$"):
@@ -121,6 +140,18 @@ def _statement(text: str, line: int, source: str) -> AptStatement:
         raise ReadError(source, line, problem, "Give the CL or CLSF file as CAM wrote it.")
     word = " ".join(match[1].upper().replace(",", " , ").split()).replace(" , ", ",")
     return AptStatement(word, match[2] if match[2] is not None else (match[3] or ""), line)
+
+
+def refuse_swallowed(source: str, s: AptStatement) -> None:
+    """Refuse a statement that holds another one, and an INSERT that moves the machine.
+
+    Raises:
+        ReadError: as it says.
+    """
+    if s.word not in TEXTS and s.word != "TLON,GOFWD" and (problem := SWALLOWING.problem(str(s), len(s.word) + 1)):
+        raise ReadError(source, s.line, problem, SWALLOWING.remedy)
+    if s.word == "INSERT" and _SENT.fullmatch(s.text):
+        raise refusal(source, s, "a block for the machine that moves it, past the path", "Output its moves as GOTO.")
 
 
 def number(text: str) -> float | None:

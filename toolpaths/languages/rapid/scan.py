@@ -17,6 +17,7 @@ from toolpaths.interpreting.program_text import (
     ProgramText,
     Statement,
 )
+from toolpaths.languages.rapid.tails import PIECE, ends_value, is_name, refuse_second
 
 _SKIP = re.compile(r"(?:[\s\x1a]++|![^\n\r]*+)*+")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*+")
@@ -29,8 +30,6 @@ _DATA = re.compile(r"\s+([A-Za-z]\w*)\s+([A-Za-z]\w*)\s*(\{[^}]*\})?\s*(:=)?")
 _FOR = re.compile(r"\s+([A-Za-z]\w*)\s+FROM\s+(.*?)\s+TO\s+(.*?)(?:\s+STEP\s+(.*?))?\s+DO(?!\w)", re.I | re.S)
 _IF = re.compile(r'\s*+((?:[^;"]|"[^"\n\r]*+")*?)(?<!\w)THEN(?!\w)', re.I)
 _LABEL = re.compile(r"[ \t]*:(?!=)")
-_PIECE = re.compile(r'![^\n\r]*+|"(?:[^"\n\r]|"")*+"|[A-Za-z_]\w*|[0-9.]+(?:[eE][-+]?\d+)?|[)\]}]|[^\s]')
-_OPERATORS = frozenset(["AND", "OR", "XOR", "NOT", "DIV", "MOD"])
 _ENDS = {
     "IF": ("ELSEIF", "ELSE", "ENDIF"), "FOR": ("ENDFOR",), "TEST": ("CASE", "DEFAULT", "ENDTEST"),
     "PROC": ("ENDPROC", "ERROR", "UNDO", "BACKWARD"),
@@ -148,6 +147,8 @@ class RapidModule(ProgramText):
         if not rest:
             self.refuse(self._at, f"the declaration of {match[2]} has no end (;)", "The file may be cut off.")
         self._at = rest.end()
+        if self.text.find("\n", match.end(), self._at) >= 0:
+            refuse_second(self, start, match.end(), self._at)
         value = (match.end(), rest.end() - 1) if match[4] else (-1, -1)
         if not match[4] and self.text[match.end() : rest.end() - 1].strip():
             self.refuse(match.end(), f"{match[2]}: ':=' or ';' expected")
@@ -231,6 +232,8 @@ class RapidModule(ProgramText):
         if not rest:
             self.refuse(start, f"{shown}: the instruction has no end (;)", "The file may be cut off.")
         self._at = rest.end()
+        if not word.startswith("MOVE"):
+            refuse_second(self, start, start + len(word), self._at)
         return Statement(PLAIN, start, self._at, shown)
 
     def _loop(self, start: int) -> Statement:
@@ -262,14 +265,13 @@ class RapidModule(ProgramText):
     def _short_choice(self, start: int, at: int) -> Statement:
         """``IF condition instruction;``: a condition ends where a name follows a value."""
         ended, word = False, ";"
-        for piece in _PIECE.finditer(self.text, at):
+        for piece in PIECE.finditer(self.text, at):
             word = piece[0].upper()
-            name = word[0].isalpha() and word not in _OPERATORS
             if word[0] == "!":
                 continue
-            if word == ";" or (ended and name):
+            if word == ";" or (ended and is_name(word)):
                 break
-            ended = name or word[0].isdigit() or word in (")", "]", "}") or word[0] == '"'
+            ended = ends_value(word)
         if word == ";" or not ended:
             self.refuse(start, "IF needs a condition, then THEN or one instruction")
         self._at = piece.start()
