@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from toolpaths.languages.fanuc.scan import Listing, TpStatement
+from toolpaths.reading.swallowed import Swallowing
 
 #: Instructions that move nothing and change no frame.
 _INDEXED = "DO RO AO GO SO UO F M SR TIMER UALM MESSAGE PAYLOAD LBL"
@@ -27,7 +28,15 @@ REMARKS: dict[str, str] = {f"{word}[n]": rf"{word}\[" for word in _INDEXED.split
     "LOCK PREG": "LOCK PREG",
     "UNLOCK PREG": "UNLOCK PREG",
 }
-HARMLESS = re.compile("|".join(REMARKS.values()))
+_HARMLESS = re.compile("|".join(REMARKS.values()))
+#: What a remark must not hold.
+SWALLOWING = Swallowing(
+    re.compile(
+        r"(?<![\w\[:])(?:[JLCA]\s+PR?\[|(?:CALL|RUN|JMP)\s|U(?:FRAME|TOOL)(?:_NUM|\[)|PR\[[^\]]*\]\s*=)|"
+        r"(?:(?<==ON)|(?<==OFF)|(?<=[)\]\d]))\s+R\[[^\]]*\]\s*="
+    ),
+    "End each statement with ';'.",
+)
 #: Of these the ones that act on more than the program itself.
 ACTS = re.compile(r"(?:DO|RO|AO|GO|SO|UO)\[|WAIT\b|PAUSE$|(?:Arc|Weld) (?:Start|End)")
 _REGISTER = re.compile(r"P?R\[")
@@ -52,6 +61,18 @@ class CalledProgram:
     chooses: bool = False
 
 
+def harmless(text: str) -> bool:
+    """Whether a statement moves nothing and changes no frame, nor any that it swallowed."""
+    match = _HARMLESS.match(text)
+    return match is not None and not SWALLOWING.problem(text, match.end())
+
+
+def swallowed(text: str) -> str:
+    """What is wrong with a statement that moves nothing itself; empty where nothing is, or it may move."""
+    match = _HARMLESS.match(text)
+    return SWALLOWING.problem(text, match.end()) if match else ""
+
+
 def called(folder: Path, name: str) -> CalledProgram | None:
     """The program ``name`` in ``folder``; None where it is not there.
 
@@ -64,7 +85,7 @@ def called(folder: Path, name: str) -> CalledProgram | None:
     registers, chooses = False, False
     moves: TpStatement | None = None
     for s in Listing(beside[0].read_bytes().decode("latin-1"), str(beside[0])).statements():
-        if s.text.startswith(("!", "//", "--eg:")) or s.text in ("END", "ABORT") or HARMLESS.match(s.text):
+        if s.text.startswith(("!", "//", "--eg:")) or s.text in ("END", "ABORT") or harmless(s.text):
             continue
         if _FRAME.match(s.text):
             return CalledProgram(True, s, s, True)

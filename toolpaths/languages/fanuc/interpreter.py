@@ -16,7 +16,7 @@ from toolpaths.frame import Frame
 from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP
 from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import Runtime
-from toolpaths.languages.fanuc.called_program import ACTS, HARMLESS, CalledProgram, called
+from toolpaths.languages.fanuc.called_program import ACTS, SWALLOWING, CalledProgram, called, harmless, swallowed
 from toolpaths.languages.fanuc.config import model_joints
 from toolpaths.languages.fanuc.registers import CONSTANT, Registers
 from toolpaths.languages.fanuc.scan import FREE, Listing, TpRecord, TpStatement
@@ -92,13 +92,15 @@ class TpInterpreter:
         return ReadError(self.listing.source, s.line, problem, remedy)
 
     def _other(self, s: TpStatement) -> None:
+        if problem := swallowed(s.text):
+            raise self._refused(s, problem, SWALLOWING.remedy)
         if m := _IF.fullmatch(s.text):
             self._condition(s, m[1])
         elif s.text == "ENDIF" and self.inside:
             self.inside.pop()
         elif m := _CALL.fullmatch(s.text):
             self._call(s, m[1])
-        elif HARMLESS.match(s.text) or (self.inside and s.text in ("ELSE", *_ENDS)):
+        elif harmless(s.text) or (self.inside and s.text in ("ELSE", *_ENDS)):
             self.track.event(comment_word(s.text), s.line, s.text if ACTS.match(s.text) else "")
         elif self.inside:
             self._decided(s, s.text)
@@ -132,7 +134,7 @@ class TpInterpreter:
             self.inside.append(s)
         elif m := _CALL.fullmatch(action):
             self._call(s, m[1])
-        elif not HARMLESS.match(action) and action not in _ENDS:
+        elif not harmless(action) and action not in _ENDS:
             self._decided(s, action)
 
     def _decided(self, s: TpStatement, action: str) -> None:

@@ -17,7 +17,11 @@ from toolpaths.languages.fanuc.config import bits_of
 _SECTION = re.compile(r"(?:^|(?<=\r))(?:\xef\xbb\xbf)?/(PROG|ATTR|APPL|MN|POS|END)\b", re.M)
 _LINE = re.compile(r"([^\r\n]*+)(\r\n|\r|\n|\Z)")
 _LINE_END = re.compile(r"\r\n|\r|\n|\Z")
-_NUMBERED = re.compile(r"\s*+\d*+\s*+:")
+_NUMBERED = re.compile(r"\s*+(\d*+)\s*+:")
+#: A line that is no part of the statement before it: it moves, calls, jumps, or sets what moves depend on.
+_OWN = re.compile(r"[JLCA]\s+PR?\[|(?:CALL|RUN|JMP|IF|FOR|END|ENDIF|ELSE)\b|U(?:FRAME|TOOL)|P?R\[[^\]]*\]\s*=")
+#: A line that goes on for sure.
+_OPEN = re.compile(r"(?:\b(?:AND|OR)|[-+*/=(,<>])$")
 _RECORD = re.compile(r"P\[(\d+)(?::[^\]\r\n]*)?\]\s*+\{([^{}]*+)\}\s*+;")
 _GROUP = r"\s*GP1\s*:\s*UF\s*:\s*(\w+)\s*,\s*UT\s*:\s*(\w+)\s*,"
 _NUMBER = r"\s*+=\s*+(-?(?:\d++\.?\d*+|\.\d++))\s*+"
@@ -106,6 +110,9 @@ class Listing:
             piece = (raw[numbered.end() :] if numbered else raw).strip()
             if "  " in piece or "\t" in piece:
                 piece = " ".join(piece.split())
+            if parts and ((numbered and numbered[1]) or (_OWN.match(piece) and not _OPEN.search(parts[-1]))):
+                problem = f"{' '.join(parts)[:40]!r} without ';' goes on into {piece[:40]!r}"
+                raise self.refuse(start, problem, "End each statement with ';'.")
             if not parts:
                 if not piece or piece == ";":
                     continue

@@ -16,7 +16,7 @@ from toolpaths.interpreting.robot_moves import ARC, LINE, NOWHERE, PTP
 from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.vocabulary import HONOURED, REFUSED
 from toolpaths.languages.inform.scan import InformJob, JobLine, JobPosition
-from toolpaths.languages.inform.words import QUIET, WORDS
+from toolpaths.languages.inform.words import QUIET, SWALLOWING, TEXTS, WORDS
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.rotation import matrix_from_motoman, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats
@@ -95,6 +95,8 @@ class JobInterpreter:
                 remedy = "Jumps, conditions, shifts and splines cannot be compensated: write the moves out."
                 job.refuse(line.start, f"{line.text[:40]!r}: {why}", remedy)
             else:
+                if word not in TEXTS and (problem := SWALLOWING.problem(line.text, len(line.text.split()[0]))):
+                    job.refuse(line.start, problem, SWALLOWING.remedy)
                 self._event(number, line, "" if word in QUIET else line.text)
         self._close(job)
 

@@ -6,8 +6,15 @@ DX100 Data Transmission (HW0482494), 4.1 job data.
 
 from __future__ import annotations
 
-from toolpaths.interpreting.vocabulary import HONOURED, REFUSED, REMARK, SETTING, Vocabulary
+import re
 
+from toolpaths.interpreting.vocabulary import HONOURED, REFUSED, REMARK, SETTING, Vocabulary
+from toolpaths.reading.swallowed import Swallowing
+
+#: What a remark must not hold.
+SWALLOWING = Swallowing(
+    re.compile(r"(?<![\w#$-])(?:[A-Z+]*MOV[JLCS]|(?:E|EI)?IMOV[LC]?|CALL|JUMP|SFTON|SFTOF|SPEED|RET)(?![\w=])")
+)
 #: Head of a job.
 HEAD = Vocabulary(
     {
@@ -18,6 +25,8 @@ HEAD = Vocabulary(
 #: Remarks that act on nothing but the program itself.
 _QUIET = "' * // MSG SET SETE GETE GETS INC DEC ADD SUB MUL DIV AND OR NOT XOR SIN COS ATAN SQRT CLS REFP"
 QUIET = frozenset(_QUIET.split(" "))
+#: Those whose line is text to its end.
+TEXTS = frozenset(("'", "//"))
 #: Instructions, by their first word.
 WORDS = Vocabulary(
     {

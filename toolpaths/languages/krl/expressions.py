@@ -195,6 +195,9 @@ def _geometric(_: str, left: Value, right: Value) -> Value:
         return unknown
     if not isinstance(left, dict) or not isinstance(right, dict):
         raise ExpressionError("':' stands between two frames")
+    for part in (left, right):
+        if missing := [k for k in POSE if k not in part]:
+            raise ExpressionError(f"{', '.join(missing)} missing beside ':': all of X, Y, Z, A, B, C are needed")
     return {**right, **aggregate(frame(left) @ frame(right))}
 
 

@@ -12,20 +12,10 @@ from toolpaths.languages.krl.expressions import NULL, KrlExpression, Value
 from toolpaths.languages.krl.moves import MOTION, KrlMover
 from toolpaths.languages.krl.names import KrlNames
 from toolpaths.languages.krl.program import KrlProgram
+from toolpaths.languages.krl.remarks import HARMLESS, QUIET, RUNS, SWALLOWING, swallowed
 
 _ASSIGN = re.compile(r"([$A-Za-z_][\w$]*)((?:\s*\[[^\]]*\])?)((?:\s*\.\s*\w+)*)\s*=(?!=)\s*(.*)$", re.S)
 _CALL = re.compile(r"([A-Za-z_][\w$]*)\s*\((.*)\)\s*$", re.S)
-#: Statements that move nothing and set nothing that moves depend on.
-REMARKS = (
-    "WAIT HALT CONTINUE INTERRUPT EXT EXTFCT EXTFCTP SIGNAL PULSE TRIGGER BRAKE IMPORT ANOUT ANIN CONFIRM RESUME "
-    "CWRITE CLEAR"
-)
-_HARMLESS = re.compile(rf"(GLOBAL\s+INTERRUPT|{'|'.join(REMARKS.split())})(?![\w$])", re.I)
-#: Of these, and of BAS.SRC, what is about how the program runs: another language has its own.
-_QUIET = re.compile(
-    r"(CONTINUE|(GLOBAL\s+)?INTERRUPT|EXT|EXTFCT|EXTFCTP|SIGNAL|IMPORT|CONFIRM|RESUME|CWRITE|BAS|IR_STOPM)(?![\w$])",
-    re.I,
-)
 _OUTPUT = re.compile(r"\$(OUT|ANOUT|PULSE|CYCFLAG|FLAG)(?![\w$])", re.I)
 _STEERING = re.compile(r"(\$POS_CORR|\$VEL_EXT|\$TECH|\$ON_PATH)", re.I)
 _BAS = re.compile(r"BAS\s*\(\s*#(\w+)\s*(?:,\s*(.*))?\)\s*$", re.I)
@@ -90,9 +80,11 @@ class KrlInterpreter(Interpreter):
             return
         text = self.program.text[s.start : s.end]
         if match := _BAS.match(text):
+            self._refuse_swallowed(s, text)
             self._bas(s, match[1].upper(), match[2] or "")
-        elif _HARMLESS.match(text):
-            pass
+        elif HARMLESS.match(text):
+            self._refuse_swallowed(s, text)
+            self._triggered(s, text)
         elif match := _ASSIGN.match(text):
             self._assign(s, match)
             if not _OUTPUT.match(text):
@@ -107,7 +99,29 @@ class KrlInterpreter(Interpreter):
             self._refuse_unknown_call(s, match, known=found is not None)
         else:
             self.program.refuse(s.start, f"{text[:40]!r} is no line of KRL that is known", self.remedy)
-        self.remark(s, text, "" if _QUIET.match(text) else text)
+        self.remark(s, text, "" if QUIET.match(text) else text)
+
+    def _refuse_swallowed(self, s: Statement, text: str) -> None:
+        if problem := swallowed(text):
+            self.program.refuse(s.start, problem, SWALLOWING.remedy)
+
+    def _triggered(self, s: Statement, text: str) -> None:
+        """What an interrupt or a trigger runs: where it is in no file, that is told; a trigger must not move the arm."""
+        match = RUNS.match(text)
+        if not match or match[1].upper() in _HARMLESS_CALLS:
+            return
+        found = self._routine(s, match[1])
+        if found is None:
+            self.elsewhere.setdefault(match[1], self.program.line(s.start))
+        elif self._moves(found[0]):
+            problem = f"{match[1]}, which {text.split(None, 1)[0].upper()} runs on the way, moves the arm"
+            self.program.refuse(s.start, problem, "Call it between the moves.")
+
+    def _moves(self, body: list[Statement]) -> bool:
+        """Whether a motion line stands in a body or in the blocks in it."""
+        return any(
+            (s.kind == PLAIN and MOTION.match(self.program.text, s.start, s.end)) or self._moves(s.body) for s in body
+        )
 
     def _routine(self, s: Statement, name: str) -> tuple[list[Statement], int] | None:
         """A subprogram, be it in a file beside."""
@@ -209,7 +223,7 @@ class KrlInterpreter(Interpreter):
         """Whether lines neither move nor set anything that moves depend on."""
         for s in body:
             text = self.program.text[s.start : s.end].upper()
-            free = _HARMLESS.match(text) or text.startswith(("$OUT", "$ANOUT", "$LOOP_MSG", "$LOOP_CONT"))
+            free = (HARMLESS.match(text) and not swallowed(text)) or text.startswith(("$OUT", "$ANOUT", "$LOOP_MSG", "$LOOP_CONT"))
             if s.kind not in (COMMENT, NOTHING) and not (s.kind == PLAIN and free):
                 return False
         return True

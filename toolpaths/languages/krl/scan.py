@@ -17,6 +17,7 @@ from toolpaths.interpreting.program_text import (
     ProgramText,
     Statement,
 )
+from toolpaths.languages.krl.remarks import SWALLOWING
 
 _LINE = re.compile(r"[^\r\n\f\x1a]+")
 _CODE = re.compile(r'(?:[^;"]++|"[^"]*+"|"[^"]*+$)*+')
@@ -195,6 +196,7 @@ class KrlModule(ProgramText):
             text = self.text[start:end]
             word = text.upper()
             if word in ends or word.split(maxsplit=1)[0] in _CASES & set(ends):
+                self._refuse_swallowed(start, text)
                 self._depth -= 1
                 return out, word
             if word in _ENDS or word.split(maxsplit=1)[0] in _CASES or _DEF.match(text):
@@ -218,8 +220,13 @@ class KrlModule(ProgramText):
         if _LABEL.match(text):  # GOTO is refused: nothing comes here by a jump
             return Statement(NOTHING, start, start)
         if _DECL.match(text) and self._declaration(start, end):
+            self._refuse_swallowed(start, text)
             return Statement(NOTHING, start, start)
         return Statement(PLAIN, start, end)
+
+    def _refuse_swallowed(self, start: int, text: str) -> None:
+        if problem := SWALLOWING.problem(text):
+            self.refuse(start, problem, SWALLOWING.remedy)
 
     def _loop(self, start: int, text: str) -> Statement:
         match = _FOR.match(text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from toolpaths.interpreting.vocabulary import HONOURED, REFUSED, REMARK, Vocabulary
-from toolpaths.languages.krl.interpreter import REMARKS
+from toolpaths.languages.krl.remarks import REMARKS
 from toolpaths.languages.krl.scan import REFUSED_BLOCKS
 
 VOCABULARY: dict[str, Vocabulary] = {

@@ -153,14 +153,9 @@ class RapidModule(ProgramText):
         if not match[4] and self.text[match.end() : rest.end() - 1].strip():
             self.refuse(match.end(), f"{match[2]}: ':=' or ';' expected")
         return Declaration(
-            type=match[1].lower(),
-            name=match[2],
-            start=start,
-            end=self._at,
-            value=value,
-            storage=storage,
+            type=match[1].lower(), name=match[2], start=start, end=self._at, value=value, storage=storage,
             array=match[3] is not None,
-        )
+        )  # fmt: skip
 
     def _routine(self) -> str:
         """Take over a routine; its name."""

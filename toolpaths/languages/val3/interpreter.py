@@ -20,7 +20,7 @@ from toolpaths.interpreting.vocabulary import REFUSED, REMARK, SETTING
 from toolpaths.languages.val3.scan import ValData, ValLine, ValProgram
 from toolpaths.languages.val3.targets import ValSpeed, ValTarget, ValTools, speed_of, target_of
 from toolpaths.languages.val3.values import JOINTED, SPELLED, TRSF, ValValues, numbers_of
-from toolpaths.languages.val3.words import OPENS, QUIET, WORDS
+from toolpaths.languages.val3.words import OPENS, QUIET, SWALLOWING, WORDS, second_statement
 from toolpaths.reading.source_text import comment_word, load_lines
 from toolpaths.rotation import matrix_from_staubli, quaternion_from_matrix
 from toolpaths.toolpath import CUT, RAPID, Floats
@@ -96,6 +96,8 @@ class ValInterpreter:
         done = WORDS.get(word, "")
         if text.startswith("//"):
             self._event(line)
+        elif problem := self._swallowed(text):
+            self._refuse(line, problem, SWALLOWING.remedy)
         elif m := _MOVE.fullmatch(text):
             self._move(line, m[1].lower(), m[2])
         elif m := _CALL.fullmatch(text):
@@ -119,6 +121,13 @@ class ValInterpreter:
             why = "what it does is known only while the program runs" if done == REFUSED else why
             self._refuse(line, f"{text[:50]!r}: {why}", "Write the moves out.")
         return False
+
+    @staticmethod
+    def _swallowed(text: str) -> str:
+        """What is wrong with a statement that holds another one; empty: nothing."""
+        first = _FIRST.match(text)
+        called = _MOVE.match(text) or _CALL.match(text)
+        return second_statement(text, text.index("(") if called else first.end() if first else 0)
 
     def _decided(self, line: ValLine) -> None:
         """What stands in a block that may or may not run, or run again, cannot be followed."""

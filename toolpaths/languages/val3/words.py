@@ -6,7 +6,25 @@ Source: Staubli VAL3 Reference Manual (D28062804A): 3 language (control of seque
 
 from __future__ import annotations
 
+import re
+
 from toolpaths.interpreting.vocabulary import HONOURED, REFUSED, REMARK, SETTING, Vocabulary
+from toolpaths.reading.swallowed import Swallowing, behind_call, shown, without_quotes
+
+_MOVES = re.compile(r"(?<![\w.:])(?:mov[a-z]+|alter[A-Z]\w*|link)\s*\(|(?<![\w.:])(?:call|return)(?!\w)", re.IGNORECASE)
+_SECOND = re.compile(r"(?!//|(?:and|or|xor|to|step|do)(?!\w))[A-Za-z_$]\w*", re.IGNORECASE)
+_SET = re.compile(r"(?<![=<>!:])=(?!=)")
+#: What a statement must not hold behind its first word.
+SWALLOWING = Swallowing(_MOVES)
+
+
+def second_statement(text: str, at: int) -> str:
+    """What is wrong with a statement that holds another one behind the place ``at``; empty: nothing."""
+    if problem := SWALLOWING.problem(text, at):
+        return problem
+    more = _SECOND.match(behind_call(text)) or len(_SET.findall(without_quotes(text))) > 1
+    return f"{shown(text)!r} is more than one statement" if more else ""
+
 
 #: Remarks that act on nothing outside of the controller.
 _QUIET = "// cls put putln title gotoxy userPage get logMsg popUpMsg"
