@@ -218,6 +218,8 @@ class RandomKlartext:
         }.get(kind)
         if words:
             self.emit("PLANE", kind, words)
+            if words.endswith("STAY"):
+                self.emit("L A+Q120 C+Q122 R0 FMAX")
         else:
             self.lines += ["CYCL DEF 19.0 WORKING PLANE", f"CYCL DEF 19.1 A{a:+.3f} B{b:+.3f} C{c:+.3f}"]
             self.emit("L B+Q121 C+Q122 R0 FMAX")

@@ -92,7 +92,7 @@ class CncMotion(ToolPosture):
         Raises:
             ValueError: a cut to a place that is not known, or while it is not known how the tool stands.
         """
-        if self.standing or self._unchecked:
+        if self.standing or self._unchecked or (self.waiting and mark == CUT_MARK):
             self.check()
         x, y, z = end
         if x != x or y != y or z != z or (self.rotary.used and not self.given and self.rotary.lost()):
@@ -110,7 +110,7 @@ class CncMotion(ToolPosture):
         Raises:
             ValueError: where it starts or ends is not known.
         """
-        if self.standing or self._unchecked:
+        if self.standing or self._unchecked or self.waiting:
             self.check()
         self._begin(line)
         if not self._placed or any(v != v for v in (*self.at, *end)):

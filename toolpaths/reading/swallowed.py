@@ -1,7 +1,7 @@
 """Moves that a statement without its end swallows: what is kept as a remark or a setting must hold none.
 
-A remark takes any text. Where the end of a statement is missing (';', a line of its own), or a continuation mark is left
-over, the next statement becomes part of that text, and a cut would vanish without a word.
+A remark takes any text. Where the end of a statement is missing (';', a line of its own), or a continuation mark is
+left over, the next statement becomes part of that text, and a cut would vanish without a word.
 """
 
 from __future__ import annotations

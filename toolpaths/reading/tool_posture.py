@@ -28,11 +28,13 @@ class ToolPosture:
         tip: tool centre point control is on.
         swivelled: a tilted working plane is on: the tool stands along z of its frame.
         vectors: the tool axis was given as a vector.
+        waiting: a tilted plane is on, and the rotary axes are not there yet.
     """
 
     def __init__(self, machine: Machine | None, tip_word: tuple[str, str]) -> None:
         self.axis, self.standing = UP, ""
-        self.tip = self.swivelled = self.vectors = False
+        self.tip = self.swivelled = self.vectors = self.waiting = False
+        self._stands: Vector | None = UP  # as it was turned last; None: only the machine knows
         self.rotary = RotaryState(machine, tip_word)
         self._unchecked = False
         self._turned: dict[str, float] = {}
@@ -48,6 +50,11 @@ class ToolPosture:
         Raises:
             ValueError: it does not, or that is not known.
         """
+        if self.waiting:
+            raise ValueError(
+                "a cut in a tilted plane, and nothing has turned the rotary axes to it",
+                "Turn them by words of their own, or let the control do it (PLANE ... TURN or MOVE; _DIR of CYCLE800).",
+            )
         if self.standing and not self.tip:
             raise ValueError(
                 f"a move while {self.standing}: where its tip is depends on the machine",
@@ -59,6 +66,8 @@ class ToolPosture:
     def tilt(self, axis: Vector, *, turns: bool) -> None:
         """A tilted plane is on; ``turns``: the control turns the rotary axes itself, to where only it knows."""
         self.axis, self.standing, self.swivelled, self.vectors = axis, "", True, False
+        self._stands = axis if turns else self._stands
+        self.waiting = self._stands is not None and math.dist(self._stands, axis) > SAME_DIRECTION
         if turns and self.rotary.used:
             self.rotary.lose(self.rotary.letters)
         self._unchecked = self.rotary.used
@@ -66,6 +75,7 @@ class ToolPosture:
     def level(self, *, turns: bool) -> None:
         """No tilted plane any more; ``turns``: the rotary axes go back to 0, else they stay."""
         tilted, self.swivelled = self.swivelled and self.axis != UP, False
+        self.waiting = False
         if turns:
             self.upright()
         elif tilted:
@@ -73,7 +83,7 @@ class ToolPosture:
 
     def upright(self) -> None:
         """The tool stands along z of the work object."""
-        self.axis, self.standing, self.vectors = UP, "", False
+        self.axis, self.standing, self.vectors, self._stands = UP, "", False, UP
         self._turned = dict.fromkeys(self._turned, 0.0)
         self.rotary.zero()
 
@@ -94,6 +104,7 @@ class ToolPosture:
         if not length > 1e-6:
             raise ValueError("the tool vector has no length")
         self.axis, self.standing, self.vectors = (i / length, j / length, k / length), "", True
+        self._stands = self.axis
 
     def turn_axes(self, angles: Mapping[str, float], *, alone: bool) -> None:
         """Rotary words.
@@ -107,6 +118,8 @@ class ToolPosture:
         """
         before, self._turned = self._turned, {**self._turned, **angles}
         known = {c: v for c, v in angles.items() if v == v}
+        self.waiting = False
+        self._stands = self.axis if self.swivelled else UP if all(v == 0.0 for v in self._turned.values()) else None
         if self.swivelled:
             self._turn_in_plane(before, angles, known, alone=alone)
         elif self.rotary.used:

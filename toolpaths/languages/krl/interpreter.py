@@ -106,7 +106,7 @@ class KrlInterpreter(Interpreter):
             self.program.refuse(s.start, problem, SWALLOWING.remedy)
 
     def _triggered(self, s: Statement, text: str) -> None:
-        """What an interrupt or a trigger runs: where it is in no file, that is told; a trigger must not move the arm."""
+        """What an interrupt or a trigger runs: it must not move the arm; where it is in no file, that is told."""
         match = RUNS.match(text)
         if not match or match[1].upper() in _HARMLESS_CALLS:
             return
@@ -223,7 +223,8 @@ class KrlInterpreter(Interpreter):
         """Whether lines neither move nor set anything that moves depend on."""
         for s in body:
             text = self.program.text[s.start : s.end].upper()
-            free = (HARMLESS.match(text) and not swallowed(text)) or text.startswith(("$OUT", "$ANOUT", "$LOOP_MSG", "$LOOP_CONT"))
+            set_ = text.startswith(("$OUT", "$ANOUT", "$LOOP_MSG", "$LOOP_CONT"))
+            free = set_ or (HARMLESS.match(text) and not swallowed(text))
             if s.kind not in (COMMENT, NOTHING) and not (s.kind == PLAIN and free):
                 return False
         return True

@@ -13,7 +13,13 @@ from toolpaths.languages.siemens.variables import SiemensVariables
 Next = int | None
 #: Skip mark, block number, label.
 HEAD = re.compile(r"\s*(?:/\d?)?\s*(?:[N:]\s*\d+)?\s*(?:/\d?)?\s*(?:[A-Z_][A-Z0-9_]+\s*:(?!=))?", re.I)
-_IDLE = re.compile(r"\s*(?:(?:MSG|SETAL|STOPRE|WRITE|M0*[01](?!\d)|G4(?!\d)|ELSE|ENDIF)(?![A-Z_]).*)?$", re.I)
+_BRACKETS = r"\s*\((?:\"[^\"]*\"|[^\"()]|\((?:\"[^\"]*\"|[^\"()])*\))*\)"
+#: A line that moves nothing, whole.
+_IDLE = re.compile(
+    rf"\s*(?:(?:(?:MSG|SETAL|WRITE){_BRACKETS}|STOPRE|M0*[01](?!\d)|G0*4(?!\d)\s*[FS]\s*=?\s*[\d.]+|ELSE|ENDIF)"
+    r"(?![A-Z_])\s*)*$", re.I,
+)  # fmt: skip
+_BEHIND = re.compile(rf"\s*[A-Z_]\w*(?:{_BRACKETS})?(?:\s+[A-Z_]+(?![\w=(]))*\s*$", re.I)
 _JUMPS = {"GOTO": "", "GOTOF": "F", "GOTOB": "B", "GOTOC": ""}
 LEAST_STEPS = 100_000  # that a program may run, however short it is
 MOST_REPEATS = 9999
@@ -60,7 +66,7 @@ class SiemensFlow:
             "IF": self._if, "ELSE": self._else, "ENDIF": self._pass, "FOR": self._for, "ENDFOR": self._end_for,
             "WHILE": self._while, "ENDWHILE": self._again, "LOOP": self._loop, "ENDLOOP": self._end_loop,
             "REPEAT": self._repeat, "UNTIL": self._until, "REPEATB": self._repeat_block, "DEF": self._def,
-            "PROC": self._pass, "EXTERN": self._pass, **dict.fromkeys(_JUMPS, self._goto), "GOTOS": self._start_again,
+            "PROC": self._named, "EXTERN": self._named, **dict.fromkeys(_JUMPS, self._goto), "GOTOS": self._start_again,
         }  # fmt: skip
 
     def allow(self, lines: int) -> None:
@@ -110,6 +116,15 @@ class SiemensFlow:
         return first, last + 1, int(times)
 
     def _pass(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
+        if tokens.kind():
+            raise ExpressionError(f"{tokens.peek()!r} is not expected here")
+        return None
+
+    def _named(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
+        """PROC, EXTERN: a name with the types of its arguments; behind it words such as SAVE."""
+        text = HEAD.sub("", code(unit.lines[at]), count=1).strip()
+        if not _BEHIND.fullmatch(text.partition(" ")[2]):
+            raise ExpressionError("a name with its arguments is expected, and no other words in the block")
         return None
 
     def _def(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
@@ -152,9 +167,11 @@ class SiemensFlow:
         return None if value else other + 1
 
     def _else(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
+        self._pass(unit, at, tokens)
         return unit.partner(at) + 1
 
     def _loop(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
+        self._pass(unit, at, tokens)
         unit.partner(at)
         return None
 
@@ -164,11 +181,13 @@ class SiemensFlow:
         value = tokens.number()
         tokens.take("TO")
         last, end = tokens.number(), unit.partner(at)
+        self._pass(unit, at, tokens)
         self.variables.put(name, value)
         self._bounds[id(unit), at] = name, last
         return None if value <= last else end + 1
 
     def _end_for(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
+        self._pass(unit, at, tokens)
         begin = unit.partner(at)
         if (id(unit), begin) not in self._bounds:
             raise ExpressionError("ENDFOR, but its FOR did not run")
@@ -182,9 +201,11 @@ class SiemensFlow:
         return None if self._known(tokens) else end + 1
 
     def _again(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
+        self._pass(unit, at, tokens)
         return unit.partner(at)
 
     def _end_loop(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:
+        self._pass(unit, at, tokens)
         return unit.partner(at) + 1
 
     def _repeat(self, unit: SiemensUnit, at: int, tokens: SiemensExpression) -> Next:

@@ -104,6 +104,36 @@ class SiemensFrames:
         self._program = PlainFrame()
 
 
+class FrameShifts:
+    """By how much, m, frames have changed the coordinates of axes since the program named them.
+
+    An increment then leads to one of two places: with SD42440 FRAME_OFFSET_INCR_PROG set the change is traversed too.
+    """
+
+    def __init__(self) -> None:
+        self._by: dict[str, float] = {}
+
+    def changed(self, before: Vector, after: Vector) -> None:
+        """Another frame: where the tool is, in the one and in the other."""
+        for axis, a, b in zip("XYZ", before, after, strict=True):
+            self._by[axis] = self._by.get(axis, 0.0) + (b - a if a == a and b == b else 0.0)
+
+    def named(self, axis: str) -> None:
+        """The program says where the axis goes."""
+        self._by.pop(axis, None)
+
+    def check(self, axis: str) -> None:
+        """The axis goes by an increment.
+
+        Raises:
+            ValueError: where that leads depends on a setting of the machine.
+        """
+        if by := round(self._by.get(axis, 0.0) * 1e3, 6):
+            problem = f"{axis} by an increment, and the frame has shifted it by {by:g} mm since {axis} was named"
+            remedy = f"The machine's setting SD42440 decides whether that counts: name {axis} in G90 before."
+            raise ValueError(problem, remedy)
+
+
 def swivel(given: Arguments, unit: float) -> Swivel:
     """CYCLE800(_FR, _TC, _ST, _MODE, _X0, _Y0, _Z0, _A, _B, _C, _X1, _Y1, _Z1, _DIR, _FR_I, _DMODE); ``unit``: m.
 

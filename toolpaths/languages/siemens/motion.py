@@ -12,7 +12,7 @@ from typing import NamedTuple
 from toolpaths.frame import Vector
 from toolpaths.languages.siemens.arc import ArcStart, SiemensArc
 from toolpaths.languages.siemens.block import Given
-from toolpaths.languages.siemens.frames import FrameState, SiemensFrames
+from toolpaths.languages.siemens.frames import FrameShifts, FrameState, SiemensFrames
 from toolpaths.machine import Machine
 from toolpaths.reading.cnc_feed import INVERSE_TIME, CncFeed
 from toolpaths.reading.cnc_motion import CHAMFER, CHAMFER_LENGTH, ROUND, CncMotion, Corner
@@ -64,6 +64,7 @@ class SiemensMotion(CncMotion):
         self.in_machine = False  # ORIMKS
         self.pole: tuple[float, float] = (0.0, 0.0)
         self.polar: tuple[float, float] | None = None  # the last AP (deg) and RP (m)
+        self.shifts = FrameShifts()
 
     def scale(self) -> float:
         """m of a length unit of the file."""
@@ -98,27 +99,26 @@ class SiemensMotion(CncMotion):
     def _arc_start(self) -> ArcStart:
         heading = self.heading(self.normal) if self.motion == "CT" else None
         return ArcStart(
-            at=self.at,
-            normal=self.normal,
-            pole=self.pole,
-            motion=self.motion,
-            relative=self.relative,
+            at=self.at, normal=self.normal, pole=self.pole, motion=self.motion, relative=self.relative,
             heading=heading,
-        )
+        )  # fmt: skip
 
     def put_frame(self) -> None:
         """The frames changed."""
         self.set_frame(self.frames.total())
 
+    def set_frame(self, frame: PlainFrame) -> None:
+        """Coordinates count from another frame."""
+        before = self.at
+        super().set_frame(frame)
+        self.shifts.changed(before, self.at)
+
     def modes(self) -> SiemensModes:
         """The modal words in force, for a subprogram that leaves them as it found them."""
         return SiemensModes(
-            motion=self.motion,
-            relative=self.relative,
-            normal=self.normal,
-            feed=self.feed.mode,
+            motion=self.motion, relative=self.relative, normal=self.normal, feed=self.feed.mode,
             frames=self.frames.state(),
-        )
+        )  # fmt: skip
 
     def restore(self, modes: SiemensModes) -> None:
         """Modal words as they were."""
@@ -205,12 +205,15 @@ class SiemensMotion(CncMotion):
 
     def _coordinate(self, given: Given, at: float, unit: float, name: str) -> float:
         if given.__class__ is float and not self.relative:
+            self.shifts.named(name)
             return given * unit
         mode, value = given if isinstance(given, tuple) else ("IC" if self.relative else "AC", given)
         if mode not in ("AC", "IC") or isinstance(value, str):
             raise ValueError(f"{name}={mode}(...): AC or IC is expected")
         if mode == "AC":
+            self.shifts.named(name)
             return value * unit
+        self.shifts.check(name)
         if at != at:
             raise ValueError(f"{name} counts from where the tool is, and that is not known", "Move there in G90 first.")
         return at + value * unit
@@ -227,6 +230,8 @@ class SiemensMotion(CncMotion):
         if angle != angle or radius != radius:
             raise ValueError("polar words, but AP or RP is not known", "Write both AP= and RP=.")
         self.polar = angle, radius
+        self.shifts.named("XYZ"[u])
+        self.shifts.named("XYZ"[v])
         place = [*end]
         place[u] = self.pole[0] + radius * math.cos(math.radians(angle))
         place[v] = self.pole[1] + radius * math.sin(math.radians(angle))

@@ -80,8 +80,10 @@ class SiemensVariables:
                 start = tokens.value()
             self._scopes[-1][name] = start
             if tokens.peek() != ",":
-                return
+                break
             tokens.take()
+        if tokens.kind():
+            raise ExpressionError(f"{tokens.peek()!r} is not expected here")
 
     def enter(self, tokens: SiemensExpression | None, given: Arguments) -> None:
         """A subprogram begins: its PROC line behind the name, and what it is called with.

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator
 
 from toolpaths.languages.urscript.scan import FUNCTIONS, UrNode
+from toolpaths.reading.swallowed import Swallowing, behind_call, shown
 
 CALL = re.compile(r"([A-Za-z_]\w*)\s*\(")
 _PLAIN = (
@@ -47,6 +48,8 @@ MOTION = re.compile(
     r"path_offset\w*|run|position_deviation\w*)\b"
 )
 ASSIGN = re.compile(r"(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*")
+#: What a remark must not hold.
+SWALLOWING = Swallowing(re.compile(rf"{MOTION.pattern}\s*\(|\brun\s+\w+\s*\("))
 _ITEM = re.compile(r"([A-Za-z_]\w*)\s*\[[^\[\]]*\]\s*=(?!=)")
 #: Ends a function or the program.
 LEAVES = re.compile(r"halt$|return\b")
@@ -55,6 +58,13 @@ RUN = re.compile(r"(?:(?:global\s+|local\s+)?([A-Za-z_]\w*)\s*=\s*)?run\s+([A-Za
 LABEL = re.compile(r"(?:kill|join)\s+[A-Za-z_]\w*$")
 #: Functions that a skipped block may reach; beyond that it is refused unread.
 _MOST_CALLED = 100
+
+
+def swallowed(text: str) -> str:
+    """What is wrong with a statement that is kept as a remark, and holds another one; empty: nothing."""
+    if problem := SWALLOWING.problem(text):
+        return problem
+    return f"{shown(text)!r} is more than one statement" if behind_call(text).strip("; ") else ""
 
 
 def moving(node: UrNode, functions: dict[str, UrNode], seen: set[str] | None = None) -> UrNode | None:

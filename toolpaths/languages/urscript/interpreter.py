@@ -53,6 +53,7 @@ class UrInterpreter:
             elif node.word:
                 self._skip(node)
             elif control.LEAVES.match(node.text):
+                self._refuse_swallowed(node, control.SWALLOWING.problem(node.text))
                 self._side_effects(node)
                 return True
             else:
@@ -68,6 +69,10 @@ class UrInterpreter:
 
     def _refused(self, node: UrNode, problem: str, remedy: str) -> ReadError:
         return ReadError(self.source, node.line, problem, remedy)
+
+    def _refuse_swallowed(self, node: UrNode, problem: str) -> None:
+        if problem:
+            raise self._refused(node, problem, control.SWALLOWING.remedy)
 
     def _skip(self, node: UrNode) -> None:
         """A loop, a condition or a thread: let pass where no move depends on it."""
@@ -118,6 +123,7 @@ class UrInterpreter:
             self.mover.fast(node, fast)
             return
         if node.text[0] == "$" or LABEL.match(node.text):  # $ 3 "Waypoint_1": a line of PolyScope's program tree
+            self._refuse_swallowed(node, control.swallowed(node.text))
             return
         if m := RUN.fullmatch(node.text):
             self._thread(node, m)
@@ -144,6 +150,7 @@ class UrInterpreter:
         if name in self.functions:
             self._function(node, self.functions[name], at)
         elif HARMLESS.fullmatch(name):
+            self._refuse_swallowed(node, control.swallowed(node.text))
             self._side_effects(node)
             self.track.event(comment_word(node.text), node.line, "" if QUIET.fullmatch(name) else name)
         elif name in PARAMETERS:

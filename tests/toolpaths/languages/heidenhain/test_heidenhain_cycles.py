@@ -119,7 +119,7 @@ def test_dwells_are_listed(tmp_path: Path) -> None:
 
 
 def test_a_cycle_in_a_tilted_plane(tmp_path: Path) -> None:
-    text = f"PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY\n{definition('200 Q202=20')}\nL X+1 Y+2 Z+30 FMAX M99"
+    text = f"PLANE SPATIAL SPA+0 SPB+90 SPC+0 TURN FMAX\n{definition('200 Q202=20')}\nL X+1 Y+2 Z+30 FMAX M99"
     path = read(tmp_path, program(text))
     np.testing.assert_allclose(path.position[-3:] * 1e3, [[2, 2, -1], [-15, 2, -1], [20, 2, -1]], rtol=0, atol=1e-12)
 
