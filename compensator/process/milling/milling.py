@@ -20,6 +20,7 @@ from compensator.process.milling.mill import Cut, mill
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.process.milling.part_check import part_findings
 from compensator.process.milling.path import MillingPath, arriving_axes
+from compensator.process.milling.spacing_check import spacing_findings
 from compensator.process.milling.stock import Stock
 from compensator.process.milling.used_tools import Spindle, used_cutters, used_spindle
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion
@@ -122,6 +123,7 @@ class MillingProcess(Process):
         findings = (
             *found,
             *self._hits(motion.toolpath, cut, stopped),
+            *spacing_findings(cut, motion.toolpath, source),
             *of_kind("process", material_doubts(material, *_used_range(path, cut.engaged & ~stopped))),
             *(() if self.shop.part is None else part_findings(cut, self.shop.part, motion.toolpath)),
         )

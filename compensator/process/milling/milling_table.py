@@ -69,10 +69,10 @@ class MillingTable(ProcessTable):
         for number, cutter in cutters.items():
             _refuse_longer_than_tool(context, number, cutter)
         shop = Shop(
-            stock=self.stock.stock(context.folder),
+            stock=self.stock.stock(context.folder, context.source),
             stock_file="" if self.stock.file is None else str(context.folder / self.stock.file),
             units=self.stock.units,
-            part=self.stock.finished_part(context.folder),
+            part=self.stock.finished_part(context.folder, context.source),
             grid=None if self.stock.grid is None else self.stock.grid * 1e-3,
         )
         return MillingProcess(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from compensator.errors import CellError
 from compensator.toml_table import Number, Three, TomlTable
 
 if TYPE_CHECKING:
@@ -56,17 +57,19 @@ class StockTable(TomlTable):
             raise ValueError(f"units = {self.units!r} belongs to a mesh: box and cylinder are in mm")
         return self
 
-    def stock(self, folder: Path) -> Stock:
+    def stock(self, folder: Path, source: str) -> Stock:
         """The stock, in SI; a mesh is read.
+
+        Args:
+            source: the cell, for messages.
 
         Raises:
             CellError: the mesh is refused.
         """
-        from compensator.process.milling.mesh_file import read_mesh
         from compensator.process.milling.stock import box_stock, cylinder_stock
 
         if self.file is not None:
-            return read_mesh(folder / self.file, self.units)
+            return _named(f"{source}: process.stock.file", folder / self.file, self.units)
         if self.box is not None:
             return box_stock(np.array(self.box[0]) * 1e-3, np.array(self.box[1]) * 1e-3)
         if self.cylinder is None:
@@ -74,15 +77,30 @@ class StockTable(TomlTable):
         c = self.cylinder
         return cylinder_stock(np.array(c.center) * 1e-3, c.radius * 1e-3, (c.z[0] * 1e-3, c.z[1] * 1e-3))
 
-    def finished_part(self, folder: Path) -> Stock | None:
+    def finished_part(self, folder: Path, source: str) -> Stock | None:
         """The part, in SI, where one is named.
+
+        Args:
+            source: the cell, for messages.
 
         Raises:
             CellError: the mesh is refused.
         """
-        from compensator.process.milling.mesh_file import read_mesh
+        return None if self.part is None else _named(f"{source}: process.stock.part", folder / self.part, self.units)
 
-        return None if self.part is None else read_mesh(folder / self.part, self.units)
+
+def _named(key: str, path: Path, units: str) -> Stock:
+    """A mesh.
+
+    Raises:
+        CellError: as ``read_mesh``, with the key that names the file in front.
+    """
+    from compensator.process.milling.mesh_file import read_mesh
+
+    try:
+        return read_mesh(path, units)
+    except CellError as e:
+        raise CellError(f"{key}: {e}") from e
 
 
 def _refuse_size(name: str, size: float) -> None:

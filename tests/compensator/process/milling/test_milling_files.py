@@ -167,6 +167,10 @@ def test_the_page_works_a_slot_by_hand(tmp_path: Path) -> None:
     text = PAGE.read_text(encoding="utf-8")
     for value in (x, y, z):
         assert f"{value:.2f} N" in text
+    pytest.importorskip("matplotlib")
+    from docs.make_cut_picture import slot_force
+
+    assert slot_force() == pytest.approx((x, y, z))
     job = slot(tmp_path, [[0.0, -30.0, -20.0], [100.0, 30.0, 0.0]])
     preview_file(job.toolpath, job.cell, engagement=job.out / "cut.csv")
     assert in_path_axes(columns(job.out / "cut.csv", *FORCE))[-1] == pytest.approx([x, y, z], rel=0.01)

@@ -78,7 +78,7 @@ def far_away(mesh: trimesh.Trimesh) -> None:
 
 
 MESHES: list[tuple[Callable[[trimesh.Trimesh], None], str]] = [
-    (opened, r"stock\.stl: .*open"),
+    (opened, r"cell\.toml: process\.stock\.file: .*stock\.stl: .*open"),
     (inverted, r"stock\.stl: its normals point inward"),
     (in_metres, r"stock\.stl: .*units = .m."),
     (far_away, r"stock\.stl: the path never meets the stock"),
@@ -164,3 +164,23 @@ def test_outputs_of_a_cut_need_a_stock(tmp_path: Path) -> None:
     milled = job_with(tmp_path)
     with pytest.raises(CompensatorError, match=r"a\.dxf: the stock that remains is written as \.stl"):
         preview_file(milled.toolpath, milled.cell, left=job.out / "a.dxf")
+
+
+def test_an_open_part_is_refused_by_its_key(tmp_path: Path) -> None:
+    job = job_with(tmp_path, stock={"part": "part.stl"})
+    mesh = trimesh.load_mesh(tmp_path / "stock.stl")
+    opened(mesh)
+    mesh.export(tmp_path / "part.stl")
+    with pytest.raises(CellError, match=r"cell\.toml: process\.stock\.part: .*part\.stl: .*open"):
+        run(job)
+
+
+def test_a_force_that_jumps_between_wide_poses_is_noted(tmp_path: Path) -> None:
+    """Into the block from the side: within 6 mm of the way all of the cutter is in, and poses are 10 mm apart."""
+    rows = [[-60, 0, 20, 0, 0, 1, 0, "rapid"], [-60, 0, -2, 0, 0, 1, 0, "rapid"], [60, 0, -2, 0, 0, 1, 600, "cut"]]
+    for spacing, count in ((10.0, 1), (1.0, 0)):
+        job = files(tmp_path, {"process": milling(tmp_path), "sampling": {"spacing": spacing}}, rows=rows, header=AXIS)
+        found = [f for f in run(job).findings if "enters or leaves material" in f.what]
+        assert len(found) == count
+        if found:
+            assert found[0].level == "note" and "spacing = 1.5" in found[0].remedy and found[0].source_line == 4
