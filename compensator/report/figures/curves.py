@@ -16,7 +16,7 @@ from stiffness.memory.state_columns import state_columns
 JOINT_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#000000", "#777777")
 UNKNOWN = "#777777"
 LANE = 0.36  # half the height of a joint's lane, of 1 between two joints
-_Panel = tuple[str, list[Figure]]
+Panel = tuple[str, list[Figure]]
 
 
 @dataclass(frozen=True)
@@ -36,16 +36,16 @@ def along_figure(c: Compensation, before: Floats, after: Floats | None) -> Figur
     """
     cut, every = np.flatnonzero(c.cutting), np.arange(len(c))
     if after is None:
-        distance = _curve(c, cut, before, Pen("distance", BEFORE))
-        return _stacked(
+        distance = curve(c, cut, before, Pen("distance", BEFORE))
+        return stacked(
             [("distance, mm", [distance]), ("deflection, mm", _three(c, cut, c.error_before, "d{}"))]
         )
-    both = [_curve(c, cut, before, Pen("before", BEFORE)), _curve(c, cut, after, Pen("after", AFTER))]
+    both = [curve(c, cut, before, Pen("before", BEFORE)), curve(c, cut, after, Pen("after", AFTER))]
     unit, per_mm = ("µm", 1e3) if after[cut].max() >= 1e-5 else ("nm", 1e6)
-    return _stacked(
+    return stacked(
         [
             ("distance, mm", both),
-            (f"after, {unit}", [_curve(c, cut, after * per_mm, Pen("after", AFTER, unit))]),
+            (f"after, {unit}", [curve(c, cut, after * per_mm, Pen("after", AFTER, unit))]),
             ("deflection before, mm", _three(c, cut, c.error_before, "d{} before")),
             ("correction, mm", _three(c, every, c.correction, "correction {}")),
         ]
@@ -55,11 +55,11 @@ def along_figure(c: Compensation, before: Floats, after: Floats | None) -> Figur
 def _three(c: Compensation, rows: Index, vectors: Floats, name: str) -> list[Figure]:
     """x, y and z of vectors (N, 3) in m."""
     return [
-        _curve(c, rows, vectors[:, i] * 1e3, Pen(name.format(a), JOINT_COLOURS[i])) for i, a in enumerate("xyz")
+        curve(c, rows, vectors[:, i] * 1e3, Pen(name.format(a), JOINT_COLOURS[i])) for i, a in enumerate("xyz")
     ]
 
 
-def _curve(c: Compensation, rows: Index, value: Floats, pen: Pen) -> Figure:
+def curve(c: Compensation, rows: Index, value: Floats, pen: Pen) -> Figure:
     """One thinned line over the path length, broken where ``rows`` leaves poses out."""
     kept = rows[thin(value[rows][:, None])]
     run = np.cumsum(np.diff(rows, prepend=rows[:1]) > 1)[np.searchsorted(rows, kept)]
@@ -78,7 +78,7 @@ def _curve(c: Compensation, rows: Index, value: Floats, pen: Pen) -> Figure:
     }
 
 
-def _stacked(panels: list[_Panel], height: float = 220) -> Figure:
+def stacked(panels: list[Panel], height: float = 220) -> Figure:
     """Panels above each other over one path length, ``height`` px each, every panel with its own legend."""
     gap = 0.06
     share = (1 - gap * (len(panels) - 1)) / len(panels)
@@ -115,9 +115,9 @@ def joints_figure(c: Compensation) -> Figure:
     low, high, every = c.job.arm.robot.lower, c.job.arm.robot.upper, np.arange(len(c))
     percent = 100 * (c.command.q - low) / (high - low)
     curves = [
-        _curve(c, every, percent[:, j], Pen(f"joint {j + 1}", _colour(j), "%")) for j in range(c.job.arm.robot.n)
+        curve(c, every, percent[:, j], Pen(f"joint {j + 1}", _colour(j), "%")) for j in range(c.job.arm.robot.n)
     ]
-    figure = _stacked([("angle, % of the joint's range", curves)], 330)
+    figure = stacked([("angle, % of the joint's range", curves)], 330)
     figure["layout"]["shapes"] = [_band(0, 5), _band(95, 100)]
     figure["layout"]["yaxis"] |= {"range": [-2, 102], "tickvals": [0, 25, 50, 75, 100], "zeroline": False}
     return figure
@@ -139,7 +139,7 @@ def flanks_figure(c: Compensation) -> Figure | None:
     """
     n = c.job.arm.robot.n
     columns = state_columns(c.job.arm.effects, n)
-    panels: list[_Panel] = []
+    panels: list[Panel] = []
     for effect in c.job.arm.effects:
         if effect.memory is not None:
             half = effect.memory.bounds(c.job.arm.values[effect.name]).reshape(-1, n).sum(axis=0)
@@ -150,7 +150,7 @@ def flanks_figure(c: Compensation) -> Figure | None:
             panels.append((label(effect.name), [curve for lane in lanes for curve in lane]))
     if not panels:
         return None
-    figure = _stacked(panels, 46 * n)
+    figure = stacked(panels, 46 * n)
     for key in [k for k in figure["layout"] if k.startswith("yaxis")]:
         figure["layout"][key] |= {
             "tickvals": [n - j for j in range(n)],
@@ -165,14 +165,14 @@ def _lane(c: Compensation, joint: int, state: PreloadState, half: float) -> list
     """The state of one joint between its bounds, and the bracket where it is not known."""
     at, name = c.job.arm.robot.n - joint, f"joint {joint + 1}"
     middle = at + LANE * state.middle[:, joint] / half
-    lane = _curve(c, np.arange(len(c)), middle, Pen(name, _colour(joint)))
+    lane = curve(c, np.arange(len(c)), middle, Pen(name, _colour(joint)))
     lane |= {"hovertemplate": hover(f"{name} (line %{{customdata}})"), "showlegend": False}
     unsure = np.flatnonzero(~state.known[:, joint])
     if not len(unsure):
         return [lane]
     band = []
     for edge in (state.low, state.high):
-        side = _curve(c, unsure, at + LANE * edge[:, joint] / half, Pen(f"{name}, not known", UNKNOWN))
+        side = curve(c, unsure, at + LANE * edge[:, joint] / half, Pen(f"{name}, not known", UNKNOWN))
         side |= {"mode": "lines", "showlegend": False, "hoverinfo": "skip", "line": {"width": 0}}
         del side["hovertemplate"]
         band.append(side)

@@ -1,4 +1,4 @@
-"""The cut in 3D: the path coloured by the mean force, over the stock that remains."""
+"""The cut in 3D, coloured by the mean force, over the stock that remains; force, engagement and chip load along it."""
 
 from __future__ import annotations
 
@@ -6,49 +6,84 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.process.milling.milling_load import MillingLoad
-from compensator.report.figures.layout import FONT, Figure, hover
-from compensator.report.figures.path import RAPID_COLOUR, path_scene
+from compensator.report.figures.curves import JOINT_COLOURS, Pen, curve, stacked
+from compensator.report.figures.layout import BEFORE, FONT, Figure, hover
+from compensator.report.figures.path import RAPID_COLOUR, path_scene, segments
 from compensator.report.figures.thinning import numbers, thin
 from compensator.solve.compensation import Compensation
 
 Floats = npt.NDArray[np.float64]
 
-SCALE = "Inferno"
+SCALE = [[0.0, "#ffd24d"], [0.5, "#e8590c"], [1.0, "#6a0572"]]  # none of them is lost on grey
 CELLS = 70  # of the mesh of what remains, along the longest side of the stock
-STOCK_COLOUR = "#b8c0c8"
+GREYS = [[0.0, "#66717a"], [1.0, "#e3e8ec"]]  # of faces away from the light, and towards it
+LIGHT = np.array([-0.25, -0.36, 0.9])
+# shaded here: plotly.js lights a mesh of many small faces all alike
+UNLIT: Figure = {"lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}, "showscale": False}
 
 
 def cut_figure(c: Compensation, load: MillingLoad) -> Figure:
     """Force, engagement and chip load at every pose that is shown; the stock that remains, coarsely, and its box."""
     xyz = c.path.toolpath.position * 1e3
-    columns = load.columns
-    rows = thin(np.column_stack([xyz, load.size]))
-    force = load.size[rows]
-    told = np.column_stack([
-        c.path.toolpath.line[rows], force, columns["ap_mm"][rows], columns["entry_deg"][rows],
-        columns["exit_deg"][rows], columns["feed_per_tooth_mm"][rows],
-    ])  # fmt: skip
-    cut = load.cut.engaged[rows]
-    trace: Figure = {"type": "scatter3d", "mode": "lines+markers", "showlegend": False}
-    trace |= {a: numbers(xyz[rows, i], 3) for i, a in enumerate("xyz")}
-    trace["line"] = {"width": 1.5, "color": RAPID_COLOUR}
-    sizes = [3 if on else 0 for on in cut.tolist()]
-    trace["marker"] = {"size": sizes, "color": numbers(force, 1), "coloraxis": "coloraxis"}
-    trace["customdata"] = [numbers(row, 3) for row in told]
-    trace["hovertemplate"] = hover(
-        "line %{customdata[0]}", "force %{customdata[1]:.4~g} N", "ap %{customdata[2]:.3~g} mm",
-        "arc %{customdata[3]:.1f} to %{customdata[4]:.1f} deg", "chip load %{customdata[5]:.3~g} mm",
-    )  # fmt: skip
-    top = max(float(force.max(initial=0.0)), 1e-6)
+    top = max(float(load.size.max(initial=0.0)), 1e-6)
     bar = {"title": {"text": "mean force, N", "side": "top"}, "orientation": "h", "y": 0.0, "yanchor": "bottom"}
     layout: Figure = {
         "font": FONT,
         "margin": {"l": 0, "r": 0, "t": 20, "b": 0},
         "showlegend": False,
         "scene": path_scene(_all_shown(xyz, load), [0.0, 1.0], 0.9),
-        "coloraxis": {"colorscale": SCALE, "cmin": 0, "cmax": top, "colorbar": bar},
+        "coloraxis": {"colorscale": SCALE, "cmin": 0, "cmax": top, "colorbar": {**bar, "thickness": 14, "len": 0.8}},
     }
-    return {"data": [*_remaining(load), _box_edges(load), trace], "layout": layout}
+    return {"data": [*_remaining(load), _box_edges(load), *_paths(c, load, xyz)], "layout": layout}
+
+
+def cut_along_figure(c: Compensation, load: MillingLoad) -> Figure:
+    """Force, depth, arc and chip load over the path length, cutting poses only; no arc in the air."""
+    cut, columns = np.flatnonzero(c.cutting), load.columns
+    engaged = np.flatnonzero(c.cutting & load.cut.engaged)
+    if not len(engaged):
+        engaged = cut[:1]
+    force = [
+        curve(c, cut, load.size, Pen("mean", BEFORE, "N")),
+        curve(c, cut, columns["peak_n"], Pen("peak over a turn", JOINT_COLOURS[5], "N")),
+    ]
+    arc = [
+        curve(c, engaged, columns[f"{end}_deg"], Pen(end, colour, "deg"))
+        for end, colour in (("entry", JOINT_COLOURS[0]), ("exit", JOINT_COLOURS[2]))
+    ]
+    depth = curve(c, cut, columns["ap_mm"], Pen("ap", JOINT_COLOURS[0]))
+    chip = curve(c, cut, columns["feed_per_tooth_mm"], Pen("chip load", JOINT_COLOURS[4]))
+    panels = [("force, N", force), ("ap, mm", [depth]), ("arc, deg", arc), ("per tooth, mm", [chip])]
+    return stacked(panels, 150)
+
+
+def _paths(c: Compensation, load: MillingLoad, xyz: Floats) -> list[Figure]:
+    """Cuts coloured by force, rapids thin and grey; a move belongs to the pose that it ends at."""
+    columns = load.columns
+    rows = thin(np.column_stack([xyz, load.size]))
+    told = np.column_stack([
+        c.path.toolpath.line, load.size, columns["ap_mm"], columns["entry_deg"], columns["exit_deg"],
+        columns["feed_per_tooth_mm"],
+    ])  # fmt: skip
+    traces = []
+    for cutting in (False, True):
+        at, end = segments(c.cutting[rows] == cutting)
+        if not len(at):
+            continue
+        shown = np.where((at < 0)[:, None], np.nan, xyz[rows[at]])
+        trace: Figure = {"type": "scatter3d", "mode": "lines", "showlegend": False}
+        trace |= {a: numbers(shown[:, i], 3) for i, a in enumerate("xyz")}
+        if cutting:
+            trace["line"] = {"width": 5, "color": numbers(load.size[rows[end]], 1), "coloraxis": "coloraxis"}
+            trace["customdata"] = [numbers(row, 3) for row in told[rows[end]]]
+            trace["hovertemplate"] = hover(
+                "line %{customdata[0]}", "force %{customdata[1]:.4~g} N", "ap %{customdata[2]:.3~g} mm",
+                "arc %{customdata[3]:.1f} to %{customdata[4]:.1f} deg", "chip load %{customdata[5]:.3~g} mm",
+            )  # fmt: skip
+        else:
+            trace |= {"line": {"width": 1.5, "color": RAPID_COLOUR}, "hoverinfo": "skip"}
+        traces.append(trace)
+    return traces
 
 
 def _all_shown(xyz: Floats, load: MillingLoad) -> Floats:
@@ -64,7 +99,11 @@ def _remaining(load: MillingLoad) -> list[Figure]:
     vertices, faces = remains.mesh(max(size / CELLS, load.cell))
     if not len(faces):
         return []
-    mesh: Figure = {"type": "mesh3d", "color": STOCK_COLOUR, "flatshading": True, "hoverinfo": "skip"}
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    shade = 0.5 + 0.5 * (normal @ LIGHT) / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    mesh: Figure = {"type": "mesh3d", "flatshading": True, "hoverinfo": "skip", **UNLIT}
+    mesh |= {"intensity": numbers(shade, 2), "intensitymode": "cell", "colorscale": GREYS, "cmin": 0, "cmax": 1}
     mesh |= {a: numbers(vertices[:, i] * 1e3, 2) for i, a in enumerate("xyz")}
     return [{**mesh, **{a: faces[:, i].tolist() for i, a in enumerate("ijk")}}]
 

@@ -71,7 +71,7 @@ def _path_traces(c: Compensation, rows: Index, value: Floats, *, scene: str) -> 
     xyz = c.path.toolpath.position * 1e3
     traces = []
     for cutting in (False, True):
-        at, end = _segments(cut == cutting)
+        at, end = segments(cut == cutting)
         if not len(at):
             continue
         shown = np.where((at < 0)[:, None], np.nan, xyz[rows[at]])
@@ -91,7 +91,7 @@ def _path_traces(c: Compensation, rows: Index, value: Floats, *, scene: str) -> 
     return traces
 
 
-def _segments(mine: npt.NDArray[np.bool_]) -> tuple[Index, Index]:
+def segments(mine: npt.NDArray[np.bool_]) -> tuple[Index, Index]:
     """Points of the lines that end at the poses of ``mine``, and the pose that colours each point.
 
     A run begins at the pose before it, in the colour of its own first pose; -1 stands for a gap.

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.figures.curves import along_figure, flanks_figure, joints_figure
-from compensator.report.figures.cut import cut_figure
+from compensator.report.figures.cut import cut_along_figure, cut_figure
 from compensator.report.figures.layout import Figure
 from compensator.report.figures.path import path_figure
 from compensator.report.figures.thinning import LIMIT
@@ -90,7 +90,9 @@ def _left(c: Compensation, after: Floats | None) -> Floats:
 def _figures(c: Compensation, before: Floats, left: Floats | None) -> dict[str, Figure]:
     scenes = [("not compensated", before)] if left is None else [("before", before), ("after", left)]
     flanks = flanks_figure(c)
-    milled = {"cut": cut_figure(c, c.load)} if isinstance(c.load, MillingLoad) else {}
+    milled = {}
+    if isinstance(c.load, MillingLoad):
+        milled = {"cut": cut_figure(c, c.load), "cut_along": cut_along_figure(c, c.load)}
     return {
         "path": path_figure(c, scenes),
         **milled,
