@@ -13,9 +13,9 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, cut, diagnose, identify, paths, poses, reading, stages, start, table
+from benchmarks import commands, cut, diagnose, identify, paths, poses, reading, stages, start, table, traces
 
-PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages", "cut")
+PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages", "cut", "traces")
 
 
 def main() -> None:
@@ -32,6 +32,7 @@ def main() -> None:
         "reading": reading.run,
         "stages": stages.run,
         "cut": cut.run,
+        "traces": traces.run,
     }
     rows: list[table.Row] = []
     print(_machine())

@@ -18,6 +18,7 @@ from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
+from stiffness.identification.common_numbers import with_common_numbers
 from stiffness.identification.fit import Fit
 from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import reconsidered
@@ -70,8 +71,8 @@ def identify(
 
 def _finished(fit: Fit) -> Fit:
     """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
-    fit = nearest_to_drawing(fit)
-    return replace(fit, notes=(*fit.notes, *doubts(fit)))
+    fit, common = with_common_numbers(nearest_to_drawing(fit))
+    return replace(fit, notes=(*fit.notes, *common, *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:

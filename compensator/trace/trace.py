@@ -41,6 +41,7 @@ Ints = npt.NDArray[np.int64]
 STRETCHES = 20  # equal parts of a path by length, a fifth of which is held out
 FEW = 200  # readings of a run: with fewer there are half as many stretches
 AS_FAST = (0.5, 2.0)  # times the programmed feed: readings of an arm at rest are ten times as slow, or more
+OF_THE_DEVICE = ("start_angle", "overshoot", "data_arc")
 NOMINAL = 20.0  # deg C, at which lengths hold (ISO 1)
 
 
@@ -196,7 +197,16 @@ def _notes(file: TraceFile, rows: CommandedRows, given: int, taken: int) -> tupl
             f"{file.source}: from where the arm came to row 0 is not known: the cell has no [start], the trace no "
             "approach; the flanks of joints are not known before their first turning point"
         )
-    return tuple(notes)
+    return (*notes, *_device_notes(file))
+
+
+def _device_notes(file: TraceFile) -> list[str]:
+    """What the device tells of its run and no sample needs."""
+    told = {} if file.ballbar is None else {k: getattr(file.ballbar, k) for k in OF_THE_DEVICE}
+    listed = ", ".join(f"{key} = {value:g}" for key, value in told.items() if value is not None)
+    if not listed:
+        return []
+    return [f"{file.source}: [ballbar] {listed} deg, as the device has it: samples count by index, none is cut off"]
 
 
 def _samples(file: TraceFile, cell: Cell, read: TraceSamples, path: PathTrace, tool: Tool) -> Samples:

@@ -21,6 +21,7 @@ from compensator.trials.trial_path import TrialMoves, toolpath_of
 from toolpaths.writing.program import Program
 
 Floats = npt.NDArray[np.float64]
+HEADING = "Test program"
 AIR = ConstantWrenchTable(kind="constant", frame="base", wrench=(0.0,) * 6)
 
 
@@ -71,7 +72,7 @@ def trial_program(job: Job, trial: TrialMoves, name: str, begin: Floats) -> Tria
     read = np.flatnonzero(trial.read)
     rows = np.searchsorted(path.toolpath.row, read)
     return TrialProgram(
-        program=program_of(result, corrected=False, name=name),
+        program=replace(program_of(result, corrected=False, name=name), heading=HEADING),
         rows=rows.astype(np.intp),
         position=trial.position[read],
         torque=result.before.torque[rows],

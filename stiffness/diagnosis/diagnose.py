@@ -22,6 +22,7 @@ from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
+from stiffness.identification.common_numbers import with_common_numbers
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.nearest import nearest_to_drawing
@@ -112,7 +113,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     better = with_better_numbers(last, additions)
     if better is not None:
         additions, last = better, whole.fit(better, last)
-    last = nearest_to_drawing(last)
+    last, common = with_common_numbers(nearest_to_drawing(last))
     last = replace(last, searched_sd=searched_deviations(last, additions))
     moved = bool(other or changed)
     refined = bare.within_limits(fit, additions) if moved else None
@@ -127,7 +128,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         residual_sources=tuple(structure.sources),
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
-        notes=(*notes, *structure.notes, *more),
+        notes=(*notes, *structure.notes, *more, *common),
         next_traces=tuple(next_traces(sessions, found.alternatives, changed, structure.left)),
         model=refined_model(
             model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]

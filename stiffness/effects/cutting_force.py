@@ -38,6 +38,7 @@ EFFECT = Effect(
             meaning="relative change of the force along the feed, across it, and along the tool",
             default=0.0,
             neutral=0.0,
+            common=True,
         ),
     ),
     process_wrench=_acting,

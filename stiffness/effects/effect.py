@@ -80,6 +80,7 @@ class Parameter:
         each: how many numbers every site has, where it is more than one: a table.
         prior_sd: how far it is from its start on real robots, one standard deviation, as the solver sees it; None: a
             few typical sizes.
+        common: one cause makes its numbers alike: one for all where the readings do not tell them apart.
     """
 
     name: str
@@ -99,6 +100,7 @@ class Parameter:
     site: str = ""
     each: int = 1
     prior_sd: float | None = None
+    common: bool = False
 
     def count(self, joints: int) -> int:
         """How many numbers the parameter has on a robot with so many joints."""

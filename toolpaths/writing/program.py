@@ -18,6 +18,9 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
 
+HEADING = "Compensated program"
+
+
 @dataclass(frozen=True)
 class Order:
     """What the source asks of the machine in front of a pose.
@@ -72,6 +75,7 @@ class Program:
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
         stamp: comments for the head of the program, of at most 30 characters each: what it was made from.
+        heading: what it is, in the first comment of its head; of another than HEADING nothing is compensated.
         findings: of whoever made the program.
     """
 
@@ -99,6 +103,7 @@ class Program:
     wrench: Floats | None = None
     deflection: Floats | None = None
     stamp: tuple[str, ...] = ()
+    heading: str = HEADING
     findings: tuple[Finding, ...] = field(default=())
 
     def __post_init__(self) -> None:

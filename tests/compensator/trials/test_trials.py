@@ -199,6 +199,11 @@ def test_the_program_waits_for_people(circles: Made, touches: Made) -> None:
     assert krl.count("HALT") >= len(touches.samples) and "read the gauge" in krl
 
 
+def test_a_plan_is_no_compensated_program(circles: Made) -> None:
+    text = (circles.folder / "trial.mod").read_text()
+    assert "Test program" in text and "Compensated" not in text
+
+
 def test_joints_that_the_weight_holds_are_told(circles: Made) -> None:
     """Joint 1 stands upright: no weight; joint 2 carries the arm in front of it."""
     joints = circles.report["joints"]

@@ -183,7 +183,7 @@ def remarks(text: str) -> list[str]:
 
 def _frames(program: Program) -> list[str]:
     """Remarks on what is run, and instructions that set the user frame and the first tool."""
-    head = f"Compensated program {program.name} for {program.robot or 'robot'}"
+    head = f"{program.heading} {program.name} for {program.robot or 'robot'}"
     frame = _frame("UFRAME", program.workobject)
     stamp = [remark for text in program.stamp for remark in remarks(text)]
     lines = [*remarks(head), *remarks(f"Source: {program.source_name}"), *stamp, *frame]

@@ -266,7 +266,7 @@ def _between(position: Callable[[int], int]) -> Between:
 
 def _said(program: Program) -> str:
     """The head of the job: where from, and the frames as the operator has to check them."""
-    lines = _comment(f"Compensated program {program.name} for {program.robot or 'robot'}")
+    lines = _comment(f"{program.heading} {program.name} for {program.robot or 'robot'}")
     lines += _comment(f"Source: {program.source_name}") + "'Speeds V in mm/s\n"
     lines += "".join(_comment(text) for text in program.stamp)
     for n in sorted({int(t) for t in np.unique(program.tool)}):

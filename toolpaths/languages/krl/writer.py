@@ -125,7 +125,7 @@ def _main(program: Program, words: _Words, name: str, body: Callable[[], Iterato
         "  BAS(#INITMOV,0)\n"
         "  ;ENDFOLD (INI)\n"
     )
-    yield f"  ; {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
+    yield f"  ; {plain(program.heading + ' ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
     yield f"  ; {plain('Source: ' + program.source_name)}\n"
     yield from (f"  ; {plain(text)}\n" for text in program.stamp)
     yield f"  $BASE={_frame(program.workobject)}\n"

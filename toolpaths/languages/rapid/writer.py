@@ -169,7 +169,7 @@ def _main(program: Program, words: _Words, body: Callable[[], Iterator[str]]) ->
     """The main module; ``body`` gives the moves or the calls of the parts."""
     yield "%%%\n  VERSION:1\n  LANGUAGE:ENGLISH\n%%%\n\n"
     yield f"MODULE {words.module}\n"
-    yield f"  ! {plain('Compensated program for ' + (program.robot or 'robot'))}\n"
+    yield f"  ! {plain(program.heading + ' for ' + (program.robot or 'robot'))}\n"
     yield f"  ! {plain('Source: ' + program.source_name)}\n"
     yield from (f"  ! {plain(text)}\n" for text in program.stamp)
     for t, name in words.tools.items():

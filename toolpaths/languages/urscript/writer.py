@@ -26,7 +26,7 @@ from toolpaths.writing.lines import Between, lines_at_start, lines_before
 from toolpaths.writing.marker import MARKER
 from toolpaths.writing.names import legal_name, plain, words_of
 from toolpaths.writing.numbers import number, printed
-from toolpaths.writing.program import Floats, Program
+from toolpaths.writing.program import HEADING, Floats, Program
 from toolpaths.writing.splitting import part_findings, parts
 
 #: Moves a file: users met a UR5 that takes no more than about 2,500 targets (visose/Robots, issue 55).
@@ -117,8 +117,9 @@ def _popup(text: str) -> str:
 
 def _text(program: Program, words: _Words, function: str, block: slice, following: str | None) -> Iterator[str]:
     yield f"def {function}():\n"
-    yield f"  # {plain('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
-    yield f"  # {plain('Source: ' + program.source_name)}\n  # {MARKER}\n"
+    yield f"  # {plain(program.heading + ' ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
+    yield f"  # {plain('Source: ' + program.source_name)}\n"
+    yield f"  # {MARKER}\n" if program.heading == HEADING else ""
     yield from (f"  # {plain(text)}\n" for text in program.stamp if block.start == 0)
     if following:
         yield f"  # continued in: {plain(following, 200)}\n"

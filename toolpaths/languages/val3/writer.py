@@ -113,7 +113,7 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
 def _main(program: Program, words: Val3Data, stem: str, body: Iterator[str]) -> Iterator[str]:
     """The program of the file asked for: to the start, then ``body``, the moves or the calls of the parts."""
     tool = int(program.tool[0])
-    head = f"  // {_comment('Compensated program ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
+    head = f"  // {_comment(program.heading + ' ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
     head += f"  // {_comment('Source: ' + program.source_name)}\n"
     head += "".join(f"  // {_comment(text)}\n" for text in program.stamp)
     for number in words.tools:
