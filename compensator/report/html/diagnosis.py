@@ -15,6 +15,7 @@ from compensator.report.figures.drawing import Warn, drawn, silent
 from compensator.report.figures.layout import Figure
 from compensator.report.figures.residual_map import enlargement, map_figure
 from compensator.report.html import diagnosis_tables as tables
+from compensator.report.html.arm_scene import drawn_scene, meaning, of_diagnosis
 from compensator.report.html.page import page
 from compensator.report.json.text import Report
 from compensator.report.words import diagnosis as words
@@ -23,6 +24,7 @@ from compensator.report.words.numbers import joined, residual_mm
 from stiffness.diagnosis.result import AddedEffect, Diagnosis
 from stiffness.model.model import ComplianceModel
 
+MODELS = {"before": "the model at hand", "after": "the refined model"}
 SETUPS = 12  # in the menu of the map
 
 
@@ -62,14 +64,18 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report, warn: W
         **{name: figure for group in evidence for name, figure in group.items()},
         **_remainder(d, residuals, failed.append),
     }
+    readings, sessions = of_diagnosis(residuals), [e.session for e in d.fit.sessions]
+    scene = drawn_scene(readings, sessions[0].robot, failed.append, refined=refined)
     for sentence in failed:
         warn(sentence)
     verdict, _, verdict_is = words.verdict_sentence(d).partition(": ")
-    sessions = [e.session for e in d.fit.sessions]
     return page(
         "diagnosis",
         f"Diagnosis: {sessions[0].robot.name}",
         figures,
+        scene=scene,
+        scene_words={**MODELS, "enlarged": "residuals", "joints": ""},
+        meaning=meaning(readings, refined=refined, models=(MODELS["before"], MODELS["after"])),
         verdict=verdict,
         verdict_is=verdict_is,
         additions=[_addition(a, tuple(shown)) for a, shown in zip(d.added, evidence, strict=True)],

@@ -16,6 +16,7 @@ from compensator.report.figures.drawing import Warn, drawn, silent
 from compensator.report.figures.fit import correlation_figure, joints_figure, normal_figure, reflectors_figure
 from compensator.report.figures.layout import Figure
 from compensator.report.html import fit_tables as tables
+from compensator.report.html.arm_scene import drawn_scene, meaning, of_fit
 from compensator.report.html.page import page
 from compensator.report.json.text import Report
 from compensator.report.words.findings import finding_sentences
@@ -27,6 +28,7 @@ Floats = npt.NDArray[np.float64]
 
 FAR = 3  # standard deviations: beyond lie BEYOND of all values of a normal distribution
 BEYOND = 0.0027
+MODELS = {"before": "a rigid arm", "after": "this model"}
 
 
 def fit_page(fit: Fit, report: Report, warn: Warn = silent) -> str:
@@ -47,6 +49,8 @@ def fit_page(fit: Fit, report: Report, warn: Warn = silent) -> str:
         "correlations": lambda: correlation_figure(fit, correlations),
     }
     figures = drawn(makers, failed.append)
+    readings = of_fit(sessions)
+    scene = drawn_scene(readings, fit.sessions[0].session.robot, failed.append)
     for sentence in failed:
         warn(sentence)
     geometric, others = _not_identified(report)
@@ -54,6 +58,9 @@ def fit_page(fit: Fit, report: Report, warn: Warn = silent) -> str:
         "fit",
         f"Identified stiffness: {fit.sessions[0].session.robot.name}",
         figures,
+        scene=scene,
+        scene_words={**MODELS, "enlarged": "residuals", "joints": ""},
+        meaning=meaning(readings, refined=True, models=(MODELS["before"], MODELS["after"])),
         findings=[*finding_sentences(report), *failed],
         readings=_readings(report),
         stiffnesses={"identified": sum(report["identifiable"]), "all": len(report["identifiable"])},

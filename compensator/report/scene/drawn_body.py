@@ -11,7 +11,7 @@ from compensator.report.scene.packing import packed
 from compensator.report.scene.solids import SolidMesh
 
 WORK, FLOOR = -1, -2  # what carries a body beside the links
-Kind = Literal["arm", "tool", "cutter", "stock", "left", "part", "fixture"]
+Kind = Literal["arm", "tool", "cutter", "stock", "left", "part", "fixture", "reflector"]
 
 
 @dataclass(frozen=True, repr=False, eq=False)

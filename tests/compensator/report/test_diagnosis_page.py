@@ -32,7 +32,7 @@ def test_page_is_well_formed_and_tells_the_story_in_order(text: str) -> None:
     walk = Walk(text)
     assert walk.open == []
     ids = {value for _, name, value in walk.attributes if name == "id"}
-    assert ids - {"figures"} == set(figures_in(text)) == {"map", "split", "ranking", "pattern-1"}
+    assert ids - {"figures", "scene"} == set(figures_in(text)) == {"map", "split", "ranking", "pattern-1"}
     for drawn in figures_in(text).values():
         go.Figure(drawn)  # refuses a property that plotly does not have
     heads = (

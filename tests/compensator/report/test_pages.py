@@ -46,7 +46,6 @@ class Page:
     figures: tuple[str, ...]
     hostile: str
     names: int
-    scene: bool = False
 
 
 def with_hostile_names(run: Run) -> Run:
@@ -78,7 +77,6 @@ def compensated(ask: Callable[[str], Any]) -> Page:
         figures=("path", "along", "joints", "flanks"),
         hostile=path_page(*with_hostile_names(run), after),
         names=NAMES_OF_A_PATH,
-        scene=True,
     )
 
 
@@ -91,7 +89,6 @@ def previewed(ask: Callable[[str], Any]) -> Page:
         figures=("path", "along", "joints", "flanks"),
         hostile=path_page(*with_hostile_names(run)),
         names=NAMES_OF_A_PATH,
-        scene=True,
     )
 
 
@@ -194,7 +191,7 @@ def test_it_is_well_formed_and_has_a_place_for_every_figure(page: Page) -> None:
     for tag in ("html", "head", "title", "body", "h1"):
         assert walk.tags.count(tag) == 1
     ids = [value for _, name, value in walk.attributes if name == "id"]
-    assert ids == [*page.figures, *(["scene"] if page.scene else []), "figures"]
+    assert ids == [*page.figures, "scene", "figures"]
     assert set(figures_in(page.text)) == set(page.figures)
     for drawn in figures_in(page.text).values():
         go.Figure(drawn)  # refuses a property that plotly does not have
@@ -221,13 +218,12 @@ def test_every_number_is_finite(page: Page) -> None:
 
 
 def test_it_has_no_script_but_its_data_the_libraries_and_the_drawing(page: Page) -> None:
-    count = 6 if page.scene else 3
     for text in (page.text, page.hostile):
         mine = own(text)
-        assert Walk(text).tags.count("script") == count
-        assert mine.count("<script") == mine.count("</script>") == count
+        assert Walk(text).tags.count("script") == 6
+        assert mine.count("<script") == mine.count("</script>") == 6
         data = re.findall(r'<script type="application/json" id="(?:figures|scene)">(.*?)</script>', mine, re.DOTALL)
-        assert len(data) == count // 3 and re.findall(r"[<>&\u2028\u2029]", "".join(data)) == []
+        assert len(data) == 2 and re.findall(r"[<>&\u2028\u2029]", "".join(data)) == []
     drawing = r"<script>(.*?)</script>"
     assert re.findall(drawing, own(page.text), re.DOTALL) == re.findall(drawing, own(page.hostile), re.DOTALL)
 
@@ -244,7 +240,8 @@ def test_hostile_names_stay_text(page: Page) -> None:
 @pytest.mark.parametrize("template", TEMPLATES, ids=lambda p: p.name)
 def test_only_libraries_go_into_a_template_unescaped(template: Path) -> None:
     raw = re.findall(r"\{\{[^}]*\|\s*safe[^}]*\}\}", template.read_text())
-    assert raw == (["{{ three_js | safe }}", "{{ plotly_js | safe }}"] if template.name == "base.html" else [])
+    three, plotly = "{{ three_js | safe }}", "{{ plotly_js | safe }}"
+    assert raw == {"base.html": [three, plotly], "view.html": [three]}.get(template.name, [])
     assert "autoescape" not in template.read_text()
 
 

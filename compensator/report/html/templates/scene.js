@@ -3,7 +3,8 @@ const SceneView = (() => {
   const {unpacked, jointColour, JOINTS, STOPS, said, between} = SceneNumbers;
   const LAYERS = {
     arm: "arm", tool: "tool", cutter: "cutter", stock: "stock", left: "what is left of it", part: "part", fixture: "fixtures",
-    path: "path", ghost: "path, deflected", force: "force", deflection: "deflection", correction: "correction", residual: "residuals",
+    path: "path", ghost: "path, deflected", force: "force", deflection: "deflection", correction: "correction",
+    reflector: "reflectors", residuals: "residuals",
   };
   const UNKNOWN = 127, WITHOUT = -128, SECONDS = 20, MOST = 2000;
 
@@ -126,6 +127,7 @@ const SceneView = (() => {
     }
 
     go(at) {
+      if (this.data.residuals && !this.playing) at = Math.round(at);
       this.at = Math.min(Math.max(at, 0), this.data.stations.count - 1);
       this.find("walk").value = Math.round(this.at);
       this._where();
@@ -176,7 +178,9 @@ const SceneView = (() => {
       if (offered.some(c => c.key === chosen)) colour.value = chosen;
       colour.parentElement.hidden = !offered.length;
       const kinds = new Set(this.data.bodies.map(b => b.kind)), s = this.data.stations;
-      const there = k => kinds.has(k) || (["path", "ghost"].includes(k) ? this.data.path : s[k]);
+      const vectors = ["force", "deflection", "correction"];
+      const there = k => kinds.has(k) || (["path", "ghost"].includes(k) ? this.data.path : vectors.includes(k) ? s[k] : this.data[k]);
+      this.find("cut").hidden = !this.data.path;
       this.show("layers").replaceChildren(...Object.keys(LAYERS).filter(there).map(kind => {
         const label = element("label"), box = element("input", "", {type: "checkbox", value: kind});
         if (kind === "stock" && kinds.has("left") && !(kind in this.shown)) this.shown.stock = false;
@@ -285,6 +289,7 @@ const SceneView = (() => {
         return button;
       });
       this.show("findings").replaceChildren(...entries);
+      this.show("findings").hidden = !entries.length;
     }
   }
   return View;

@@ -2,7 +2,8 @@
 // the sum nominal + factor x deflection, entry by entry.
 const SceneStage = (() => {
   const {unpacked, mapped, jointColour, GREY, range, between} = SceneNumbers;
-  const ARROWS = {force: "#d55e00", deflection: "#cc2f6b", correction: "#0072b2", residual: "#0072b2"};
+  const ARROWS = {force: "#d55e00", deflection: "#cc2f6b", correction: "#0072b2"};
+  const RESIDUALS = {before: "#d55e00", after: "#0072b2"};
   const UP = new THREE.Vector3(0, 1, 0);
 
   class Arm {
@@ -87,12 +88,13 @@ const SceneStage = (() => {
       this.root.add(this.work);
       const s = scene.stations;
       this.arrays = {};
-      for (const name of ["nominal", "before", "after", "force", "deflection", "correction", "work", "floor", "residual"])
+      for (const name of ["nominal", "before", "after", "force", "deflection", "correction", "work", "floor"])
         if (s[name]) this.arrays[name] = unpacked(s[name]);
       this.arms = {before: new Arm(scene, this.root)};
       if (s.after) this.arms.after = new Arm(scene, this.root);
       this.bodies = [];
       for (const body of scene.bodies) this._add(body);
+      this.residuals = scene.residuals ? this._residuals(scene.residuals) : null;
       if (scene.path) this._path(scene.path);
       const longest = (values, width) => {
         let most = 0;
@@ -100,6 +102,27 @@ const SceneStage = (() => {
         return most;
       };
       this.most = this.arrays.force ? longest(this.arrays.force, 3) || 1 : 1;
+    }
+
+    // a pool of arrows for each side, as many as the set-up with the most readings has
+    _residuals(given) {
+      const most = Math.max(...given.first.slice(1).map((end, k) => end - given.first[k]));
+      const out = {first: given.first, at: unpacked(given.at), sides: {}};
+      for (const [side, arm] of Object.entries(this.arms)) {
+        const arrows = Array.from({length: most}, () => arrow(RESIDUALS[side]));
+        arm.group.add(...arrows);
+        out.sides[side] = {arrows, size: unpacked(given[side])};
+      }
+      return out;
+    }
+
+    _readings(side, at, factor, shown, size) {
+      const {first, at: places, sides} = this.residuals, k = Math.round(at), start = first[k];
+      sides[side].arrows.forEach((a, i) => {
+        const row = 3 * (start + i), there = start + i < first[k + 1] && shown.residuals !== false;
+        const part = values => new THREE.Vector3(...values.subarray(row, row + 3));
+        pointed(a, there ? part(places) : new THREE.Vector3(), there ? part(sides[side].size).multiplyScalar(factor) : new THREE.Vector3(), size);
+      });
     }
 
     _add(body) {
@@ -197,7 +220,7 @@ const SceneStage = (() => {
       pointed(arm.arrows.deflection, nominal, off, size);
       const moved = side === "after" && on("correction") ? vector("correction", factor) : new THREE.Vector3();
       pointed(arm.arrows.correction, nominal, moved, size);
-      pointed(arm.arrows.residual, nominal, on("residual") ? vector("residual", factor) : new THREE.Vector3(), size);
+      if (this.residuals) this._readings(side, at, factor, shown, size);
     }
 
     look(whole, at) {

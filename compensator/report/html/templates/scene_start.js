@@ -1,3 +1,4 @@
-window.sceneView = new SceneView(
-  document.querySelector("[data-scene]"), JSON.parse(document.getElementById("scene").textContent),
-  {before: "as the file stands", after: "with the program"});
+(() => {
+  const root = document.querySelector("[data-scene]"), {before, after} = root.dataset;
+  window.sceneView = new SceneView(root, JSON.parse(document.getElementById("scene").textContent), {before, after});
+})();
