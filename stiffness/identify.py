@@ -16,6 +16,7 @@ from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
+from stiffness.diagnosis.structure import judged
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
 from stiffness.identification.common_numbers import with_common_numbers
@@ -126,8 +127,9 @@ def _found(
     best, additions = search.run(start, beginnings)
     if not any(a.effect.fitted_where == "approach" for a in additions):
         return [], {}
-    _, additions, found = with_alternatives(search, best, additions, start.fit)
-    own = [a for a in additions if a.effect.fitted_where == "approach"]
+    best, additions, found = with_alternatives(search, best, additions, start.fit)
+    standing = judged(search, base=start.fit, fit=best, additions=additions, found=found).additions
+    own = [a for a in standing if a.effect.fitted_where == "approach"]
     return own, {r.addition.effect.name: tuple(r.fits) for r in found}
 
 

@@ -87,7 +87,7 @@ def merged(
 ) -> list[Addition]:
     """Additions with one term more, its numbers started where the linear fit found them."""
     begun = started(term, columns, weight, joints)
-    extras = frozenset({term.site}) if term.extras else frozenset()
+    extras = frozenset({term.site}) if term.extras or _shaped(term, begun) else frozenset()
     before = next((a for a in old if a.effect is term.effect), None)
     if before is None:
         return [*old, with_sites(Addition(term.effect, (term.site,), extras, begun), joints)]
@@ -100,6 +100,14 @@ def merged(
     order = {s: k for k, s in enumerate(term.effect.sites(joints))}
     now = Addition(term.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
     return [now if a is before else a for a in old]
+
+
+def _shaped(term: Term, begun: Numbers) -> bool:
+    """Whether the extras of an effect are shapes alone, and one of them is better away from its start: it is fitted."""
+    extras = [p for p in term.effect.parameters if p.extra and p.site == term.site.kind]
+    if any(p.neutral is not None for p in extras):
+        return False
+    return any(np.any(begun[p.name][p.of_site(term.site.index)] != p.start) for p in extras)
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -10,9 +10,9 @@ import numpy as np
 from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import ResidualSource, residual_sources
-from stiffness.diagnosis.coherence import coherent
 from stiffness.diagnosis.search import Search, like_noise
 from stiffness.effects.effect import part_of
+from stiffness.identification.coherence import coherent
 from stiffness.identification.fit import CLEAR, Fit
 
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
@@ -66,9 +66,11 @@ def judged(
     notes = now.structure.notes
     compared = {r.addition.effect.name: r for r in found}
     while now.structure.left and (doubtful := _doubtful(search, base, now, compared)) is not None:
+        known = any(k.effect is doubtful.effect for k in search.known)
+        stands = "the model has it, these readings do not confirm it" if known else "not added"
         note = (
             f"{doubtful.effect.name} in {' '.join(doubtful.where)} would explain a part only, beside clear "
-            "structure in the same place: not added"
+            f"structure in the same place: {stands}"
         )
         kept = [a for a in now.additions if a is not doubtful]
         fit = search.fits.fit(kept, now.fit)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from stiffness.effects.effect import Effect, Numbers
+from stiffness.identification.coherence import hidden_bias
 from stiffness.identification.gauge import Gauge
 from stiffness.identification.learned_numbers import learned_numbers
 from stiffness.identification.prediction import PredictedReadings, SessionPredictor
@@ -75,8 +76,8 @@ class Fit:
 
     @cached_property
     def sd(self) -> Floats:
-        """(P,) standard deviations; where the residual may be larger than the noise explains, widened by the misfit, or
-        by what leaving out one set-up after the other does to the numbers, if that is more."""
+        """(P,) standard deviations; where more than noise may be left, widened by the misfit, or by what leaving out
+        set-up after set-up does to the numbers."""
         variance = np.diag(self.solution.covariance)[: len(self.unknowns)]
         sd = np.asarray(np.sqrt(variance) * self.solution.misfit)
         doubtful = stats.chi2.sf(self.solution.chi2, max(self.solution.freedom, 1.0)) < DOUBTFUL
@@ -102,10 +103,8 @@ class Fit:
     @property
     def lacks(self) -> str:
         """In one line that the residual is more than the noise explains; "" where it is not."""
-        misfit = self.solution.misfit
-        if misfit <= CLEAR:
-            return ""
-        return f"this model lacks something: {misfit:.1f} times the noise is left; run diagnose"
+        many = self.solution.misfit
+        return f"this model lacks something: {many:.1f} times the noise is left; run diagnose" if many > CLEAR else ""
 
     def predicted_without(self, effect: Effect) -> tuple[PredictedReadings, ...]:
         """The readings of every session for the same numbers, one effect left out."""
@@ -127,9 +126,9 @@ class Fit:
 
     @cached_property
     def _known(self) -> npt.NDArray[np.bool_]:
-        ratio = self.sd / np.maximum(np.abs(self.parameters), 1e-300)
         told = (self.sd < DETERMINED * loose_sd(self.unknowns)) & ~self.gauge.chosen
-        return np.where(self.unknowns.inverse, (ratio < DETERMINED) & self._loaded(), told)
+        some = self.sd < DETERMINED * np.abs(self.parameters)
+        return np.where(self.unknowns.inverse, some & self._loaded(), told)
 
     def _loaded(self) -> npt.NDArray[np.bool_]:
         """(P,) whether a number shows in the readings.
@@ -177,10 +176,11 @@ class Fit:
         return out
 
     def deviations(self) -> dict[str, dict[str, Floats]]:
-        """Standard deviations per effect and parameter, of the numbers in the model file; 0 where given."""
+        """Of numbers of the model file, by effect and parameter, with what a missing effect may hide; 0 where given."""
         n = self.unknowns.joints
         out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
-        for u, value, sd in zip(self.unknowns.free, self.parameters, self.sd, strict=True):
+        hidden = hidden_bias(self.solution, self.sessions)[: len(self.unknowns)] if self.lacks else 0.0
+        for u, value, sd in zip(self.unknowns.free, self.parameters, np.hypot(self.sd, hidden), strict=True):
             out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
         for name, numbers in self.searched_sd.items():
             out[name] = {**out[name], **{k: np.array(v) for k, v in numbers.items()}}

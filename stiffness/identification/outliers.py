@@ -41,6 +41,7 @@ def cleaned(fit: Fit, ending: Ending = EXACT) -> Fit:
     for level in (MIDDLE, UPPER):
         found = _settled(start, level)
         if not any(_too_many(s) for s in found.sessions):
+            found = _with_whole_states(found)
             return found if ending == ROUGH else _again(found, ending)
     return start if ending == ROUGH else _again(start, ending)
 
@@ -67,6 +68,25 @@ def _without_far(fit: Fit) -> Fit:
         replace(state, used=rows, allowed=s.allowed) for state, rows, s in zip(first, used, fit.sessions, strict=True)
     )
     return fitted(fit.problem, states, notes=fit.notes)
+
+
+def _with_whole_states(fit: Fit) -> Fit:
+    """Where the model lacks something, with those states back that all reflectors of a link contradict: what a model
+    lacks it misses in all of them. Gross errors stay out."""
+    if not fit.lacks:
+        return fit
+    used = []
+    for s in fit.sessions:
+        out = s.allowed & ~s.used & ~far_rows(s.session)
+        key = np.column_stack([s.samples.setup, s.samples.state, s.samples.repeat, s.observations.data.link])
+        _, of = np.unique(key, axis=0, return_inverse=True)
+        of = of.reshape(-1)
+        there, gone = np.bincount(of, s.allowed), np.bincount(of, out)
+        used.append(s.used | (out & (gone == there)[of] & (there > 1)[of]))
+    if all(np.array_equal(u, s.used) for u, s in zip(used, fit.sessions, strict=True)):
+        return fit
+    states = tuple(replace(s.state, used=u) for u, s in zip(used, fit.sessions, strict=True))
+    return _again(replace(fit, states=states))
 
 
 def _too_many(fit: SessionFit) -> bool:

@@ -115,3 +115,21 @@ def test_what_the_benchmark_times_finds_the_truth(tmp_path: Path) -> None:
     assert len(given) == 300
     assert np.abs((fit.parameters - 1 / identify_benchmark.STIFFNESS) / fit.sd).max() < 3.5
     assert fit.solution.misfit == 1.0
+
+
+def test_a_missing_effect_widens_what_it_biases(tmp_path: Path) -> None:
+    """Flanks that are softer one way, and a model of springs alone: its residual does not show how far the springs are
+    off, its intervals do; and no state that all reflectors agree on is called wrong."""
+    lab = WornLab(ABB, ratio=(0.5, 0.6, 0.5, 0.6, 0.5, 0.6), lever=0.4)
+    fit = identify([lab.session(tmp_path, 4, 30)], ["joint-stiffness"])
+    off = fit.values()["joint-stiffness"]["k_nm_per_rad"] - lab.stiffness
+    sd = fit.deviations()["joint-stiffness"]["k_nm_per_rad"]
+    assert fit.lacks
+    by_residual = (fit.parameters - 1 / lab.stiffness) / fit.sd
+    assert np.abs(by_residual).max() > 4
+    assert np.abs(off / sd).max() < 3
+    (fitted,) = fit.sessions
+    s, out = fitted.samples, fitted.allowed & ~fitted.used
+    for state in np.unique(np.column_stack([s.setup, s.state])[out], axis=0):
+        mine = (s.setup == state[0]) & (s.state == state[1])
+        assert not out[mine].all()
