@@ -36,7 +36,7 @@ with atheris.instrument_imports(include=["toolpaths"]):
 
 ROOT = Path(__file__).parents[1]
 BESIDE = b"\n;;;; beside it: .dat\n"  # some inputs are two files
-SLOW = 5.0  # s for one input of at most LONGEST bytes
+SLOW, A_POSE = 5.0, 5e-5  # s for one input of at most LONGEST bytes, and for every pose that its loops make of it
 LONGEST, MEMORY, HANG = 4096, 1500, 300  # bytes, MB, s (of the clock: other processes take their share)
 CHORD = 1e-3  # m: arcs of a few points, so that the time goes into reading
 RANDOM: dict[str, Callable[[int], str]] = {
@@ -112,7 +112,7 @@ def check(path: Toolpath, lines: int) -> None:
 
 def one_input(read: Callable[[bytes], Toolpath], data: bytes) -> None:
     """Read one input and judge what comes out."""
-    begin = time.process_time()
+    begin, poses = time.process_time(), 0
     try:
         path = read(data)
     except ReadError as refusal:
@@ -120,7 +120,8 @@ def one_input(read: Callable[[bytes], Toolpath], data: bytes) -> None:
             raise ValueError(f"a message of {len(str(refusal))} characters") from refusal
     else:
         check(path, len(re.findall(rb"\r\n|[\r\n\f]", data)) + 1)
-    if (spent := time.process_time() - begin) > SLOW:
+        poses = len(path)
+    if (spent := time.process_time() - begin) > SLOW + A_POSE * poses:
         raise TimeoutError(f"{spent:.1f} s for {len(data)} bytes")
 
 
