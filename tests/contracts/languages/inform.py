@@ -71,6 +71,7 @@ SAMPLE = Sample(
         ),
         mistakes=(
             ("G21\nG0 X1\n", "not an INFORM job"),
+            ("\x1a\n", "not an INFORM job"),
             (job(), "no move"),
             (job(GO, CUT).replace("\nNOP", "").replace("\nEND", ""), "is not read in the head"),
             (job(GO, CUT) + "G1 X1\n", "text behind END"),

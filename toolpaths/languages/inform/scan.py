@@ -69,8 +69,9 @@ class InformJob(ProgramText):
         self._count: tuple[int, int] | None = None  # of C positions that the head says, and where
         found = [JobLine(m.start(), m.end(), m[0].strip()) for m in _LINE.finditer(text)]
         found = [line for line in found if line.text]
-        if found[0].text.removeprefix("\xef\xbb\xbf") != "/JOB":
-            self.refuse(found[0].start, f"{found[0].text[:40]!r}: not an INFORM job, which begins with /JOB")
+        first = found[0] if found else JobLine(0, 0, "")  # a file may hold nothing but its end mark
+        if first.text.removeprefix("\xef\xbb\xbf") != "/JOB":
+            self.refuse(first.start, f"{first.text[:40]!r}: not an INFORM job, which begins with /JOB")
         body = next((k for k, line in enumerate(found) if line.text == "NOP"), len(found))
         self._head(found[1:body])
         self._body(found[body:])
