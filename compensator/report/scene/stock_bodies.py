@@ -11,8 +11,7 @@ from compensator.report.scene.shape_mesh import shape_mesh
 from compensator.report.scene.solids import SolidMesh
 from compensator.scene.stock_bodies import stock_bodies
 
-COLOURS = {"stock": "#8fa3b5", "part": "#7fb08a"}
-LEFT_COLOUR = "#b8c0c8"
+STOCK_COLOUR, LEFT_COLOUR, PART_COLOUR = "#8fa3b5", "#b8c0c8", "#7fb08a"
 CELLS = 60  # of the mesh of what remains, along the longest side of the stock
 MOST_FACES = 20_000
 
@@ -22,8 +21,10 @@ def milled_bodies(placement: Placement, load: MillingLoad) -> list[DrawnBody]:
     bodies = []
     for body in stock_bodies(placement):
         mesh = shape_mesh(body.shape, MOST_FACES).moved(body.placement.rotation, body.placement.origin)
-        kind, opacity = ("part", 0.6) if body.role == "part" else ("stock", 0.25)
-        bodies.append(DrawnBody(mesh, WORK, "part" if kind == "part" else "stock", COLOURS[kind], opacity=opacity))
+        if body.role == "part":
+            bodies.append(DrawnBody(mesh, WORK, "part", PART_COLOUR, opacity=0.6))
+        else:
+            bodies.append(DrawnBody(mesh, WORK, "stock", STOCK_COLOUR, opacity=0.25))
     if load.cut.remains is not None:
         size = float(np.ptp(load.cut.remains.stock.box, axis=0).max())
         vertices, faces = load.cut.remains.mesh(max(size / CELLS, load.cell))
