@@ -221,6 +221,15 @@ READ = {
 }
 
 
+def test_tapping_that_is_announced(tmp_path: Path) -> None:
+    """M29 in front of G84 changes nothing about its moves, and asks for nothing by itself."""
+    tap = "M3 S500\n{}G84 X5 Z-3 R2 F250\nG80\nG1 X9"
+    plain, rigid = (read_toolpath(given(tmp_path, "gcode", tap.format(m))) for m in ("", "M29 S500\n"))
+    assert rigid.position.tolist() == plain.position.tolist() and len(rigid) > 4
+    said = {e.word: [c.word for c in e.commands] for e in rigid.events}
+    assert said["S500 M29"] == ["M3"]
+
+
 def given(tmp_path: Path, language: str, text: str) -> Path:
     suffix, _, around = PROGRAMS[language]
     (tmp_path / "part.dtx").write_text(DATA if language == "val3" else "")

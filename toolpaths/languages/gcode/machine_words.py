@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from toolpaths.languages.gcode.words import M_CALL, M_END, Words
+from toolpaths.languages.gcode.words import M_CALL, M_END, M_TAP, Words
 from toolpaths.reading.spindle import SpindleTrack
 from toolpaths.toolpath import CLOCKWISE, COUNTERCLOCKWISE, MachineCommand
 
@@ -35,5 +35,5 @@ def commands(
     senses = [m for m in ms if m in SENSES] or [m for m, sense in SENSES.items() if sense == spindle.sense]
     if senses and (not SENSES.keys().isdisjoint(ms) or ("S" in values and spindle.turns)):
         yield turning(senses[0], speed)
-    rest = [m for m in ms if m not in (*M_END, M_CALL, 6, *SENSES)]
+    rest = [m for m in ms if m not in (*M_END, M_CALL, M_TAP, 6, *SENSES)]
     yield from (MachineCommand(f"M{m}") for m in sorted(rest, key=lambda m: m in (0, 1)))

@@ -18,8 +18,9 @@ MACRO = re.compile(r"\b(?:IF|WHILE|GOTO|THEN|ENDIF|POPEN|DPRNT|DO\d|END\d)|GOTO"
 STRANGER = re.compile(r"\s*([A-Z]{3}[A-Z_]*)")  # a word of another language
 
 # stops, spindle, coolant, tool; clamps of tables (10, 11), spindle position (19), chips (31, 33), overrides (48, 49),
-# coolant through the spindle (88, 89)
-M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 19, 31, 33, 48, 49, 88, 89)
+# coolant through the spindle (88, 89), tapping without a compensating chuck, in front of G84 (29, Fanuc)
+M_EVENTS = (0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 19, 29, 31, 33, 48, 49, 88, 89)
+M_TAP = 29  # it asks for nothing by itself
 M_END = (2, 30, 99)  # 99: the end of a program that another one calls
 M_CALL, M_RETURN = 98, 99
 PRINTER_M = frozenset({82, 83, 84, *range(104, 110), 117, 140, 190, 191, *range(200, 206), 220, 221, 862, 900})

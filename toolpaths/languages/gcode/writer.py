@@ -26,6 +26,7 @@ from toolpaths.writing.program import Floats, Order, Program
 #: Comments that are words of G-code: spindle and coolant come back as what they were.
 _WORDS = re.compile(r"(?:S\d+(?:\.\d+)? ?)?(?:M0?[345789])?")
 _M_WORD = re.compile(r"M\d+")
+_CALL = re.compile(r"(?:T\d+ ?)?M0?6")
 _XYZ, _IJK = 4, 7  # decimals of mm and of the vector: 0.05 um, 0.1 urad
 _FEED = 4  # decimals of mm/min
 
@@ -81,18 +82,38 @@ def _before(program: Program) -> dict[int, str]:
         go=lambda pose: "",
         say=_said,
     )
-    said = {(order.pose, order.text) for order in program.orders if _said(order) or order.lines is not None}
+    mounted = _mounted(program)
+    said = {(order.pose, order.text) for order in program.orders if _is_said(order, mounted)}
     rest = tuple((pose, text) for pose, text in program.comments if (pose, text) not in said)
     before = lines_before(replace(program, comments=rest), between)
-    first = int(program.tool[0])
+    first = int(program.tool[0]) or mounted.pop(0, 0)
     given = any(o.pose == 0 and o.command.word == MOUNT and o.lines is not None for o in program.orders)
     call = "" if given else _call(program, first)
     before[0] = before.get(0, "") + call + lines_at_start(program, between) + between.mount(first)
+    for pose, tool in mounted.items():
+        before[pose] = f"G49\n{_call(program, tool)}" + before.get(pose, "") + between.mount(tool)
     return before
 
 
+def _mounted(program: Program) -> dict[int, int]:
+    """Pose -> number of the tool that the source mounts in front of it, where the cell has one tool for all of them."""
+    out: dict[int, int] = {}
+    for order in program.orders if not program.tool.any() else ():
+        number = int(order.command.values.get("T", 0.0)) if order.command.word == MOUNT and order.lines is None else 0
+        if number and number != next(reversed(out.values()), 0):
+            out[order.pose] = number
+    return out
+
+
 def _call(program: Program, tool: int) -> str:
-    return f"({_comment(f'tool {tool}: {program.tools[tool].name}')})\n" + (f"T{tool} M6\n" if tool else "")
+    name = program.tools[tool if tool in program.tools else 0].name
+    return f"({_comment(f'tool {tool}: {name}')})\n" + (f"T{tool} M6\n" if tool else "")
+
+
+def _is_said(order: Order, mounted: dict[int, int]) -> bool:
+    """Whether an order stands in the program as words, so that its text need not be a comment."""
+    call = order.command.word == MOUNT and order.pose in mounted and _CALL.fullmatch(order.text) is not None
+    return call or order.lines is not None or bool(_said(order))
 
 
 def _said(order: Order) -> str:
@@ -110,7 +131,8 @@ def _said(order: Order) -> str:
 
 def _changes(program: Program) -> npt.NDArray[np.intp]:
     """Poses in front of which a tool is called."""
-    return np.flatnonzero(np.diff(program.tool, prepend=program.tool[0] - 1))
+    changed = np.flatnonzero(np.diff(program.tool, prepend=program.tool[0] - 1))
+    return np.union1d(changed, list(_mounted(program))).astype(np.intp)
 
 
 def _comment(text: str) -> str:

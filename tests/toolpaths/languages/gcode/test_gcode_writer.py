@@ -14,7 +14,8 @@ from tests.oracles.linuxcnc import reference
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.files import read_back, write_program
 from toolpaths.rotation import aligned, rotation_of_axis
-from toolpaths.toolpath import CUT
+from toolpaths.toolpath import CUT, MachineCommand
+from toolpaths.writing.program import Order
 
 
 def text(program, path: Path) -> str:
@@ -47,6 +48,21 @@ def test_several_tools(tmp_path):
         "G61 G1 X40.0000 Y20.0000 Z0.0000 I0.0000000 J0.0000000 K1.0000000 F1200",
     ]  # fmt: skip
     assert "T0 M6" not in lines and lines.count("G49") == 3 and "G43.4 H2" in lines
+    np.testing.assert_allclose(read_back(tmp_path / "a.nc").position, program.position, atol=0.51e-7)
+
+
+def test_one_tool_of_the_cell_is_called_by_the_number_of_the_source(tmp_path):
+    """A tool that the source only names gets its M6 and its own length, at the begin or where the source has it."""
+    asked = [(0, "T", 'T="MILL" (tool 5) D1'), (0, "M6", "M6"), (2, "M6", "T5 M6"), (4, "M6", "T7 M6")]
+    orders = tuple(
+        Order(pose, MachineCommand(word, {"T": 7.0 if pose == 4 else 5.0}), 3, says) for pose, word, says in asked
+    )
+    comments = tuple((pose, says) for pose, _, says in asked)
+    program = changed(small(), tool=np.zeros(8, dtype=np.int32), tools={0: SPINDLE}, orders=orders, comments=comments)
+    lines = text(program, tmp_path / "a.nc").split("\n")
+    called = [line for line in lines if re.match(r"T\d+ M6|G43|G49|.*M6\)", line)]
+    assert called == ["T5 M6", "G43.4 H5", "(T5 M6)", "G49", "T7 M6", "G43.4 H7", "G49"]
+    assert re.match(r"(G6[14] )?G1 X40.0000 Y20.0000 Z0.0000 I0", lines[lines.index("G43.4 H7") + 1])
     np.testing.assert_allclose(read_back(tmp_path / "a.nc").position, program.position, atol=0.51e-7)
 
 
