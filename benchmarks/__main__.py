@@ -13,9 +13,9 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, cut, diagnose, identify, paths, poses, reading, stages, start, table, traces
+from benchmarks import commands, cut, diagnose, identify, paths, place, poses, reading, stages, start, table, traces
 
-PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages", "cut", "traces")
+PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages", "cut", "traces", "place")
 
 
 def main() -> None:
@@ -33,6 +33,7 @@ def main() -> None:
         "stages": stages.run,
         "cut": cut.run,
         "traces": traces.run,
+        "place": place.run,
     }
     rows: list[table.Row] = []
     print(_machine())

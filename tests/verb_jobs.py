@@ -84,6 +84,14 @@ JOBS = {
         PATH,
         {"--csv": "out.csv", "--png": "out.png", "--report": "out.html", "--json": "out.json"},
     ),
+    "place": VerbJob(
+        (
+            *("path.csv", "--cell", "cell.toml", "--box", "x=1500", "--poses", "10", "--turns", "2"),
+            *("--workers", "1"),
+        ),
+        PATH,
+        {"-o": "out.parquet", "--png": "out.png", "--best": "out.toml", "--json": "out.json"},
+    ),
     "check": VerbJob(("cell.toml", "path.csv"), PATH, {"--json": "out.json"}),
     "compare": VerbJob(("one.json", "other.json"), ("one.json", "other.json"), {"--json": "out.json"}),
     "init": VerbJob(

@@ -41,5 +41,10 @@ class Body:
     approximate: bool = False
     sacrificial: bool = False
 
+    @property
+    def on_arm(self) -> bool:
+        """Whether it belongs to arm or tool."""
+        return self.role in ("link", "tool", "cutter", "shank", "holder")
+
     def __repr__(self) -> str:
         return f"Body({self.name}, on {self.carrier}, {self.shape!r})"

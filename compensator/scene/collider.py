@@ -64,12 +64,33 @@ class Collider:
             margin: m, as near as this counts as touching.
         """
         out = np.zeros(len(q), dtype=np.bool_)
-        active = [p for p in self.pairs if p.tool in (None, tool) and not (p.cut and cutting)]
+        active = self._active(tool, cutting)
         for begin in range(0, len(q), BLOCK):
             rows = slice(begin, begin + BLOCK)
             frames = CarrierFrames(link_frames(self.robot, q[rows]), _some(workobject, rows), _some(world, rows))
             out[rows] = self._block(frames, active, len(q[rows]), margin)
         return out
+
+    def first_touching(
+        self, q: Floats, *, workobject: Frame, tool: int | None = None, cutting: bool = True
+    ) -> tuple[str, str] | None:
+        """Names of two bodies that touch at one of N postures (N, n) rad, the one on the arm first; None: none do.
+
+        Args:
+            workobject, tool, cutting: as in ``collides``.
+        """
+        if not len(q):
+            return None
+        frames = CarrierFrames(link_frames(self.robot, q), workobject)
+        for pair in self._active(tool, cutting):
+            inner, outer = (frames.of(self.bodies[k]) for k in (pair.inner, pair.outer))
+            near = np.flatnonzero(self.bound(pair, inner, outer, len(q)) <= 0.0)
+            if any(self.touch(pair, _one(inner, k), _one(outer, k)) for k in near.tolist()):
+                return self.bodies[pair.outer].name, self.bodies[pair.inner].name
+        return None
+
+    def _active(self, tool: int | None, cutting: bool) -> list[Pair]:
+        return [p for p in self.pairs if p.tool in (None, tool) and not (p.cut and cutting)]
 
     def _block(self, frames: CarrierFrames, pairs: Sequence[Pair], n: int, margin: float) -> Bools:
         hit = np.zeros(n, dtype=np.bool_)

@@ -59,9 +59,8 @@ def pairs_of(bodies: Sequence[Body], robot: Robot, settings: CollisionsTable, so
             if _apart(first, second, robot, settings=settings, linked=linked):
                 continue
             begin, end = depth(first, robot.n), depth(second, robot.n)
-            on_arm = first.role in ("link", "tool", "cutter", "shank", "holder")
             out.append(Pair(
-                inner, outer, slice(begin, end), second.tool, margin=not on_arm or end - begin > CLOSE,
+                inner, outer, slice(begin, end), second.tool, margin=not first.on_arm or end - begin > CLOSE,
                 cut=first.sacrificial and second.role == "cutter",
             ))  # fmt: skip
     return tuple(out)

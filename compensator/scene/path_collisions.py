@@ -55,6 +55,11 @@ class PathCollisions:
         all_ = self.bodies.all
         return all_[approach.pair.outer].name, all_[approach.pair.inner].name
 
+    def refuses(self, approach: Approach) -> bool:
+        """Whether a contact is an error: where arm and tool touch each other in rough outlines, their radii decide."""
+        bodies = [self.bodies.all[k] for k in (approach.pair.inner, approach.pair.outer)]
+        return not (bodies[0].on_arm and any(b.approximate for b in bodies))
+
     def refuse_contacts(self) -> None:
         """Refuse a path on which something touches.
 
@@ -136,12 +141,13 @@ def _meetings(found: PathCollisions, margin: float) -> list[Finding]:
         outlines = [found.bodies.all[k].approximate for k in (a.pair.inner, a.pair.outer)]
         rough = " (rough outlines)" if any(outlines) else ""
         if a.contacts:
+            level = ERROR if found.refuses(a) else WARNING
             what = f"{first} and {second} touch{rough}"
             remedy = "Move the part, turn or tilt the tool, or choose another [start]; where they may touch, say so in "
             remedy += "[collisions] neighbours"
             places = tuple(place(found.toolpath, k) for k in a.contacts)
             several = places if len(places) > 1 else ()
-            out.append(Finding(ERROR, places[0], what, remedy, count=len(places), places=several))
+            out.append(Finding(level, places[0], what, remedy, count=len(places), places=several))
         elif a.near and a.least is not None:
             what = f"{first} comes within {a.least[0] * 1e3:.1f} mm of {second}{rough}; the margin is {margin:g} mm"
             out.append(Finding(WARNING, place(found.toolpath, a.least[1]), what, "See [collisions] margin"))

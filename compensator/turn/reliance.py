@@ -68,7 +68,7 @@ def reliance(arm: EquippedArm, path: PlannedPath, grid: TurnGrid, wrench: Floats
     number = path.toolpath.tool[grid.rows[where[:, 0]]]
     for tool, predictor in arm.predictors.items():
         cells = where if arm.tools.any_number else where[number == tool]
-        at = _ToolReliance.of(arm, predictor)
+        at = ToolReliance.of(arm, predictor)
         for begin in range(0, len(cells), CELLS):
             i, k = cells[begin : begin + CELLS].T
             rows = grid.rows[i]
@@ -88,7 +88,7 @@ def assumed(arm: EquippedArm) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class _ToolReliance:
+class ToolReliance:
     """One tool: the arm as the model has it, with each uncertain parameter moved, and the levers of its joints."""
 
     arm: EquippedArm
@@ -97,11 +97,16 @@ class _ToolReliance:
     levers: Kernel
 
     @classmethod
-    def of(cls, arm: EquippedArm, predictor: Predictor) -> _ToolReliance:
+    def of(cls, arm: EquippedArm, predictor: Predictor) -> ToolReliance:
+        """Of an arm with one of its tools."""
         return cls(arm, predictor, tuple(_moved(arm, predictor)), Kernel(_levers(arm.robot, predictor.tool)))
 
     def of_postures(self, q: Floats, wrench: Floats, nominal: Floats) -> tuple[Floats, Floats, Floats]:
-        """Deflection (K,), its standard deviation (K,), crossings (K, n), m."""
+        """Deflection (K,), its standard deviation (K,), crossings (K, n), m.
+
+        Args:
+            q: (K, n) rad. wrench: (K, 6) base axes, about the TCP. nominal: (K, 3) m, the TCP without deflection.
+        """
         m = self.arm.unknown_state.low.shape[-1]
         still = np.zeros((len(q), m))
         found = self.predictor.forward(q, wrench, still)

@@ -25,6 +25,7 @@ def collisions_report(found: PathCollisions) -> Report:
                 "pose": a.contacts[0],
                 "source_line": int(lines[a.contacts[0]]),
                 "count": len(a.contacts),
+                "refused": found.refuses(a),
             }
             for a in touching
         ],

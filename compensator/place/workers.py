@@ -1,0 +1,121 @@
+"""Workers: the tasks of a study on local processes or on a Dask cluster; both run ``judged``.
+
+The study is sent to every worker once. A worker that dies costs the tasks that it had: they are done again.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from functools import lru_cache
+from threading import Lock
+from typing import Any
+
+from compensator.errors import CompensatorError
+from compensator.place.judge import Judge, Judgement
+from compensator.place.study import Study
+
+Done = tuple[range, list[Judgement]]
+PATIENCE = "5s"  # for the answer of a scheduler
+DEATHS = 5  # pools that may break before the study is given up: something in it kills its workers
+_ALONE = Lock()
+
+
+@lru_cache(maxsize=1)
+def _judge(sent: bytes) -> Judge:
+    study: Study = pickle.loads(sent)
+    return Judge(study)
+
+
+def judged(sent: bytes, start: int, stop: int) -> list[Judgement]:
+    """The judgements of some candidates; ``sent``: the study, pickled."""
+    with _ALONE:  # threads of one worker share its judge
+        judge = _judge(sent)
+        return [judge.row(k) for k in range(start, stop)]
+
+
+def here(study: Study, batches: Sequence[range]) -> Iterator[Done]:
+    """All tasks in this process."""
+    judge = Judge(study)
+    for batch in batches:
+        yield batch, [judge.row(k) for k in batch]
+
+
+_SENT: list[bytes] = []  # of a local worker: the study, which came with its start
+
+
+def _receive(sent: bytes) -> None:
+    _SENT[:] = [sent]
+
+
+def _local(start: int, stop: int) -> list[Judgement]:
+    return judged(_SENT[0], start, stop)
+
+
+def on_processes(study: Study, batches: Sequence[range], count: int) -> Iterator[Done]:
+    """All tasks on ``count`` processes of this machine, in the order that they are done.
+
+    Raises:
+        CompensatorError: processes die again and again.
+    """
+    if count < 2 or len(batches) < 2:
+        yield from here(study, batches)
+        return
+    sent, left = pickle.dumps(study), list(batches)
+    for _ in range(DEATHS):
+        done = set()
+        try:
+            for batch, found in _pool(sent, left, min(count, len(left))):
+                done.add(batch)
+                yield batch, found
+            return
+        except BrokenProcessPool:
+            left = [b for b in left if b not in done]
+    raise CompensatorError(f"local processes died {DEATHS} times: is there memory enough? Try --workers 1")
+
+
+def _pool(sent: bytes, batches: Sequence[range], count: int) -> Iterator[Done]:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(count, mp_context=context, initializer=_receive, initargs=(sent,)) as pool:
+        waiting: dict[Future[list[Judgement]], range] = {pool.submit(_local, b.start, b.stop): b for b in batches}
+        try:
+            while waiting:
+                for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                    yield waiting.pop(future), future.result()
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def on_cluster(study: Study, batches: Sequence[range], address: str) -> Iterator[Done]:
+    """All tasks on a Dask cluster, in the order that they are done.
+
+    Raises:
+        CompensatorError: dask is not installed, no scheduler answers, or it has no workers.
+    """
+    with _client(address) as client:
+        from distributed import as_completed
+
+        if not client.scheduler_info(n_workers=-1)["workers"]:
+            raise CompensatorError(f"--scheduler {address}: it has no workers: start some with `dask worker {address}`")
+        sent = client.scatter(pickle.dumps(study), broadcast=True, hash=False)
+        waiting = {client.submit(judged, sent, b.start, b.stop, pure=False, retries=DEATHS): b for b in batches}
+        for future in as_completed(list(waiting), loop=client.loop):
+            yield waiting.pop(future), future.result()
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError as e:
+        what = "--scheduler needs dask.distributed: pip install 'toolpath-compensator[cluster]'"
+        raise CompensatorError(what) from e
+    try:
+        return Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as e:
+        raise CompensatorError(f"--scheduler {address}: no scheduler answers there within {PATIENCE}: {e}") from e

@@ -1,0 +1,80 @@
+"""Studies on several processes: of this machine, and of a Dask cluster one of whose workers is killed on the way."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from compensator.place import study as study_module
+from compensator.place import workers
+from compensator.place.parts import Parts
+from compensator.tasks.place import place_file
+from tests.compensator import small_job
+from tests.compensator.place import placement_job
+
+distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+
+
+def study(files: small_job.Files, name: str, **options) -> bytes:
+    place_file(
+        files.toolpath, files.cell, files.out / name, within="x=1100:2000:8,y=-300:300:4", turns=4, poses=20, **options
+    )
+    return (files.out / name).read_bytes()
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> small_job.Files:
+    monkeypatch.setattr(study_module, "POSTURES", 640)  # a task for each placement
+    return placement_job.files(tmp_path)
+
+
+@pytest.mark.filterwarnings("ignore")  # of dask, about the worker that dies
+def test_a_killed_worker_of_a_cluster_costs_its_tasks_only(
+    files: small_job.Files, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    undisturbed = study(files, "local.parquet", workers=1)
+    parts: list[range] = []
+    written = Parts.write
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+
+        def kills(self: Parts, batch: range, rows) -> None:
+            written(self, batch, rows)
+            parts.append(batch)
+            if len(parts) == 3:
+                os.kill(victim, signal.SIGKILL)
+
+        monkeypatch.setattr(Parts, "write", kills)
+        assert study(files, "cluster.parquet", scheduler=cluster.scheduler_address) == undisturbed
+        now = [w.pid for w in cluster.workers.values()]
+    assert victim not in now
+    assert sorted(b.start for b in parts) == list(range(32))  # each task once
+
+
+def test_a_killed_local_process_costs_its_tasks_only(files: small_job.Files, monkeypatch: pytest.MonkeyPatch) -> None:
+    undisturbed = study(files, "one.parquet", workers=1)
+    pools: list[int] = []
+    pool = workers.ProcessPoolExecutor
+
+    class Watched(pool):
+        def submit(self, *args, **options):
+            future = super().submit(*args, **options)
+            if not pools:
+                pools.append(next(iter(self._processes)))
+                threading.Thread(target=self._kill_later, daemon=True).start()
+            return future
+
+        def _kill_later(self) -> None:
+            time.sleep(1.5)
+            os.kill(pools[0], signal.SIGKILL)
+
+    monkeypatch.setattr(workers, "ProcessPoolExecutor", Watched)
+    assert study(files, "two.parquet", workers=2) == undisturbed
+    assert len(pools) == 1
