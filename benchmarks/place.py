@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pickle
 import tempfile
 import time
 from collections.abc import Iterator
@@ -12,14 +11,14 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.table import Row
-from benchmarks.timing import interleaved, ratio
+from benchmarks.timing import hashing, interleaved, ratio
 from compensator.cell.arm import load_arm
 from compensator.cell.cell_file import load_cell
 from compensator.place.candidates import box
 from compensator.place.judge import Judge
 from compensator.place.postures import placed_postures
 from compensator.place.study import Study, study_of
-from compensator.place.workers import here, on_processes
+from compensator.place.workers import here, on_processes, packed
 from compensator.scene.path_collisions import collider_of, collisions_along
 from compensator.solve.planned import planned, sampled
 from compensator.tasks.compensate import files_of, read_input
@@ -41,9 +40,9 @@ def run() -> Iterator[Row]:
         given = read_input(files_of([EXAMPLES / "wave.nc"], None), cell)
         yield from _collisions(given)
         arm, path = load_arm(load_cell(cell)), sampled(given.job.placement, given.path)
-        candidates = box("x=1300:1700:5,y=-300:300:4", load_cell(cell).workobject)
 
-        def study(poses: int) -> Study:
+        def study(poses: int, words: str = "x=1300:1700:5,y=-300:300:4") -> Study:
+            candidates = box(words, load_cell(cell).workobject)
             return study_of(arm, given.job, path, candidates, turns=12, poses=poses, inputs={})
 
         yield from _placements(study)
@@ -104,15 +103,18 @@ def _placements(study) -> Iterator[Row]:  # type: ignore[no-untyped-def]
     slope = (costs[800] - costs[200]) / 600
     yield Row(group, "per pose, from 200 to 800", slope * 1e6, "us")
     yield Row(group, "twice the poses, 400 to 800, cost", costs[800] / costs[400], "x", "at most 2.1")
-    made = study(100)
-    yield Row(group, "sent to a worker, once", len(pickle.dumps(made)) / 1e6, "MB")
+    made = study(100, "x=1300:1700:16,y=-300:300:12")
+    yield Row(group, "sent to a worker, once", len(packed(made)) / 1e6, "MB")
     cores = os.cpu_count() or 1
     seconds = interleaved(
         {
             "one": lambda: list(here(made, made.batches)),
             "cores": lambda: list(on_processes(made, made.batches, cores)),
+            "hash": lambda: hashing(1),
+            "hashes": lambda: hashing(cores),
         },
         1,
     )
     what = f"{len(made.candidates.poses)} placements in one process over {cores}, their start included"
     yield Row(group, what, ratio(seconds["one"], seconds["cores"]), "x")
+    yield Row(group, f"plain hashing on {cores} cores", ratio(seconds["hash"], seconds["hashes"]), "x")

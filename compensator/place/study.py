@@ -29,6 +29,7 @@ from toolpaths.toolpath import Toolpath
 Floats = npt.NDArray[np.float64]
 
 POSTURES = 120_000  # of inverse kinematics in one task: a second of work or two, so that handing it out costs nothing
+MOST_TASKS = 20_000  # each is a message to a scheduler and a file
 WINDOW = 10  # poses in a row: reversals and speeds are those of the path, not of a thinned one
 
 
@@ -65,7 +66,8 @@ class Study:
     def batches(self) -> tuple[range, ...]:
         """Candidates of each task."""
         each = len(self.path) * len(self.turns) * self.arm.inverse.branches
-        size, count = max(ceil(POSTURES / each), 1), len(self.candidates.poses)
+        count = len(self.candidates.poses)
+        size = max(ceil(POSTURES / each), ceil(count / MOST_TASKS))
         return tuple(range(begin, min(begin + size, count)) for begin in range(0, count, size))
 
 

@@ -11,6 +11,7 @@ import pickle
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
 from functools import lru_cache
 from threading import Lock
 from typing import Any
@@ -29,6 +30,11 @@ _ALONE = Lock()
 def _judge(sent: bytes) -> Judge:
     study: Study = pickle.loads(sent)
     return Judge(study)
+
+
+def packed(study: Study) -> bytes:
+    """The study as it is sent: without what the arm has computed here."""
+    return pickle.dumps(replace(study, arm=replace(study.arm)))
 
 
 def judged(sent: bytes, start: int, stop: int) -> list[Judgement]:
@@ -65,7 +71,7 @@ def on_processes(study: Study, batches: Sequence[range], count: int) -> Iterator
     if count < 2 or len(batches) < 2:
         yield from here(study, batches)
         return
-    sent, left = pickle.dumps(study), list(batches)
+    sent, left = packed(study), list(batches)
     for _ in range(DEATHS):
         done = set()
         try:
@@ -103,7 +109,7 @@ def on_cluster(study: Study, batches: Sequence[range], address: str) -> Iterator
 
         if not client.scheduler_info(n_workers=-1)["workers"]:
             raise CompensatorError(f"--scheduler {address}: it has no workers: start some with `dask worker {address}`")
-        sent = client.scatter(pickle.dumps(study), broadcast=True, hash=False)
+        sent = client.scatter(packed(study), broadcast=True, hash=False)
         waiting = {client.submit(judged, sent, b.start, b.stop, pure=False, retries=DEATHS): b for b in batches}
         for future in as_completed(list(waiting), loop=client.loop):
             yield waiting.pop(future), future.result()

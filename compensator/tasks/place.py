@@ -87,7 +87,7 @@ def place_file(
         parts.write(batch, rows_of(candidates, batch, found))
         say(f"placement {batch.stop:,} of {len(candidates.poses):,}")
     joined = parts.joined(study.batches)
-    columns = joined.to_pydict()
+    columns = {name: joined.column(name).to_numpy() for name in joined.column_names}
     say("following the whole path at the best placements")
     tried = list(first_places(arm, given.job, given.path, columns))
     report = place_report(columns, tried, study, resumed=len(study.batches) - len(left))

@@ -44,6 +44,7 @@ def _row(columns: dict[str, Any], k: int) -> Report:
 
 
 def _plain(value: Any) -> Any:
+    value = value.item() if isinstance(value, np.generic) else value
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
