@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -75,3 +77,16 @@ def cell_table(raw: dict[str, Any], columns: Columns, row: int) -> dict[str, Any
     start = {"joints": [round(float(columns[f"start_q{k + 1}_deg"][row]), 6) for k in range(6)]}
     solve = {**raw.get("solve", {}), "free_tool_axis": False}
     return {**raw, "workobject": work, "start": start, "solve": solve}
+
+
+def seen_from(value: Any, folder: Path, target: Path) -> Any:
+    """A table of a cell file in ``folder`` with its files named as seen from the folder ``target``."""
+    if isinstance(value, dict):
+        return {key: seen_from(inner, folder, target) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [seen_from(inner, folder, target) for inner in value]
+    if isinstance(value, str) and "." in value and "\n" not in value and not Path(value).is_absolute():
+        file = folder / value
+        if file.is_file():
+            return Path(os.path.relpath(file.resolve(), target.resolve())).as_posix()
+    return value

@@ -12,7 +12,7 @@ from typing import Any
 from compensator.cell.arm import load_arm
 from compensator.cell.cell_file import Cell, load_cell
 from compensator.errors import CellError, CompensatorError
-from compensator.place.best import Place, cell_table, first_places
+from compensator.place.best import Place, cell_table, first_places, seen_from
 from compensator.place.candidates import Candidates, box, listed
 from compensator.place.parts import Parts, pyarrow, rows_of
 from compensator.place.study import Study, study_of
@@ -70,7 +70,7 @@ def place_file(
     Raises:
         ToolpathError, StiffnessError, CompensatorError: refused; parts that are done stay for the next run.
     """
-    _check(output, cell, best, turns=turns, poses=poses)
+    _check(output, turns=turns, poses=poses)
     pyarrow()
     began = time.monotonic()
     given, table = read_input(files_of(toolpath, read_as), cell, say), load_cell(cell)
@@ -100,7 +100,7 @@ def place_file(
         if png:
             _draw(outputs, png, columns, tried)
         if best:
-            outputs.text(best, _best_cell(cell, columns, tried))
+            outputs.text(best, _best_cell(cell, best, columns, tried))
         if json:
             outputs.text(json, as_json(report))
         outputs.commit()
@@ -108,17 +108,13 @@ def place_file(
     return Placed(columns, report, tuple(f for f in (output, png, best, json) if f))
 
 
-def _check(output: Path, cell: Path, best: Path | None, *, turns: int, poses: int) -> None:
+def _check(output: Path, *, turns: int, poses: int) -> None:
     if output == STDOUT:
         raise CompensatorError("-o -: a study is collected in parts beside its file: name a file")
     if not 1 <= turns <= 72:
         raise CompensatorError(f"--turns {turns}: expected 1 to 72; 12 are 30 deg apart")
     if poses < FEWEST:
         raise CompensatorError(f"--poses {poses}: at least {FEWEST}")
-    if best and best.resolve().parent != cell.resolve().parent:
-        raise CompensatorError(
-            f"{best}: the files that a cell names are relative to it: put the new cell into the folder of {cell}"
-        )
 
 
 def _candidates(cell: Cell, within: str | None, places: Path | None) -> Candidates:
@@ -141,8 +137,8 @@ def _draw(outputs: Outputs, png: Path, columns: dict[str, Any], tried: Sequence[
     outputs.add(staged, png)
 
 
-def _best_cell(cell: Path, columns: dict[str, Any], tried: Sequence[Place]) -> str:
-    """Text of the new cell.
+def _best_cell(cell: Path, target: Path, columns: dict[str, Any], tried: Sequence[Place]) -> str:
+    """Text of the new cell, whose files are named as seen from ``target``.
 
     Raises:
         CompensatorError: no placement holds.
@@ -155,4 +151,4 @@ def _best_cell(cell: Path, columns: dict[str, Any], tried: Sequence[Place]) -> s
         raise CompensatorError(f"no placement of the study serves the whole path, so that there is no best cell{why}")
     raw = toml_table(str(cell), cell, CellError, schema="cell/1")
     head = f"# {cell.name} at the best placement of `compensator place`; comments of the original are left out.\n"
-    return head + tomli_w.dumps(cell_table(raw, columns, holds[0]))
+    return head + tomli_w.dumps(seen_from(cell_table(raw, columns, holds[0]), cell.parent, target.parent))
