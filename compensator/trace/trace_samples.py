@@ -113,7 +113,9 @@ def _check_columns(table: CsvTable, kind: TraceKind) -> set[str]:
     missing = [name for name in needed if name not in table.cells]
     if missing:
         hint = meant(missing[0], [name for name in table.cells if name not in known])
-        raise TraceError(f"{table.label}: column {', '.join(missing)} missing, of kind = {kind!r}{hint or '; add it'}")
+        rows = "; the row of the program, from 0, of every reading: a stream is not matched by its times alone"
+        remedy = hint or (rows if missing == ["index"] else "; add it")
+        raise TraceError(f"{table.label}: column {', '.join(missing)} missing, of kind = {kind!r}{remedy}")
     return known
 
 

@@ -10,6 +10,7 @@ from compensator.report.analysis.added_pattern import added_patterns
 from compensator.report.analysis.remainder import remainder
 from compensator.report.analysis.session_residuals import SessionResiduals, session_residuals
 from compensator.report.analysis.setup_residuals import largest_setups
+from compensator.report.figures.ball_bar import ballbar_figure, has_ballbar
 from compensator.report.figures.diagnosis import pattern_figure, ranking_figure, split_figure
 from compensator.report.figures.drawing import Warn, drawn, silent
 from compensator.report.figures.layout import Figure
@@ -53,10 +54,12 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report, warn: W
     refined = bool(d.added or d.removed or d.changed)
     failed: list[str] = []
     evidence = _evidence(d, residuals, failed.append)
+    circles = has_ballbar(d.fit.sessions)
     titles = ["the model at hand", "the refined model"] if refined else ["the model at hand"]
     makers: dict[str, Callable[[], Figure]] = {
         "map": lambda: map_figure(setups, titles),
         "split": lambda: split_figure(report),
+        **({"ballbar": lambda: ballbar_figure(d.fit.sessions, d.base.sessions)} if circles else {}),
         **({"ranking": lambda: ranking_figure(d)} if any(c.where for c in d.candidates) else {}),
     }
     figures = {
@@ -86,6 +89,7 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report, warn: W
         caution=_capital(words.caution(d, report)),
         notes=d.notes,
         refined=refined,
+        circles=circles,
         map={
             "enlarged": f"{enlargement(setups):,.0f}" if setups else "1",
             "setups": len(setups),

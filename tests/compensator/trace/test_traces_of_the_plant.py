@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compensator.report.analysis.circular_test import circular_tests
+from compensator.report.figures.ball_bar import ballbar_figure
 from compensator.tasks.diagnose import diagnose_files
 from compensator.tasks.identify import evaluate_file
 from tests.compensator.plant_bench import Bench, write_poses
@@ -90,6 +92,20 @@ def test_centre_and_length_of_a_ballbar_are_estimated(tmp_path: Path) -> None:
     (placed,) = report["traces"]
     assert placed["center_mm"] == pytest.approx([1500.4, -0.3, 900.2], abs=0.5)
     assert [c["plane"] for c in report["iso230_4"]] == ["ZX", "XY"]
+
+
+def test_the_circle_is_drawn_as_it_was_read_and_predicted(tmp_path: Path) -> None:
+    path = ballbar(circles(tmp_path, points=60, gap=GAP, breakaway=1e9), NOISE, CENTRE)
+    seen = evaluate_file(path, tmp_path / "model.toml")[0].seen
+    figure = ballbar_figure([seen], [seen])
+    (test,) = circular_tests(seen.session.path, seen.samples.position[:, 0])
+    lines = {name: [d for d in figure["data"] if d["name"] == name] for name in ("measured", "the model at hand")}
+    drawn = np.concatenate([np.hypot(d["x"], d["y"]) for d in lines["measured"]])
+    assert np.ptp(drawn) == pytest.approx(0.25, rel=0.35) and len(drawn) == len(seen.samples)
+    enlarged = np.ptp(drawn) / test.bidirectional_circular_error
+    assert len(lines["measured"]) == 2 and enlarged == pytest.approx(round(enlarged, -2), rel=1e-3)
+    predicted = np.concatenate([np.hypot(d["x"], d["y"]) for d in lines["the model at hand"]])
+    assert np.abs(predicted - drawn).max() > 0.05  # it knows of no gap
 
 
 def test_a_gap_in_joint_1_steps_the_radius_where_the_joint_turns(tmp_path: Path) -> None:
