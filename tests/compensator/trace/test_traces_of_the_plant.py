@@ -101,11 +101,11 @@ def test_the_circle_is_drawn_as_it_was_read_and_predicted(tmp_path: Path) -> Non
     (test,) = circular_tests(seen.session.path, seen.samples.position[:, 0])
     lines = {name: [d for d in figure["data"] if d["name"] == name] for name in ("measured", "the model at hand")}
     drawn = np.concatenate([np.hypot(d["x"], d["y"]) for d in lines["measured"]])
-    assert np.ptp(drawn) == pytest.approx(0.25, rel=0.35) and len(drawn) == len(seen.samples)
+    assert np.ptp(drawn) == pytest.approx(0.25, rel=0.35) and len(drawn) == len(test.rows)
     enlarged = np.ptp(drawn) / test.bidirectional_circular_error
     assert len(lines["measured"]) == 2 and enlarged == pytest.approx(round(enlarged, -2), rel=1e-3)
     predicted = np.concatenate([np.hypot(d["x"], d["y"]) for d in lines["the model at hand"]])
-    assert np.abs(predicted - drawn).max() > 0.05  # it knows of no gap
+    assert np.abs(predicted - drawn).max() > 0.03  # ten times the noise: it knows of no gap
 
 
 def test_a_gap_in_joint_1_steps_the_radius_where_the_joint_turns(tmp_path: Path) -> None:
