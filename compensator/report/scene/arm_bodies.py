@@ -1,4 +1,4 @@
-"""The arm as bodies: the shapes of its links, or capsules along them where none are known."""
+"""The arm as bodies: the shapes of its links, capsules along those whose shape is not known."""
 
 from __future__ import annotations
 
@@ -20,16 +20,15 @@ THICK, THIN = 0.052, 0.016  # radius of the first and of the last link, of the r
 
 
 def arm_bodies(robot: Robot, known: Sequence[Body]) -> list[DrawnBody]:
-    """The links; ``known``: bodies of a job, of which those of links are taken."""
-    links = [body for body in known if body.role == "link"]
-    if not links:
-        return capsule_arm(robot)
+    """The links; ``known``: bodies of a job, of which those of links are taken. A link without any gets capsules."""
     bodies = []
-    for body in links:
-        k = body.carrier if isinstance(body.carrier, int) else 0
-        mesh = shape_mesh(body.shape).moved(body.placement.rotation, body.placement.origin)
-        bodies.append(DrawnBody(mesh, k, "arm", _colour(robot, k)))
-    return bodies
+    for body in known:
+        if body.role == "link":
+            k = body.carrier if isinstance(body.carrier, int) else 0
+            mesh = shape_mesh(body.shape).moved(body.placement.rotation, body.placement.origin)
+            bodies.append(DrawnBody(mesh, k, "arm", _colour(robot, k)))
+    there = {body.frame for body in bodies}
+    return [*bodies, *(body for body in capsule_arm(robot) if body.frame not in there)]
 
 
 def _colour(robot: Robot, k: int) -> str:

@@ -156,13 +156,13 @@ def body(name: str, carrier: Any, shape: Any, role: Any) -> Body:
     return Body(name, carrier, shape, Frame(np.eye(3), np.array([0.1, 0.2, 0.3])), role)
 
 
-def test_links_are_drawn_as_their_shapes_and_as_capsules_without_any(run: Run) -> None:
+def test_links_are_drawn_as_their_shapes_and_as_capsules_without_one(run: Run) -> None:
     robot = run[0].job.arm.robot
     solid = capsule(np.zeros(3), np.zeros(3), 0.1)
     ball = MeshShape(solid.vertices, solid.faces)
     known = [body("base", "base", BoxShape(np.ones(3)), "link"), body("link-4", 4, ball, "link")]
     drawn = arm_bodies(robot, [*known, body("table", "world", BoxShape(np.ones(3)), "scene")])
-    assert [b.frame for b in drawn] == [0, 4]
+    assert [b.frame for b in drawn] == [0, 4, 1, 2, 3, 5, 6]
     assert drawn[0].mesh.vertices.mean(axis=0) == pytest.approx([0.1, 0.2, 0.3])
     assert np.ptp(drawn[1].mesh.vertices, axis=0) == pytest.approx(0.2, abs=0.01)
     assert [b.frame for b in arm_bodies(robot, [])] == list(range(7))
