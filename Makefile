@@ -51,7 +51,7 @@ reference: $(VENV)/.test
 
 wheel-check: $(VENV)/.test
 	rm -rf build dist out/wheel
-	$(BIN)/python -m pip --disable-pip-version-check wheel --quiet --no-deps -w dist .
+	$(BIN)/python -m build >/dev/null
 	$(PYTHON) -m venv out/wheel
 	out/wheel/bin/python -m pip --disable-pip-version-check install --quiet -c constraints.txt dist/*.whl
 	cp examples/wave.nc examples/wave-stock.obj examples/cell.toml examples/stiffness.toml out/wheel/

@@ -39,7 +39,7 @@ def keys_of(verb: str) -> list[tuple[str, str]]:
     Path("keys.json").unlink(missing_ok=True)
     done = CliRunner().invoke(main, [verb, *JOBS[verb].arguments, *outputs(verb), "--json", "keys.json"])
     if not Path("keys.json").exists():
-        raise RuntimeError(done.output)
+        raise RuntimeError(f"{verb}: {done.output or done.exception!r}")
     return rows(json.loads(Path("keys.json").read_text(encoding="utf-8")))
 
 

@@ -62,3 +62,13 @@ def test_the_version_stands_once() -> None:
     assert re.fullmatch(r"\d+\.\d+\.\d+", str(project()["version"]))
     text = "".join(p.read_text(encoding="utf-8") for p in FILES)
     assert "__version__ =" not in text and str(project()["version"]) not in text
+
+
+def test_papers_beside_the_code() -> None:
+    """One version everywhere; the image runs what the README runs; the house is shown to who takes part."""
+    version = f"version: {project()['version']}"
+    assert version in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert "RUN make demo" in (ROOT / "Containerfile").read_text(encoding="utf-8")
+    assert "(docs/images/architecture.png)" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    listed = {c for c in project()["classifiers"] if ":: 3." in c}  # type: ignore[attr-defined]
+    assert listed == {f"Programming Language :: Python :: 3.{minor}" for minor in (11, 12, 13)}
