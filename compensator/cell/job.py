@@ -83,6 +83,7 @@ def job_of(arm: Arm, placement: Placement, findings: tuple[Finding, ...] = ()) -
         workobject=placement.workobject,
         start=placement.start,
         free_tool_axis=solve.free_tool_axis,
+        one_turn=solve.turn == "constant",
         source=placement.source,
     )
     found = job_findings(able, placement, arm.sag(placement.conditions))

@@ -22,6 +22,8 @@ class SolveTable(TomlTable):
     ``min_*``: how near a singularity a pose may come; ``min_singular_value`` (translations divided by half
     the reach) holds for arms without a spherical wrist, angles and distance (mm) for the others.
     ``feed``: what happens where a joint would be too fast: the feed stays as programmed, or is lowered to the limit.
+    ``turn``: about the tool axis, where it is open: one for the whole path; or chosen along it for accuracy. None: one,
+    and where none serves, whatever reaches the path.
     """
 
     max_correction: Number = Field(default=5.0, gt=0, le=100)
@@ -34,6 +36,7 @@ class SolveTable(TomlTable):
     min_singular_value: Number = Field(default=0.02, gt=0, lt=1)
     max_joint_step: Number = Field(default=30.0, gt=0, le=180)
     feed: Literal["programmed", "limit"] = "programmed"
+    turn: Literal["constant", "path"] | None = None
 
 
 class SamplingTable(TomlTable):

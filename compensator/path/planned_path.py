@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from compensator.path.chosen_turn import ChosenTurn
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 
@@ -25,6 +26,8 @@ class PlannedPath:
         branch: (N,) arm configuration; the same for all poses of a tool.
         programmed: (N,) m/s, the feeds before some were lowered to what the joints can follow, 0 for rapids; None: none
             was.
+        instead: the path with the turn that is the next best, should no commands be found for this one; None: none is.
+        chosen: how the turn was chosen along the path; None: one turn serves, or the file gives it.
     """
 
     toolpath: Toolpath
@@ -33,6 +36,8 @@ class PlannedPath:
     turn: Floats
     branch: npt.NDArray[np.int64]
     programmed: Floats | None = None
+    chosen: ChosenTurn | None = None
+    instead: PlannedPath | None = None
 
     def programmed_at(self, row: Floats) -> Floats | None:
         """``programmed`` (M,) of the moves that end at rows (M,) of the file, of this path with poses put in."""

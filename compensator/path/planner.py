@@ -55,6 +55,7 @@ class Planner:
         start: (n,) rad where the arm comes from; None: not known.
         free_tool_axis: the turn about the tool axis may be chosen where the toolpath leaves it open.
         source: the file that gives these, for messages.
+        one_turn: where no constant turn serves the path is refused.
     """
 
     def __init__(
@@ -66,10 +67,11 @@ class Planner:
         start: Floats | None,
         free_tool_axis: bool,
         source: str,
+        one_turn: bool = False,
     ) -> None:
         self.inverse, self.bounds, self.robot = inverse, bounds, inverse.robot
         self.workobject, self.start = workobject, start
-        self.free_tool_axis, self.source = free_tool_axis, source
+        self.free_tool_axis, self.source, self.one_turn = free_tool_axis, source, one_turn
 
     def __repr__(self) -> str:
         return f"Planner({self.robot.name}, {self.source!r})"
@@ -102,7 +104,22 @@ class Planner:
             some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
             section = _Section(some, self._reference(some), begin)
             parts.append(self._follow(section, turn=turn[begin:end], branch=int(path.branch[k]), seed=path.q[k]))
-        return replace(_joined(toolpath, parts), programmed=path.programmed_at(toolpath.row))
+        return replace(_joined(toolpath, parts), programmed=path.programmed_at(toolpath.row), chosen=path.chosen)
+
+    def turned(self, path: PlannedPath, turn: Floats) -> PlannedPath:
+        """Follow the path with other turns (N,) rad about the tool axis, in the same configuration.
+
+        Raises:
+            PathError: the arm cannot; names the pose.
+        """
+        toolpath, parts = path.toolpath, list[PlannedPath]()
+        for begin, end in self._sections(toolpath):
+            some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
+            section = _Section(some, self._reference(some), begin)
+            choice = self._choice(some, parts[-1].q[-1] if parts else self.start)
+            branch, seed = int(path.branch[begin]), path.q[begin]
+            parts.append(self._follow(section, turn=turn[begin:end], branch=branch, seed=seed, choice=choice))
+        return replace(_joined(toolpath, parts), programmed=path.programmed)
 
     def check(self, toolpath: Toolpath, q: Floats, what: str) -> None:
         """As ``MotionBounds.check``; a joint move leads to the first pose of every tool."""
@@ -145,10 +162,14 @@ class Planner:
                 return self._follow(section, turn=turn, branch=c.branch, seed=c.seed, choice=choice)
             except PathError as e:
                 first = first or e
-        if choice.turn_is_open:
-            path = self._with_varying_turn(section, choice)
-            if path is not None:
-                return path
+        path = self._with_varying_turn(section, choice) if choice.turn_is_open else None
+        if path is not None and not self.one_turn:
+            return path
+        if path is not None:
+            raise PathError(
+                f'{self.source}: solve.turn = "constant": no turn about the tool axis serves the whole path, but one '
+                f'that changes along it does: set turn = "path"' + (f"; with a constant one, {first}" if first else "")
+            )
         if first is None:
             self._refuse_out_of_reach(section, choice)
             raise PathError(

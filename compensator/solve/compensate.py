@@ -11,23 +11,22 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import workobject_along
 from compensator.cell.job import Job
-from compensator.errors import SolveError
+from compensator.errors import PathError, SolveError
 from compensator.path.planned_path import PlannedPath
-from compensator.process.process import ProcessLoad, ToolMotion
+from compensator.process.process import ProcessLoad
 from compensator.solve.agreement import agreed
 from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
 from compensator.solve.cutter_offset import at_the_wall, with_offset_findings
 from compensator.solve.flank_poses import with_flank_poses
 from compensator.solve.joint_state import equilibrium_along
+from compensator.solve.load_along import load_along
 from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.touching_off import touched_off
 from stiffness.statics.prediction import Command, Prediction, StartValues
-from toolpaths.finding import ERROR, merged
-from toolpaths.frame import Frame
+from toolpaths.finding import ERROR
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -45,15 +44,28 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    result = _compensated(job, path, rapids_stay=rapids_stay)
+    path, result = _with_some_turn(job, path, rapids_stay=rapids_stay)
     for _ in range(FEED_ROUNDS):
         slower = with_feeds_in_limits(job, result.path, result.command.q)
         if slower is result.path:
             break
         path = _with_feeds_of(slower, path)
         result = _compensated(job, path, rapids_stay=rapids_stay)
-    refuse_unsafe(result)
+        refuse_unsafe(result)
     return result
+
+
+def _with_some_turn(job: Job, path: PlannedPath, *, rapids_stay: bool) -> tuple[PlannedPath, Compensation]:
+    """The path, or the next best where no commands agree with the joint states that they cause, and its commands."""
+    while True:
+        try:
+            result = _compensated(job, path, rapids_stay=rapids_stay)
+            refuse_unsafe(result)
+            return path, result
+        except (PathError, SolveError):
+            if path.instead is None:
+                raise
+            path = with_feeds_in_limits(job, path.instead, path.instead.q)
 
 
 def _with_feeds_of(finer: PlannedPath, path: PlannedPath) -> PlannedPath:
@@ -103,28 +115,13 @@ def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) 
     )  # fmt: skip
 
 
-def load_along(
-    job: Job, path: PlannedPath, coarse: Compensation | None = None, deflected: Frame | None = None
-) -> ProcessLoad:
-    """What the process does along ``path``, its findings merged.
-
-    Args:
-        coarse: ``path`` is its path with poses put in.
-        deflected: (N) where the TCP really is; None: on the path.
-    """
-    work = workobject_along(job.placement, path.toolpath)
-    process, motion = job.placement.process, ToolMotion(path.toolpath, work, path.tcp, deflected)
-    load = process.load(motion) if coarse is None else process.load_between(motion, coarse.path.toolpath, coarse.load)
-    return replace(load, findings=merged(load.findings))
-
-
 def _sound_load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> ProcessLoad:
     """What the process does along ``path``.
 
     Raises:
         SolveError: the process found an error; all that it found is listed.
     """
-    load = load_along(job, path, coarse)
+    load = load_along(job, path, None if coarse is None else (coarse.path.toolpath, coarse.load))
     if any(f.level == ERROR for f in load.findings):
         listed = "\n".join(f"  {f}" for f in load.findings)
         raise SolveError(f"{path.toolpath.source}: the process is refused:\n{listed}")

@@ -15,8 +15,9 @@ import numpy.typing as npt
 from compensator.cell.job import Job
 from compensator.path.planned_path import PlannedPath
 from compensator.path.pose_text import place
-from compensator.solve.compensate import load_along, uncompensated
+from compensator.solve.compensate import uncompensated
 from compensator.solve.compensation import Compensation
+from compensator.solve.load_along import load_along
 from toolpaths.finding import WARNING, Finding, merged
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT

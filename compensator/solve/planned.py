@@ -13,7 +13,10 @@ from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
 from compensator.path.failure_hints import failure_hints
 from compensator.path.planned_path import PlannedPath
+from compensator.solve.agreement import agreed
+from compensator.solve.load_along import load_along
 from compensator.solve.motion_limits import within_limits
+from compensator.turn.turn_choice import turn_choice
 from toolpaths.resample import resample
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -31,7 +34,21 @@ def planned(job: Job, toolpath: Toolpath) -> PlannedPath:
         followed = job.planner.plan(path)
     except PathError as e:
         raise PathError(f"{e}{failure_hints(job.planner, path, job.placement.conditions.gravity)}") from e
+    if job.placement.solve.turn == "path":
+        followed = _with_chosen_turn(job, followed)
     return with_feeds_in_limits(job, followed, followed.q)
+
+
+def _with_chosen_turn(job: Job, path: PlannedPath) -> PlannedPath:
+    """The path with the turn that costs least, by commands that are solved for."""
+    wrench = load_along(job, path).wrench
+    none_held = np.empty(0, dtype=np.intp)
+
+    def commands(one: PlannedPath) -> Floats:
+        found, _, _ = agreed(job.arm, job.placement.start, one, one.tcp, wrench=wrench, near=None, held=none_held)
+        return found.q
+
+    return turn_choice(job, path, wrench).taken(commands)
 
 
 def with_feeds_in_limits(job: Job, path: PlannedPath, q: Floats) -> PlannedPath:

@@ -12,8 +12,8 @@ from compensator.process.milling.kernels.stock_distance import BOX, KIND, MESH, 
 from compensator.process.milling.milling import MillingProcess, Shop
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.process.milling.stock import Stock, box_stock, cylinder_stock
-from compensator.solve.compensate import load_along
 from compensator.solve.compensation import Compensation
+from compensator.solve.load_along import load_along
 from toolpaths.finding import NOTE, WARNING, Finding
 
 Floats = npt.NDArray[np.float64]

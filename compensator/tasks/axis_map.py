@@ -13,7 +13,7 @@ from compensator.report.csv.axis_map import axis_map_csv
 from compensator.report.json.axis_map import axis_map_report
 from compensator.report.json.findings import findings_report
 from compensator.report.json.text import as_json
-from compensator.solve.compensate import load_along
+from compensator.solve.load_along import load_along
 from compensator.solve.planned import planned
 from compensator.solve.touching_off import touched_off
 from compensator.tasks.compensate import files_of, read_input

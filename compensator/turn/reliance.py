@@ -33,6 +33,7 @@ Rows = npt.NDArray[np.intp]
 
 SHARE = 0.1  # of every number of the base model, where no standard deviation is given: as compensator check has it
 DOUBT = 0.25  # of what lies between two flanks: the wrong one in one case of sixteen
+EDGE = 0.01  # m: of a cutter from its axis; a joint in line with the tool moves nothing else
 _FAR = 1.0  # rad: a move that crosses every gap
 
 
@@ -43,12 +44,18 @@ class Reliance:
     Attributes:
         deflection: (M, T) m, predicted size at neutral joint states.
         sd: (M, T) m, of the deflection, flanks included.
-        crossing: (M, T, n) m by which the TCP moves where a joint reverses; 0 where its load holds the flank.
+        crossing: (M, T, n) m by which the cutting edge moves where a joint reverses; 0 where its load holds the flank.
+        lever: (M, T, n) m, way of the cutting edge for each rad of a joint.
+        give: (M, T, n) rad, by which a correction moves each joint back.
+        gap: (n,) rad, the largest way between the flanks of each joint; 0 where it has none.
     """
 
     deflection: Floats
     sd: Floats
     crossing: Floats
+    lever: Floats
+    give: Floats
+    gap: Floats
 
     def __repr__(self) -> str:
         return f"Reliance({self.sd.shape[0]} poses x {self.sd.shape[1]} turns)"
@@ -63,8 +70,8 @@ def reliance(arm: EquippedArm, path: PlannedPath, grid: TurnGrid, wrench: Floats
     """
     n = arm.robot.n
     deflection, sd = np.full(grid.status.shape, np.nan), np.full(grid.status.shape, np.nan)
-    crossing = np.full((*grid.status.shape, n), np.nan)
-    where = np.argwhere(grid.free)
+    crossing, lever, give = (np.full((*grid.status.shape, n), np.nan) for _ in range(3))
+    gap, where = np.zeros(n), np.argwhere(grid.free)
     number = path.toolpath.tool[grid.rows[where[:, 0]]]
     for tool, predictor in arm.predictors.items():
         cells = where if arm.tools.any_number else where[number == tool]
@@ -72,9 +79,11 @@ def reliance(arm: EquippedArm, path: PlannedPath, grid: TurnGrid, wrench: Floats
         for begin in range(0, len(cells), CELLS):
             i, k = cells[begin : begin + CELLS].T
             rows = grid.rows[i]
-            found = at.of_postures(grid.q[i, k], wrench[rows], path.tcp.origin[rows])
-            deflection[i, k], sd[i, k], crossing[i, k] = found
-    return Reliance(deflection, sd, crossing)
+            found = at.in_parts(grid.q[i, k], wrench[rows], path.tcp.origin[rows])
+            deflection[i, k], sd[i, k], lever[i, k], give[i, k] = found[:4]
+            crossing[i, k] = found[2] * found[4]
+            gap = np.maximum(gap, found[4].max(axis=0, initial=0.0))
+    return Reliance(deflection=deflection, sd=sd, crossing=crossing, lever=lever, give=give, gap=gap)
 
 
 def left_out(arm: EquippedArm) -> list[str]:
@@ -107,6 +116,15 @@ class ToolReliance:
         Args:
             q: (K, n) rad. wrench: (K, 6) base axes, about the TCP. nominal: (K, 3) m, the TCP without deflection.
         """
+        deflection, sd, lever, _, between = self.in_parts(q, wrench, nominal)
+        return deflection, sd, lever * between
+
+    def in_parts(self, q: Floats, wrench: Floats, nominal: Floats) -> tuple[Floats, ...]:
+        """Deflection (K,), its standard deviation (K,), levers (K, n), m; give and ways between flanks (K, n) rad.
+
+        Args:
+            q, wrench, nominal: as in ``of_postures``.
+        """
         m = self.arm.unknown_state.low.shape[-1]
         still = np.zeros((len(q), m))
         found = self.predictor.forward(q, wrench, still)
@@ -118,9 +136,9 @@ class ToolReliance:
             off = other.joint_deflection(q, torque, still) - here
             variance += np.sum(square * off**2, axis=1)
         between = self._between_flanks(q, found.torque)
-        crossing = np.sqrt(square) * between
-        variance += DOUBT**2 * np.sum(crossing**2, axis=1)
-        return np.linalg.norm(found.position - nominal, axis=1), np.sqrt(variance), crossing
+        variance += DOUBT**2 * np.sum(square * between**2, axis=1)
+        size = np.linalg.norm(found.position - nominal, axis=1)
+        return size, np.sqrt(variance), np.sqrt(square + EDGE**2), here, between
 
     def _between_flanks(self, q: Floats, torque: Floats) -> Floats:
         """(K, n) rad between a joint that came from below and one that came from above, under this torque."""

@@ -11,6 +11,7 @@ from compensator.report.json.collisions import collisions_report
 from compensator.report.json.findings import findings_report
 from compensator.report.json.motion import motion_report
 from compensator.report.json.text import MM, Report
+from compensator.report.json.turn import turn_report
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
 from compensator.solve.uncertainty import ErrorBand
@@ -54,6 +55,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "max_correction_mm": float(np.linalg.norm(c.correction, axis=1).max() * MM) if corrected else 0.0,
         "reversals": [t.as_dict() for t in reversals(c, q)],
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
+        **({} if c.path.chosen is None else {"turn": turn_report(c.path.chosen)}),
         "motion": motion_report(a.motion, c.path),
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,

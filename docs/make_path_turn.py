@@ -1,0 +1,59 @@
+"""The numbers of docs/path-turn.md: python -m docs.make_path_turn, in minutes; ust_a.cls is in /work/shared/data."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from compensator.tasks.compensate import compensate_file
+from docs.make_axis_map import CELL
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "path-turn.md"
+BEGIN, END = "<!-- numbers: python -m docs.make_path_turn -->", "<!-- end of numbers -->"
+UPSIDE = ('xyz = [1500.0, -100.0, 800.0]', 'xyz = [1700.0, 0.0, 700.0]\nrpy = [180.0, 0.0, 0.0]')
+PATHS = (
+    (ROOT / "examples" / "wave.nc", False),
+    (ROOT / "examples" / "pocket.nc", False),
+    (ROOT / "examples" / "contour.nc", False),
+    (Path("/work/shared/data/cam/clsf_nx/ust_a.cls"), True),
+)
+HEAD = (
+    "| path | standard deviation, µm, constant | chosen | reversals in the cut, constant | chosen "
+    "| cost, µm², constant | chosen |\n"
+    "| --- | ---: | ---: | ---: | ---: | ---: | ---: |\n"
+)
+
+
+def report_of(toolpath: Path, upside: bool) -> dict[str, Any]:
+    """The JSON report of a path with a chosen turn."""
+    with tempfile.TemporaryDirectory() as folder:
+        text = CELL.replace(*UPSIDE) if upside else CELL
+        cell = Path(folder) / "cell.toml"
+        cell.write_text(text + '\n[solve]\nturn = "path"\n')
+        return compensate_file(toolpath, cell, Path(folder) / "out.csv").report
+
+
+def row(toolpath: Path, upside: bool) -> str:
+    """A line of the table."""
+    turn = report_of(toolpath, upside)["turn"]
+    one, other = turn["constant"], turn["chosen"]
+    cells = [f"`{toolpath.name}`"]
+    for key, digits in (("deflection_sd_um", 1), ("reversals_in_cut", 0)):
+        cells += [f"{of[key]:.{digits}f}" for of in (one, other)]
+    cells += [f"{of['cost_um2']['sum']:.0f}" for of in (one, other)]
+    return f"| {' | '.join(cells)} |\n"
+
+
+def main() -> None:
+    """Fill the table of the page."""
+    text = PAGE.read_text(encoding="utf-8")
+    rows = "".join(row(*path) for path in PATHS if path[0].exists())
+    before, rest = text.split(BEGIN)
+    _, after = rest.split(END)
+    PAGE.write_text(f"{before}{BEGIN}\n\n{HEAD}{rows}\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
