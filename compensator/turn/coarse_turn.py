@@ -41,7 +41,7 @@ def coarse_turn(cost: TurnCost, allowed: Floats) -> Floats | None:
         came[k] = steps[best]
     if not np.isfinite(total.min()):
         return None
-    return _traced(came, int(np.argmin(total)), stages, cost.grid.step, count)
+    return _traced(came, int(np.argmin(total)), stages, step=cost.grid.step, count=count)
 
 
 def _way(before: Floats, after: Floats, step: int, *, most: Floats, worth: Floats) -> Floats:
@@ -52,7 +52,9 @@ def _way(before: Floats, after: Floats, step: int, *, most: Floats, worth: Float
     return np.where((move <= most).all(axis=1), price, np.inf)
 
 
-def _traced(came: npt.NDArray[np.intp], at: int, stages: npt.NDArray[np.intp], step: float, count: int) -> Floats:
+def _traced(
+    came: npt.NDArray[np.intp], at: int, stages: npt.NDArray[np.intp], *, step: float, count: int
+) -> Floats:
     turns = came.shape[1]
     value, unwrapped = at, np.empty(len(stages))
     for k in range(len(stages) - 1, -1, -1):

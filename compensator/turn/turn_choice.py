@@ -123,7 +123,8 @@ def turn_choice(job: Job, path: PlannedPath, wrench: Floats, clear: Clearance | 
             refused = refused or str(e)
             continue
         found.append(TurnedPath(turned, one.value, one.windows))
-    return TurnChoice(cost, rows, TurnedPath(path, before, (0, 0)), tuple(found), refused)
+    own_path = TurnedPath(path, before, (0, 0))
+    return TurnChoice(cost=cost, rows=rows, own=own_path, found=tuple(found), refused=refused)
 
 
 def _refuse_fixed(job: Job, path: PlannedPath) -> None:
