@@ -45,6 +45,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         '--controller krl --cutter "flat 10 2 25" --material aluminium-6082-t6 --stock "box 0 0 -25 140 100 0"',
     ),
     "man": ("man | man -l -", "man > ~/.local/share/man/man1/compensator.1"),
+    "place": (
+        'place part.nc --cell cell.toml -o study.parquet --box "x=1200:1800:13,y=-400:400:9,yaw=0:90:3"',
+        "place part.nc --cell cell.toml -o study.parquet --list places.csv --png places.png --best best.toml",
+    ),
     "plan": (
         "plan stiffness.toml --cell cell.toml -o day1/setups.csv --program day1/drive.src",
         "plan --ballbar --cell cell.toml -o day1/circles.mod --radius 150",
