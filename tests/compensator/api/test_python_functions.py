@@ -74,7 +74,7 @@ def test_without_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     job = small_job.files(tmp_path)
     shown = comp.preview(job.toolpath, job.cell)
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(CompensatorError, match="pip install pandas"):
+    with pytest.raises(CompensatorError, match=r"pip install 'toolpath-compensator\[pandas\]'"):
         shown.to_pandas()
     assert len(shown.columns()["x_mm"]) == shown.summary["n_poses"]
 

@@ -69,7 +69,7 @@ def test_every_stage_in_every_output(job: Files, verb: str) -> None:
     said = " ".join(Walk((job.out / "a.html").read_text()).said.split())
     for f in found:
         assert " ".join(f["what"].split()) in said, f
-    assert said.index("an odd <word>") < said.index("on average")  # warnings stand first
+    assert said.index("an odd <word>") < said.index("misses the path by")  # warnings stand before the text
     words = " ".join(f["what"] for f in found)
     for part in ("no feed in the toolpath", "flank", "measured with tool 'other'", "below the work"):
         assert part in words
