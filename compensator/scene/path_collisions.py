@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from compensator.cell.job import Job
 from compensator.errors import PathError
 from compensator.path.pose_text import place
 from compensator.scene.bodies import Bodies, bodies_of
-from compensator.scene.body import WORKOBJECT, WORLD
+from compensator.scene.body import WORKOBJECT, WORLD, Body
 from compensator.scene.collider import Collider
 from compensator.scene.pairs import Pair, pairs_of
 from compensator.scene.path_walk import Approach, ArmPath, PathWalk
@@ -56,9 +57,8 @@ class PathCollisions:
         return all_[approach.pair.outer].name, all_[approach.pair.inner].name
 
     def refuses(self, approach: Approach) -> bool:
-        """Whether a contact is an error: where arm and tool touch each other in rough outlines, their radii decide."""
-        bodies = [self.bodies.all[k] for k in (approach.pair.inner, approach.pair.outer)]
-        return not (bodies[0].on_arm and any(b.approximate for b in bodies))
+        """Whether a contact is an error."""
+        return is_certain(self.bodies.all, approach.pair)
 
     def refuse_contacts(self) -> None:
         """Refuse a path on which something touches.
@@ -99,14 +99,21 @@ def collisions_along(job: Job, toolpath: Toolpath, q: Floats) -> PathCollisions:
     return PathCollisions(bodies, toolpath, result.approaches, findings)
 
 
+def is_certain(bodies: Sequence[Body], pair: Pair) -> bool:
+    """Whether a contact is one: where arm and tool touch each other in rough outlines, their radii decide."""
+    inner, outer = bodies[pair.inner], bodies[pair.outer]
+    return not (inner.on_arm and (inner.approximate or outer.approximate))
+
+
 def collider_of(job: Job) -> Collider:
-    """Ready to be asked which postures of a job collide.
+    """Ready to be asked at which postures of a job there is a contact that is an error.
 
     Raises:
         CellError: as ``collisions_along``.
     """
-    bodies, robot = bodies_of(job).all, job.arm.robot
-    return Collider(robot, bodies, pairs_of(bodies, robot, job.placement.surroundings.settings, job.placement.source))
+    bodies, robot, placement = bodies_of(job).all, job.arm.robot, job.placement
+    pairs = pairs_of(bodies, robot, placement.surroundings.settings, placement.source)
+    return Collider(robot, bodies, [p for p in pairs if is_certain(bodies, p)])
 
 
 def arm_path(job: Job, toolpath: Toolpath, q: Floats) -> ArmPath:

@@ -13,6 +13,7 @@ from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
 from compensator.path.failure_hints import failure_hints
 from compensator.path.planned_path import PlannedPath
+from compensator.scene.clearance import clearance
 from compensator.solve.agreement import agreed
 from compensator.solve.load_along import load_along
 from compensator.solve.motion_limits import within_limits
@@ -48,7 +49,8 @@ def _with_chosen_turn(job: Job, path: PlannedPath) -> PlannedPath:
         found, _, _ = agreed(job.arm, job.placement.start, one, one.tcp, wrench=wrench, near=None, held=none_held)
         return found.q
 
-    return turn_choice(job, path, wrench).taken(commands)
+    clear = clearance(job, path.toolpath) if job.placement.surroundings.scene else None
+    return turn_choice(job, path, wrench, clear).taken(commands)
 
 
 def with_feeds_in_limits(job: Job, path: PlannedPath, q: Floats) -> PlannedPath:

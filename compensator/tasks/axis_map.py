@@ -13,6 +13,7 @@ from compensator.report.csv.axis_map import axis_map_csv
 from compensator.report.json.axis_map import axis_map_report
 from compensator.report.json.findings import findings_report
 from compensator.report.json.text import as_json
+from compensator.scene.clearance import clearance
 from compensator.solve.load_along import load_along
 from compensator.solve.planned import planned
 from compensator.solve.touching_off import touched_off
@@ -74,7 +75,8 @@ def axis_map_file(
     job = touched_off(given.job, path)
     wrench = load_along(job, path).wrench
     say(f"mapping {min(poses, len(path)):,} poses x {turns} turns")
-    found = axis_map(job, path, wrench, poses=poses, turns=turns)
+    clear = clearance(job, path.toolpath) if job.placement.surroundings.scene else None
+    found = axis_map(job, path, wrench, poses=poses, turns=turns, clear=clear)
     numbers = axis_map_report(found)
     numbers["findings"] = findings_report((*of_kind("cell", job.findings), *map_findings(job, found)))
     numbers["provenance"] = given.provenance.as_dict()

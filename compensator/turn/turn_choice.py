@@ -64,6 +64,7 @@ class TurnChoice:
         rows: (K,) poses of the path that costs are taken at.
         own: the path as it was. found: others, the best first.
         refused: why one that costs less could not be followed; empty: all could.
+        own_is_free: whether nothing forbids the turn that the path has; else any other that is free takes its place.
     """
 
     cost: TurnCost
@@ -71,6 +72,7 @@ class TurnChoice:
     own: TurnedPath
     found: tuple[TurnedPath, ...]
     refused: str
+    own_is_free: bool = True
 
     def taken(self, commands: Callable[[PlannedPath], Floats]) -> PlannedPath:
         """The best of the best few by their solved commands; the path as it was, where none is better.
@@ -80,7 +82,7 @@ class TurnChoice:
         """
         own = self._exact(self.own, commands) or self.own
         exact = [solved for one in self.found if (solved := self._exact(one, commands))]
-        better = [one for one in exact if one.value.cost < own.value.cost]
+        better = [one for one in exact if one.value.cost < own.value.cost or not self.own_is_free]
         note = Finding(NOTE, own.path.toolpath.source, "no other turn about the tool axis costs less: it stays")
         taken = replace(own.path, chosen=ChosenTurn(own.value, own.value, (0, 0), (note,)))
         constant = own.value if np.ptp(own.path.turn) < 1e-9 else None
@@ -112,10 +114,10 @@ def turn_choice(job: Job, path: PlannedPath, wrench: Floats, clear: Clearance | 
     rows = np.unique(np.linspace(0, len(path) - 1, min(len(path), KEYS)).round().astype(np.intp))
     cost, allowed = _cost(job, path, rows, wrench=wrench, clear=clear)
     own = path.turn[rows]
-    before = cost.value(own)
+    before, own_is_free = cost.value(own), bool(cost.grid.free_at(own).all())
     refused, found = "", list[TurnedPath]()
     for one in sorted(_candidates(cost, own, allowed), key=lambda c: ranked(c.value, before)):
-        if one.value.cost >= before.cost or len(found) == SOLVED:
+        if (one.value.cost >= before.cost and own_is_free) or len(found) == SOLVED:
             continue
         try:
             turned = job.planner.turned(path, _spread(rows, one.turn, len(path)))
@@ -124,7 +126,9 @@ def turn_choice(job: Job, path: PlannedPath, wrench: Floats, clear: Clearance | 
             continue
         found.append(TurnedPath(turned, one.value, one.windows))
     own_path = TurnedPath(path, before, (0, 0))
-    return TurnChoice(cost=cost, rows=rows, own=own_path, found=tuple(found), refused=refused)
+    return TurnChoice(
+        cost=cost, rows=rows, own=own_path, found=tuple(found), refused=refused, own_is_free=own_is_free
+    )
 
 
 def _refuse_fixed(job: Job, path: PlannedPath) -> None:
