@@ -20,7 +20,8 @@ SOFT = {".ls": [1.2e6, 1.1e6, 8.0e5, 1.6e5, 9.0e4, 4.0e4], ".script": [2.0e5, 2.
 #: Where the work object stands of programs that only name it, from the remark of RoboDK.
 FRAMES = {"Program.LS": [904.6, 0.0, 40.8]}
 MARKS = (
-    b"compensated by", b"toolpath-compensator", b":  !version", b" sha256:", b":  !predicted error", b"absolute accuracy",
+    b"compensated by", b"toolpath-compensator", b":  !version", b" sha256:", b":  !predicted error",
+    b"absolute accuracy",
 )  # fmt: skip
 
 
