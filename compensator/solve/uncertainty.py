@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.solve.compensation import Compensation
+from compensator.solve.unlearned_angles import AngleUncertainty
 from stiffness.effects.effect import Numbers
 
 Floats = npt.NDArray[np.float64]
@@ -108,12 +109,29 @@ def _shifts(
     for name, words, values in _moved(c):
         there = _positions(c, rows, c.wrench[rows], {name: values})
         yield name, words, np.sum((there - here) * along, axis=1)
+    for name, words, q in _turned(c, rows):
+        there = _positions(c, rows, c.wrench[rows], {}, q)
+        yield name, words, np.sum((there - here) * along, axis=1)
+
+
+def _turned(c: Compensation, rows: npt.NDArray[np.intp]) -> Iterator[tuple[str, str, Floats]]:
+    """Effects that are tables over joint angles, of hundreds of numbers: angles (K, n) rad with one joint off by their
+    standard deviation there, to the same side all along, which is the most that its numbers can do together."""
+    arm, q = c.job.arm, c.path.q[rows]
+    unsure = AngleUncertainty(arm.robot, arm.effects, arm.values, arm.model.sd)
+    for effect in (e for e in unsure.effects if e.name in arm.model.sd):
+        sd = unsure.angles(effect, q)
+        for j in np.flatnonzero(sd.any(axis=0)).tolist():
+            turned = q.copy()
+            turned[:, j] += sd[:, j]
+            yield effect.name, f"{effect.name} of joint {j + 1}", turned
 
 
 def _moved(c: Compensation) -> Iterator[tuple[str, str, Numbers]]:
-    """Every effect with one of its numbers moved by its standard deviation, and which one that is."""
+    """Every effect with one of its numbers moved by its standard deviation, and which one that is; but for tables."""
     arm = c.job.arm
-    for name, values in arm.values.items():
+    for effect, values in ((e, arm.values[e.name]) for e in arm.effects if not e.angle_sd):
+        name = effect.name
         for parameter, sd in arm.model.sd.get(name, {}).items():
             for k in np.flatnonzero(np.nan_to_num(np.atleast_1d(sd), posinf=0.0) > 0).tolist():
                 changed = np.atleast_1d(np.array(values[parameter], dtype=float))
@@ -122,12 +140,19 @@ def _moved(c: Compensation) -> Iterator[tuple[str, str, Numbers]]:
                 yield name, words, {**values, parameter: changed.reshape(np.shape(values[parameter]))}
 
 
-def _positions(c: Compensation, rows: npt.NDArray[np.intp], wrench: Floats, values: Mapping[str, Numbers]) -> Floats:
-    """(K, 3) m where the TCP stands at the nominal commands with some values of the model changed."""
+def _positions(
+    c: Compensation,
+    rows: npt.NDArray[np.intp],
+    wrench: Floats,
+    values: Mapping[str, Numbers],
+    q: Floats | None = None,
+) -> Floats:
+    """(K, 3) m where the TCP stands with some values of the model changed, at the nominal commands or at ``q``."""
     out = np.empty((len(rows), 3))
+    q = c.path.q[rows] if q is None else q
     part = c.path.toolpath.take(rows)
     for number, r in c.job.arm.tools.rows(part):
         predictor = c.job.arm.predictors[number]
         predictor = predictor.with_values(values) if values else predictor
-        out[r] = predictor.forward(c.path.q[rows][r], wrench[r], c.state.middle[rows][r]).position
+        out[r] = predictor.forward(q[r], wrench[r], c.state.middle[rows][r]).position
     return out

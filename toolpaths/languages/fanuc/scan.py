@@ -22,6 +22,7 @@ _NUMBERED = re.compile(r"\s*+(\d*+)\s*+:")
 _OWN = re.compile(r"[JLCA]\s+PR?\[|(?:CALL|RUN|JMP|IF|FOR|END|ENDIF|ELSE)\b|U(?:FRAME|TOOL)|P?R\[[^\]]*\]\s*=")
 #: A line that goes on for sure.
 _OPEN = re.compile(r"(?:\b(?:AND|OR)|[-+*/=(,<>])$")
+LARGEST = 1e9  # mm or deg: beyond, a number is no position
 _RECORD = re.compile(r"P\[(\d+)(?::[^\]\r\n]*)?\]\s*+\{([^{}]*+)\}\s*+;")
 _GROUP = r"\s*GP1\s*:\s*UF\s*:\s*(\w+)\s*,\s*UT\s*:\s*(\w+)\s*,"
 _NUMBER = r"\s*+=\s*+(-?(?:\d++\.?\d*+|\.\d++))\s*+"
@@ -174,6 +175,8 @@ class Listing:
             what = f"P[{m[1]}] is neither X Y Z W P R with CONFIG nor J1 to J6 of group 1"
             raise self.refuse(m.start(), what, "Record the position again, or delete it.")
         numbers = tuple(map(float, texts))
+        if not all(abs(v) < LARGEST for v in numbers):
+            raise self.refuse(m.start(), f"P[{m[1]}]: a number beyond {LARGEST:g}", "Record the position again.")
         external = self._external(body[found.end() :].strip())
         return TpRecord(
             start=m.start(),

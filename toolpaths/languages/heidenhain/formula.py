@@ -74,15 +74,16 @@ class QParameters:
             ExpressionError: only the control knows it.
         """
         try:
-            return float(text)
+            value = float(text)
         except ValueError:
             return as_number(self.operand(text))
+        return _bounded(value)
 
     def operand(self, text: str) -> Value:
         """A number or a parameter with its sign."""
         text = text.replace(" ", "")
         if "Q" not in text:
-            return float(text.replace(",", "."))
+            return _bounded(float(text.replace(",", ".")))
         value = self.look_up(text.lstrip("+-"))
         if isinstance(value, Runtime) or not text.startswith("-"):
             return value
@@ -203,7 +204,7 @@ class Formula:
         elif word.startswith('"'):
             value = word[1:-1]
         elif word[0].isdigit() or word[0] in ".,":
-            value = float(word.replace(",", "."))
+            value = _bounded(float(word.replace(",", ".")))
         else:
             raise ExpressionError(f"{word!r} is not expected here")
         self._depth -= 1

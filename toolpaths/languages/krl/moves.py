@@ -240,6 +240,8 @@ class KrlMover:
         if any(value.get(k, 0.0) for k in POSE[3:]):
             self.program.refuse(s.start, "LIN_REL with a turn is not read", "Give the pose as numbers.")
         step = np.array([value.get(k, 0.0) for k in POSE[:3]])
+        if not np.isfinite(step).all():
+            self.program.refuse(s.start, "a coordinate that is not a finite number")
         turn = matrix_from_kuka(np.radians(before[3:])) if in_tool else np.eye(3)
         pose = [*(np.array(before[:3]) + turn @ step).tolist(), *before[3:]]
         self.others[self.track.count] = dict(zip(POSE, pose, strict=True))
