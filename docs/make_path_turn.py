@@ -1,4 +1,4 @@
-"""The numbers of docs/path-turn.md: python -m docs.make_path_turn, in minutes; ust_a.cls is in /work/shared/data."""
+"""The numbers of docs/path-turn.md: python -m docs.make_path_turn, in minutes; ust_a.cls is beside the checkout."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PATHS = (
     (ROOT / "examples" / "wave.nc", False),
     (ROOT / "examples" / "pocket.nc", False),
     (ROOT / "examples" / "contour.nc", False),
-    (Path("/work/shared/data/cam/clsf_nx/ust_a.cls"), True),
+    (ROOT.parent / "shared" / "data" / "cam" / "clsf_nx" / "ust_a.cls", True),
 )
 HEAD = (
     "| path | standard deviation, µm, constant | chosen | reversals in the cut, constant | chosen "

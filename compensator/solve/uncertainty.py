@@ -99,18 +99,18 @@ def _shifts(
     c: Compensation, rows: npt.NDArray[np.intp], *, along: Floats
 ) -> Iterator[tuple[str, str, Floats]]:
     """Input, the number of it that is moved, in words, and what that does to the size (K,) m."""
-    here, load = _positions(c, rows, c.wrench[rows], {}), c.load
+    here, load = _positions(c, rows), c.load
     if isinstance(load, MillingLoad) and load.material.covariance is not None:
         variance, ways = np.linalg.eigh(load.material.covariance)
         for value, way in zip(variance, ways.T, strict=True):
             if value > 1e-12 * variance[-1]:
                 more = c.wrench[rows] + load.shares[rows] @ (way * np.sqrt(value))
-                yield "material", load.material.name, np.sum((_positions(c, rows, more, {}) - here) * along, axis=1)
+                yield "material", load.material.name, np.sum((_positions(c, rows, wrench=more) - here) * along, axis=1)
     for name, words, values in _moved(c):
-        there = _positions(c, rows, c.wrench[rows], {name: values})
+        there = _positions(c, rows, values={name: values})
         yield name, words, np.sum((there - here) * along, axis=1)
     for name, words, q in _turned(c, rows):
-        there = _positions(c, rows, c.wrench[rows], {}, q)
+        there = _positions(c, rows, q=q)
         yield name, words, np.sum((there - here) * along, axis=1)
 
 
@@ -143,13 +143,15 @@ def _moved(c: Compensation) -> Iterator[tuple[str, str, Numbers]]:
 def _positions(
     c: Compensation,
     rows: npt.NDArray[np.intp],
-    wrench: Floats,
-    values: Mapping[str, Numbers],
+    *,
+    wrench: Floats | None = None,
+    values: Mapping[str, Numbers] | None = None,
     q: Floats | None = None,
 ) -> Floats:
-    """(K, 3) m where the TCP stands with some values of the model changed, at the nominal commands or at ``q``."""
+    """(K, 3) m where the TCP stands, with another ``wrench``, some ``values`` of the model or commands ``q``."""
     out = np.empty((len(rows), 3))
     q = c.path.q[rows] if q is None else q
+    wrench = c.wrench[rows] if wrench is None else wrench
     part = c.path.toolpath.take(rows)
     for number, r in c.job.arm.tools.rows(part):
         predictor = c.job.arm.predictors[number]
