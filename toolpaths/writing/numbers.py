@@ -24,8 +24,8 @@ def printed(values: Floats, digits: int) -> Floats:
 def numbers_of(rows: Sequence[str], width: int) -> Floats:
     """(M, width) of rows of decimal numbers with commas between: what ``float`` makes of each.
 
-    A JSON parser takes a sixth of the time (``python -m benchmarks commands``). What is no JSON, as a number that was
-    edited by hand may be, is left to ``float``.
+    A JSON parser is several times as fast. What is no JSON, as a number that was edited by hand may be, is left to
+    ``float``.
 
     Raises:
         ValueError: something else stands there, or another count.

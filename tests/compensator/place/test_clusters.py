@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
-import time
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -69,14 +66,17 @@ def test_a_killed_local_process_costs_its_tasks_only(files: small_job.Files, mon
             future = super().submit(*args, **options)
             if not pools:
                 pools.append(next(iter(self._processes)))
-                threading.Thread(target=self._kill_later, daemon=True).start()
             return future
 
-        def _kill_later(self) -> None:
-            time.sleep(1.0)
-            with suppress(ProcessLookupError):  # a fast machine may be done
-                os.kill(pools[0], signal.SIGKILL)
+    written, parts = Parts.write, list[range]()
 
+    def kills(self: Parts, batch: range, rows) -> None:
+        written(self, batch, rows)
+        parts.append(batch)
+        if len(parts) == 3:
+            os.kill(pools[0], signal.SIGKILL)
+
+    monkeypatch.setattr(Parts, "write", kills)
     monkeypatch.setattr(workers, "ProcessPoolExecutor", Watched)
     assert study(files, "two.parquet", workers=2) == undisturbed
     assert len(pools) == 1

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from compensator.solve.uncertainty import error_band
 from compensator.solve.unlearned_angles import AngleUncertainty, levers
 from compensator.tasks.compensate import compensate_file, preview_file
 from stiffness.effects import BY_NAME
@@ -164,3 +165,22 @@ def test_a_table_learned_everywhere_leaves_its_noise_open(tmp_path: Path) -> Non
     assert 0.02 < report["left_open_mm"]["mean"] <= report["left_open_mm"]["max"] < 0.2
     plain = preview_file(files(tmp_path).toolpath, job.cell).report
     assert plain["not_learned"] == [] and plain["left_open_mm"] == {"mean": 0.0, "p95": 0.0, "max": 0.0}
+
+
+def test_the_band_holds_what_tables_leave_open(tmp_path: Path) -> None:
+    """By joint: its standard deviation times the velocity of the TCP, of Pinocchio, along the error."""
+    job = files(tmp_path, {}, model({}))
+    result = preview_file(job.toolpath, job.cell).result
+    band, rows = error_band(result), np.flatnonzero(result.cutting)
+    assert band is not None and len(rows) <= 400  # all cutting poses are looked at
+    robot, q = load_robot(ABB), result.path.q[rows]
+    along = result.error_before[rows] / np.linalg.norm(result.error_before[rows], axis=1)[:, None]
+    sd = unsure({}).angles(BY_NAME[NAME], q)
+    expected = []
+    for a, tip, way, own in zip(q, result.path.tcp.origin[rows], along, sd, strict=True):
+        jacobian = robot.jacobian(a)
+        moved = jacobian[:3] + np.cross(jacobian[3:].T, tip - robot.pose(a)[:3, 3]).T
+        expected.append(own * (way @ moved))
+    found = band.shift[NAME][:, : len(rows)].T
+    assert np.abs(found).max() > 1e-5
+    np.testing.assert_allclose(found, expected, atol=0.01 * np.abs(found).max())
