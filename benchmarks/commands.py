@@ -36,7 +36,7 @@ def run_job(job: str, folder: Path) -> Run:
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1])
     seconds = time.perf_counter() - began
     figures = json.loads(done.stdout)
-    return Run(seconds, figures["poses"], figures["peak_bytes"] / 1e6)
+    return Run(seconds, figures["poses"], figures["peak_mb"])
 
 
 def run(sizes: Sequence[int] = (10_000, 100_000), rounds: int = ROUNDS) -> Iterator[Row]:

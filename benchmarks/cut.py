@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-import resource
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from benchmarks.table import Row
+from benchmarks.timing import peak_mb
 from compensator.process.milling.cutter import Cutter
 from compensator.process.milling.mill import Cut, mill
 from compensator.process.milling.path import MillingPath
@@ -123,15 +122,6 @@ def print_figures(path: MillingPath) -> None:
     done, seconds = cut(path)
     metres = float(np.linalg.norm(done.path.way, axis=1).sum())
     print(json.dumps({"seconds": seconds, "poses": len(done), "metres": metres, "peak_mb": peak_mb()}))
-
-
-def peak_mb() -> float:
-    """The most memory of this process. Not getrusage on Linux: a child begins with the peak of its parent there."""
-    status = Path("/proc/self/status")
-    if status.exists():
-        line = next(x for x in status.read_text().splitlines() if x.startswith("VmHWM"))
-        return float(line.split()[1]) / 1e3
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6  # bytes on a Mac
 
 
 def voxels(path: MillingPath) -> float:

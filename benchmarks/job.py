@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import sys
 import time
 from pathlib import Path
@@ -15,6 +14,8 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it
 
 import numpy as np
+
+from benchmarks.timing import peak_mb
 
 CELL = """schema = "cell/1"
 robot = "abb-irb6600-175-255"
@@ -114,8 +115,7 @@ def main() -> None:
     began = time.perf_counter()
     poses = JOBS[sys.argv[1]](Path(sys.argv[2]))
     seconds = time.perf_counter() - began
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    print(json.dumps({"poses": poses, "seconds": seconds, "peak_bytes": peak}))
+    print(json.dumps({"poses": poses, "seconds": seconds, "peak_mb": peak_mb()}))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.contracts.samples import READ, WRITTEN, to_write
+from tests.oracles.patience import OWN_PEAK
 from tests.oracles.sample_programs import SPINDLE, changed, random_program, small
 from toolpaths.errors import ReadError, WriteError
 from toolpaths.files import language_of, read_back, read_toolpath, refuse_own, write_program
@@ -254,7 +255,7 @@ def test_memory_is_bounded_by_blocks(language, tmp_path):
         "print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script, str(to_write(tmp_path, language))],
+        [*OWN_PEAK, sys.executable, "-c", script, str(to_write(tmp_path, language))],
         capture_output=True, text=True, check=True, cwd=GOLDEN.parent.parent,
     )  # fmt: skip
     written = sum(f.stat().st_size for f in tmp_path.iterdir()) / 2**20

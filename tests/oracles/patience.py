@@ -1,4 +1,4 @@
-"""A guard against hangs: no measure of speed, which is what benchmarks/ are for."""
+"""Guards against hangs and lost memory: no measure of speed, which is what benchmarks/ are for."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+#: What to put before a command whose memory is judged: on Linux a child begins with the peak of its parent (getrusage),
+#: which a small shell between the two resets.
+OWN_PEAK = ("sh", "-c", '"$@"; exit $?', "sh")
 
 
 @contextmanager
