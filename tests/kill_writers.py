@@ -117,7 +117,7 @@ class KilledVerb:
         if status == 0:
             return False
         assert status == -signal.SIGKILL, status
-        if number % 4 == 0:
+        if number % 4 == 0 and (self.job.overwrites or not any(name.startswith("out/") for name in contents(folder))):
             assert finished(forked(self.verb, self.job, folder)) == 0, f"{self.verb}: the next run fails in {folder}"
             assert self.new.items() <= contents(folder).items()
         shutil.rmtree(folder)
@@ -158,9 +158,10 @@ def import_all(verb: str, inputs: Path, room: Path) -> None:
 def kill(verb: str, kills: int, inputs: Path, room: Path, chance: random.Random) -> str:
     """Kills a verb; what was seen."""
     told = []
-    for old in (True, False):
+    cases = (True, False) if JOBS[verb].overwrites else (False,)
+    for old in cases:
         victim = KilledVerb(verb, inputs, room, old=old)
-        for k in range(kills // 2):
+        for k in range(kills // len(cases)):
             begin = LATE if k % 2 else 0.0
             victim.kill_after(victim.seconds * chance.uniform(begin, 1.05))
         operation = 0
@@ -168,7 +169,7 @@ def kill(verb: str, kills: int, inputs: Path, room: Path, chance: random.Random)
             operation += 1
         before = "over old outputs" if old else "without old outputs"
         states = ", ".join(f"{count} {state}" for state, count in sorted(victim.seen.items()))
-        where = f"{kills // 2} random moments in {victim.seconds:.2f} s, before {operation} file operations"
+        where = f"{kills // len(cases)} random moments in {victim.seconds:.2f} s, before {operation} file operations"
         told.append(f"{before}: {where}: {states}")
     return "; ".join(told)
 

@@ -31,11 +31,13 @@ class VerbJob:
         arguments: all but outputs; files are in the folder of the job.
         reads: every file of that folder which the run reads.
         writes: option -> usual name of the file.
+        overwrites: whether it runs where these files stand already.
     """
 
     arguments: tuple[str, ...]
     reads: tuple[str, ...]
     writes: dict[str, str] = field(default_factory=dict)
+    overwrites: bool = True
 
 
 PATH = ("path.csv", "cell.toml", "model.toml", "arm.toml", "w.csv")
@@ -101,6 +103,7 @@ JOBS = {
         ),
         ("arm.toml", "path.csv"),
         {"-o": "out.toml", "--new-model": "out-model.toml"},
+        overwrites=False,
     ),
     "plan": VerbJob(
         ("model.toml", "--session", "session.toml", "--toolpath", "path.csv", "--cell", "cell.toml", "--count", "2"),
