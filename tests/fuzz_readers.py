@@ -144,19 +144,27 @@ def mutate(data: bytes, most: int, seed: int) -> bytes:
     return b"\n".join(lines)[:most]
 
 
-def fuzz(language: str, runs: int, seed: int, corpus: Path, make: Callable[[str, Path], Callable] = reader) -> None:
-    """Run the fuzzer; it ends the process."""
+def fuzz(
+    language: str,
+    runs: int,
+    seed: int,
+    corpus: Path,
+    *,
+    make: Callable[[str, Path], Callable[[bytes], Toolpath]] = reader,
+    longest: int = LONGEST,
+) -> None:
+    """Run the fuzzer on inputs of at most ``longest`` bytes; it ends the process."""
     folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
     grown = corpus / language
     grown.mkdir(parents=True, exist_ok=True)
     for k, data in enumerate(seeds(language)):
-        (grown / f"seed{k}").write_bytes(data)
+        (grown / f"seed{k}").write_bytes(data[:longest])
     table = folder / "words"
     table.write_text("".join('"' + "".join(f"\\x{b:02x}" for b in w) + '"\n' for w in words(language)))
     read = make(language, folder)
     one_input(read, seeds(language)[0])  # what is imported late is not the input's time
     flags = [
-        f"-runs={runs}", f"-seed={seed}", f"-dict={table}", f"-max_len={LONGEST}", f"-rss_limit_mb={MEMORY}",
+        f"-runs={runs}", f"-seed={seed}", f"-dict={table}", f"-max_len={longest}", f"-rss_limit_mb={MEMORY}",
         f"-timeout={HANG}", f"-report_slow_units={HANG}", f"-artifact_prefix={corpus / language}-",
         "-print_final_stats=1",
     ]  # fmt: skip
@@ -170,13 +178,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--language", choices=sorted(READ), required=True)
     parser.add_argument("--runs", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--longest", type=int, default=LONGEST, help="bytes of an input; shorter ones are read faster")
     parser.add_argument("--corpus", type=Path, help="folder that keeps the inputs found; else a temporary one")
     parser.add_argument("--input", type=Path, help="run this one file instead")
     given = parser.parse_args(arguments)
     if given.input:
         one_input(reader(given.language, Path(tempfile.mkdtemp(prefix="fuzz-"))), given.input.read_bytes())
         return
-    fuzz(given.language, given.runs, given.seed, given.corpus or Path(tempfile.mkdtemp(prefix="fuzz-corpus-")))
+    corpus = given.corpus or Path(tempfile.mkdtemp(prefix="fuzz-corpus-"))
+    fuzz(given.language, given.runs, given.seed, corpus, longest=given.longest)
 
 
 if __name__ == "__main__":

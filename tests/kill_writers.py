@@ -90,7 +90,8 @@ class KilledVerb:
         self.seconds = time.perf_counter() - began
         self.new = {name: text for name, text in contents(folder).items() if name.startswith("out/")}
         self.given = contents(inputs)
-        assert status == 0 and len(self.new) == len(self.job.writes), (verb, status, sorted(self.new))
+        count = len(self.job.writes) + len(self.job.beside)
+        assert status == 0 and len(self.new) == count, (verb, status, sorted(self.new))
 
     def _folder(self) -> Path:
         self.runs += 1

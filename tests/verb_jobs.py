@@ -31,12 +31,14 @@ class VerbJob:
         arguments: all but outputs; files are in the folder of the job.
         reads: every file of that folder which the run reads.
         writes: option -> usual name of the file.
-        overwrites: whether it runs where these files stand already.
+        beside: what it writes beside these.
+        overwrites: whether it runs where its files stand already.
     """
 
     arguments: tuple[str, ...]
     reads: tuple[str, ...]
     writes: dict[str, str] = field(default_factory=dict)
+    beside: tuple[str, ...] = ()
     overwrites: bool = True
 
 
@@ -109,6 +111,8 @@ JOBS = {
         ("model.toml", "--session", "session.toml", "--toolpath", "path.csv", "--cell", "cell.toml", "--count", "2"),
         (*PATH, *SESSION),
         {"-o": "out.csv", "--json": "out.json", "--program": "out.mod"},
+        beside=("session.toml", "samples.csv"),
+        overwrites=False,
     ),
     "trace": VerbJob(
         ("points.csv", "--frame", "base", "--noise", "0.01", "--cell", "cell.toml", "--program", "ran.csv"),

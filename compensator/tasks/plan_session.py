@@ -31,11 +31,26 @@ def session_language(program: Path | None, name: str | None) -> Language | None:
     """The language of the program; None: there is none.
 
     Raises:
-        CompensatorError: standard output takes no three files. WriteError: no language has this suffix.
+        CompensatorError: standard output takes no three files; a session stands there. WriteError: no language has
+            this suffix.
     """
     if program == STDOUT:
         raise CompensatorError("-: --program is written with a session beside it; standard output takes one file")
-    return None if program is None else language_of(program, name)
+    if program is None:
+        return None
+    refuse_filled_in(program, SESSION, SAMPLES)
+    return language_of(program, name)
+
+
+def refuse_filled_in(program: Path, *names: str) -> None:
+    """Files to fill in are never written anew: they may hold a day of readings.
+
+    Raises:
+        CompensatorError: one of ``names`` stands beside the program.
+    """
+    for place in (program.parent / name for name in names):
+        if place.exists():
+            raise CompensatorError(f"{place}: stands there and may hold readings; give the plan a folder of its own")
 
 
 def add_session(

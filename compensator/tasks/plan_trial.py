@@ -23,6 +23,7 @@ from compensator.report.json.findings import findings_report
 from compensator.report.json.text import as_json
 from compensator.report.json.trial import ballbar_report, probe_report, with_torques
 from compensator.tasks.outputs import Outputs
+from compensator.tasks.plan_session import refuse_filled_in
 from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.strict import refuse_warnings
@@ -132,9 +133,7 @@ def _check(output: Path, *, ballbar: bool, radius: float | None, feeds: Sequence
         raise CompensatorError(f"--feed {bad:g}: expected mm/min, 1 ... 100000, with --ballbar")
     if output.name in (TRACE, SAMPLES):
         raise CompensatorError(f"{output}: is what the trace is called; give the program another name")
-    samples = output.parent / SAMPLES
-    if samples.exists():
-        raise CompensatorError(f"{samples}: stands there and may hold readings; give the plan a folder of its own")
+    refuse_filled_in(output, TRACE, SAMPLES)
 
 
 def _beside(cell: Path, output: Path) -> str:

@@ -53,7 +53,7 @@ def broken(language, folder):
         return sound(data)
     return read
 
-f.fuzz("csv", 50_000, 1, f.Path({corpus!r}), broken)
+f.fuzz("csv", 50_000, 1, f.Path({corpus!r}), make=broken)
 """
 GOOD = 'path = sound(f.seeds("csv")[0]); '
 FAULTS = {

@@ -102,6 +102,22 @@ def test_it_drives_to_the_postures(tmp_path: Path, name: str, posture: str, stop
     assert len(re.findall(stop, text, re.M)) == 5 and all(f"set-up {k}:" in text for k in range(1, 6))
 
 
+@pytest.mark.parametrize("name", ["session.toml", "samples.csv"])
+def test_what_is_filled_in_is_never_written_anew(tmp_path: Path, name: str) -> None:
+    day, done = plan(tmp_path, "drive.mod")
+    assert done.exit_code == 0
+    (day / name).write_text("a day of readings")
+    other = next(day / n for n in ("session.toml", "samples.csv") if n != name)
+    before = {file.name: file.read_bytes() for file in day.iterdir()}
+    model, cell = tmp_path / "model.toml", tmp_path / "cell.toml"
+    words = ["plan", model, "--cell", cell, "-o", day / "setups.csv", "--program", day / "drive.mod"]
+    other.unlink()
+    del before[other.name]
+    done = CliRunner().invoke(main, [str(w) for w in words])
+    assert done.exit_code == 1 and f"{name}: stands there and may hold readings" in done.stderr
+    assert {file.name: file.read_bytes() for file in day.iterdir()} == before
+
+
 def test_refusals(tmp_path: Path) -> None:
     """A language without such programs; standard output; a plan of circles."""
     (tmp_path / "a").mkdir()
