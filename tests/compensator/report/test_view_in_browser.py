@@ -48,7 +48,9 @@ def press_enter(page: Page) -> None:
 
 def test_an_edit_is_computed_and_seen(shown: tuple[Page, list[str]]) -> None:
     page, _ = shown
-    before, tip = page.locator(".three").inner_text(), page.evaluate("sceneView.placement(7)")
+    tip, before = page.evaluate("sceneView.placement(7)"), page.locator(".three b").all_inner_texts()
+    of_file = page.locator(".three small")
+    assert of_file.all_inner_texts() == ["", "", ""]
     page.locator("[name='workobject|xyz|1']").fill("150")
     press_enter(page)
     assert "the file is as it was" in told(page, "computed in")
@@ -57,7 +59,11 @@ def test_an_edit_is_computed_and_seen(shown: tuple[Page, list[str]]) -> None:
     page.locator("[name='tool|xyz|2']").fill("500")
     press_enter(page)
     told(page, "computed in")
-    assert page.locator(".three").inner_text() != before
+    assert page.locator(".three b").all_inner_texts() != before
+    assert of_file.all_inner_texts() == [f"the cell in the file: {value}" for value in before]
+    page.get_by_role("button", name="back to the file").click()
+    of_file.first.filter(has_not_text="file").wait_for(state="attached")
+    assert page.locator(".three b").all_inner_texts() == before
 
 
 def test_out_of_reach_is_told_and_the_arm_stays(shown: tuple[Page, list[str]]) -> None:

@@ -44,11 +44,15 @@
     }
   }
 
+  const ofFile = [...document.querySelectorAll(".three div b")].map(value => value.textContent);
+
   function numbers(list) {
     document.querySelectorAll(".three div").forEach((place, k) => {
       if (!list[k]) return;
-      place.firstElementChild.textContent = list[k].value;
-      place.lastElementChild.textContent = list[k].words;
+      const [value, words, file] = place.children;
+      value.textContent = list[k].value;
+      words.textContent = list[k].words;
+      file.textContent = last === "{}" ? "" : `the cell in the file: ${ofFile[k]}`;
     });
   }
 
