@@ -63,6 +63,7 @@ EFFECT = Effect(
             scale=1e4,
             meaning="time constant after which it settles",
             default=_STEADY,
+            fit="inverse",
             extra=True,
             trials=(600.0, 3600.0),
         ),

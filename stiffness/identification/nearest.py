@@ -16,6 +16,7 @@ from stiffness.identification.gauge import Gauge
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/identification/test_gauge.py
 HELD = 1e-6  # prior standard deviations that what is held may move
 FIXED = 1e-3  # of that for a single number: a stiff start is 3e-4 prior standard deviations of compliance from rigid
 
@@ -41,7 +42,7 @@ def nearest_to_drawing(fit: Fit) -> Fit:
 def _held(fit: Fit) -> Floats:
     """(K, P): combinations of the parameters, in prior standard deviations, that are to stay where the prior is."""
     n = len(fit.unknowns)
-    unknown = fit.unknowns.inverse & ~fit.determined()
+    unknown = fit.unknowns.springs & ~fit.determined()
     single = np.eye(n)[unknown] / fit.gauge.unit[unknown, None] / FIXED
     # what is held is known: the others are judged with it in its place
     firm = np.where(unknown, HELD * fit.gauge.unit, fit.problem.sd[:n])

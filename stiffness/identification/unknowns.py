@@ -62,6 +62,11 @@ class Unknowns:
         return np.array([u.inverse for u in self.free], dtype=bool)
 
     @property
+    def springs(self) -> npt.NDArray[np.bool_]:
+        """(P,) which belong to a joint and are seen inverted: its stiffness, and shares of that."""
+        return np.array([u.inverse and u.parameter.size == "joint" for u in self.free], dtype=bool)
+
+    @property
     def scale(self) -> Floats:
         """(P,) typical sizes."""
         return np.array([u.scale for u in self.free])
