@@ -68,7 +68,7 @@ def identify_files(
     if method == "local" and html is not None:
         raise StiffnessError("--report shows a global fit; --method local has none: read the notes in --json instead")
     if method == "local":
-        return _identify_local(loaded, output, json)  # it finds nothing that could refuse
+        return _identify_local(loaded, output, json, strict=strict)
     known = None if prior is None else load_model(prior, loaded[0].robot.n)
     if known is not None:
         refuse_other_robot(loaded[0], known)
@@ -89,10 +89,11 @@ def _page(fit: Fit, report: dict[str, Any], warn: Callable[[str], None]) -> str:
     return fit_page(fit, report, warn)
 
 
-def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None) -> Identified:
+def _identify_local(loaded: Sequence[Session], output: Path, json: Path | None, *, strict: bool) -> Identified:
     fit = identify_local(*loaded)
     model = fitted_model(fit, loaded[0], output)
     report = local_fit_report(fit, model)
+    refuse_warnings(report, strict)
     texts = [(output, model_text(model)), *([(json, as_json(report))] if json else [])]
     write_with_page(texts, None, lambda warn: "")
     return Identified(fit, report, tuple(path for path, _ in texts))

@@ -26,15 +26,19 @@ def session_doubts(fits: Sequence[SessionFit], wrong: Sequence[tuple[str, int]] 
     Args:
         wrong: (session, line of samples.csv) that were left out in the end; None: those that the fits did not use.
     """
-    out: list[Doubt] = []
-    for fit in fits:
-        out += [d for d in (wrench_doubt(fit), tool_doubt(fit.session)) if d is not None]
+    out = list(set_up_doubts(fits))
     for fit in fits:
         lines = [line for source, line in wrong or () if source == fit.session.source]
         out_of_fit = (fit.allowed & ~fit.used) if wrong is None else np.isin(fit.samples.line, lines)
         out += [d for d in (left_out(fit.session, out_of_fit), _staying(fit)) if d is not None]
         out += [Doubt(c.samples, c.sentence, first=c.after) for c in measurement_changes(fit) if c.size > _left(fit)]
     return tuple(out)
+
+
+def set_up_doubts(fits: Sequence[SessionFit]) -> tuple[Doubt, ...]:
+    """What is wrong with the wrench or the tool of sessions as a whole; () where nothing is."""
+    each = (d for fit in fits for d in (wrench_doubt(fit), tool_doubt(fit.session)))
+    return tuple(d for d in each if d is not None)
 
 
 def _left(fit: SessionFit) -> float:

@@ -11,9 +11,10 @@ from compensator.report.analysis.predicted import predicted_sessions
 from compensator.report.json.findings import findings_report, of_doubts
 from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report, known_numbers
-from stiffness.diagnosis.doubts import session_doubts
+from stiffness.diagnosis.doubts import session_doubts, set_up_doubts
 from stiffness.effects import BASE
 from stiffness.identification import scores
+from stiffness.identification.evaluate import predicted_by
 from stiffness.identification.fit import Fit
 from stiffness.identification.placed_station import placed_reflectors, placed_trackers
 from stiffness.local_method.fit import LocalFit
@@ -103,9 +104,10 @@ def _rms(fit: Fit) -> dict[str, Any]:
 
 def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
     """The numbers of a fit joint by joint, and of the model made of it, under the same keys."""
+    seen = [predicted_by(model, s, np.ones(len(s.samples), dtype=bool)) for s in fit.sessions]
     return {
         "schema": SCHEMA,
-        "findings": [],
+        "findings": findings_report(of_doubts(set_up_doubts(seen))),
         "effects": list(model.values),
         "stiffness_nm_per_rad": known_numbers(fit.stiffness, fit.identified),
         "stiffness_sd_nm_per_rad": known_numbers(fit.sd, fit.identified),
@@ -113,6 +115,6 @@ def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
         "rms_mm": {"displacement": None, "absolute": None, "path": None},
         "n_readings": sum(len(s.samples) for s in fit.sessions),
         "outlier_rows": [],
-        "not_identified": [],
+        "not_identified": [f"joint {r.joint}: {r.problem}" for r in fit.joints if r.problem],
         "notes": local_text(fit).splitlines(),
     }

@@ -79,6 +79,26 @@ def test_local_method(tmp_path: Path) -> None:
     assert "no --prior" in done.output
 
 
+def test_findings_of_the_local_method_reach_terminal_and_json(tmp_path: Path) -> None:
+    """A wrench a thousand times too large, said as by the global method; --strict refuses it."""
+    session = table_3(repeats=[20] * 6, seed=5).write(tmp_path, "abb-irb6600-175-255")
+    rows = [line.split(",") for line in (tmp_path / "samples.csv").read_text().splitlines()]
+    wrench = [rows[0].index(name) for name in ("fx", "fy", "fz", "mx", "my", "mz")]
+    for row in rows[1:]:
+        for k in wrench:
+            row[k] = repr(float(row[k]) * 1e3)
+    (tmp_path / "samples.csv").write_text("\n".join(",".join(row) for row in rows) + "\n")
+    model, report = tmp_path / "m.toml", tmp_path / "m.json"
+    asked = ["identify", str(session), "-o", str(model), "--method", "local", "--json", str(report)]
+    done = CliRunner().invoke(main, asked)
+    assert done.exit_code == 0, done.output
+    found = [f["what"] for f in json.loads(report.read_text())["findings"]]
+    assert any("a thousand times too large" in what for what in found) and all(what in done.output for what in found)
+    model.unlink()
+    done = CliRunner().invoke(main, [*asked, "--strict"])
+    assert done.exit_code == 1 and "a thousand times" in done.output and not model.exists()
+
+
 def test_refusals_leave_nothing(session: Path, tmp_path: Path) -> None:
     out = tmp_path / "m.toml"
     for arguments, words in (
