@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.linear_fit import HeldOutFold, NormalEquations
+from stiffness.diagnosis.linear_fit import NormalEquations, ReducedEquations
 from stiffness.diagnosis.linearisation import normal_equations
 from stiffness.diagnosis.regressors import PROCESS, Regressors, regressors
 from stiffness.diagnosis.selection import steady
@@ -24,6 +24,7 @@ from stiffness.identification.fit import Fit
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
+# studied in tests/stiffness/diagnosis/test_attribution.py
 RIDGES = (1e-3, 1e-2, 1e-1)  # prior precision of a weight over that of the data, all columns scaled alike
 SIX = 0.8  # factor on the fraction of a place: it has six coordinates, one of which moves as the joint beside it
 FIXTURE = "fixture"
@@ -93,21 +94,20 @@ class _Structure:
         if not len(columns):
             return 0.0
         best = 0.0
+        trained = [(f, f.training(columns)) for f in self.equations.folds]
         for ridge in RIDGES:
-            gain = self.without - np.array([_ridge(f, columns, ridge) for f in self.equations.folds])
+            gain = self.without - np.array([f.score(columns, _ridge(given, ridge)) for f, given in trained])
             if steady(gain):
                 best = max(best, float(gain.sum()) / self.total)
         return min(best, 1.0)
 
 
-def _ridge(fold: HeldOutFold, columns: Index, ridge: float) -> float:
-    """Chi-square of a fold by ridge regression, columns scaled to equal squares."""
-    curvature = fold.training.curvature[np.ix_(columns, columns)]
-    there = np.diag(curvature) > 0
-    scale = there / np.sqrt(np.where(there, np.diag(curvature), 1.0))
-    scaled = curvature * np.outer(scale, scale) + ridge * np.eye(len(columns))
-    weight = scale * np.linalg.solve(scaled, scale * fold.training.slope[columns])
-    return fold.score(columns, weight)
+def _ridge(given: ReducedEquations, ridge: float) -> Floats:
+    """(K,) weights by ridge regression, columns scaled to equal squares."""
+    there = np.diag(given.curvature) > 0
+    scale = there / np.sqrt(np.where(there, np.diag(given.curvature), 1.0))
+    scaled = given.curvature * np.outer(scale, scale) + ridge * np.eye(len(scale))
+    return np.asarray(scale * np.linalg.solve(scaled, scale * given.slope))
 
 
 def _carried(structure: _Structure, index: Index, first: Regressors) -> tuple[float, str]:

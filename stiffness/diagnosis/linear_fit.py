@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.numerics.packed import Packed
 from stiffness.numerics.whitened import Whitened, gram
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
+# studied in tests/stiffness/diagnosis/test_linear_fit.py
 ROUNDING = 1e-11  # of the largest: sums have some 1e-14 of rounding, and a fold is a difference of such sums
 SINGULAR = 1e-4  # of a column's square: less, beside nuisance and other columns, counts as linearly dependent
 
@@ -39,18 +41,34 @@ class ReducedEquations:
 
 @dataclass(frozen=True, repr=False)
 class HeldOutFold:
-    """One fold left out: weights b are from ``training``; the fold's chi-square is chi2 - 2 slope'b + b'curvature b."""
+    """One fold left out.
 
-    training: ReducedEquations
-    slope: Floats
-    curvature: Floats
-    chi2: float
+    Attributes:
+        others: (C + 1, C + 1) products of the columns and, last, the residual, of all other folds, the nuisance
+            parameters eliminated; ``squares`` (C,) of their columns before that.
+        own: (C + 1, C + 1) of the fold itself, with the nuisance parameters as the others have them.
+        count: numbers of the fold.
+    """
+
+    others: Packed
+    squares: Floats
+    own: Packed
     count: int
+
+    @property
+    def chi2(self) -> float:
+        """Chi-square of the fold without any column."""
+        return float(self.own.triangle[-1])
+
+    def training(self, columns: Index) -> ReducedEquations:
+        """The reduced equations of the other folds, of some columns (K,)."""
+        found = self.others.block(np.append(columns, len(self.squares)))
+        return ReducedEquations(found[:-1, :-1], found[:-1, -1], float(found[-1, -1]), self.squares[columns])
 
     def score(self, columns: Index, weight: Floats) -> float:
         """Chi-square of the fold for weights (K,) of columns."""
-        own = self.curvature[np.ix_(columns, columns)]
-        return float(self.chi2 - 2 * self.slope[columns] @ weight + weight @ own @ weight)
+        left = np.append(-weight, 1.0)
+        return float(left @ self.own.block(np.append(columns, len(self.squares))) @ left)
 
 
 @dataclass(frozen=True, repr=False)
@@ -83,49 +101,48 @@ class NormalEquations:
         kept: float = 0.0,
     ) -> None:
         self.nuisance, self._precision = nuisance, precision
-        grams: dict[int, Floats] = {}
+        grams: dict[int, Packed] = {}
         count: Counter[int] = Counter()
         for blocks, fold in parts:
             for k in set(fold):
                 some = [b for b, f in zip(blocks, fold, strict=True) if f == k]
-                grams[k] = grams.get(k, 0.0) + gram(some, nuisance + candidates)
+                found = Packed.of(gram(some, nuisance + candidates))
+                grams[k] = grams[k] + found if k in grams else found
                 count[k] += sum(len(b.residual) for b in some)
         self.count = sum(count.values())
-        total = np.sum([grams[k] for k in sorted(grams)], axis=0)
-        self.reduced = self._reduced(total)[0]
+        triangle = np.zeros((nuisance + candidates + 1) * (nuisance + candidates + 2) // 2)
+        for k in sorted(grams):
+            triangle += grams[k].triangle
+        total = Packed(triangle).whole()
+        rest, _ = self._eliminated(total)
+        squares = np.diag(total)[nuisance:-1].copy()
+        self.reduced = ReducedEquations(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), squares)
         folds = []
         for k in sorted(grams):
-            own = grams.pop(k)  # hundreds of MB, all together
+            own = grams.pop(k).whole()  # hundreds of MB, all together
             folds.append(self._fold(total - (1 - kept) * own, own, count[k]))
         self.folds = tuple(folds)
 
     def __repr__(self) -> str:
         return f"NormalEquations({self.count} numbers, {len(self.reduced.slope)} columns, {len(self.folds)} folds)"
 
-    def _reduced(self, products: Floats) -> tuple[ReducedEquations, Floats]:
-        """The reduced equations, and the weights (nuisance, C + 1) that eliminate the nuisance parameters."""
+    def _eliminated(self, products: Floats) -> tuple[Floats, Floats]:
+        """(C + 1, C + 1) without what the nuisance parameters take, and their weights (nuisance, C + 1)."""
         m = self.nuisance
         own = products[:m, :m] + np.diag(self._precision)
         scale = 1 / np.sqrt(np.maximum(np.diag(own), 1e-300))
         values, vectors = np.linalg.eigh(own * np.outer(scale, scale))
         # a direction that the sums do not tell, but for rounding, stays where the fit has it
         told = np.where(values > ROUNDING, 1 / np.maximum(values, ROUNDING), 0.0)
-        inverse = (vectors * told) @ vectors.T * np.outer(scale, scale)
-        out = inverse @ products[:m, m:]
-        rest = products[m:, m:] - products[m:, :m] @ out
-        return ReducedEquations(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), np.diag(products)[m:-1].copy()), out
+        out = (vectors * told) @ vectors.T * np.outer(scale, scale) @ products[:m, m:]
+        return products[m:, m:] - products[m:, :m] @ out, out
 
     def _fold(self, training: Floats, left: Floats, count: int) -> HeldOutFold:
         m = self.nuisance
-        reduced, out = self._reduced(training)
-        test = left[m:, m:] - out.T @ left[:m, m:] - left[m:, :m] @ out + out.T @ left[:m, :m] @ out
-        return HeldOutFold(
-            training=reduced,
-            slope=test[:-1, -1],
-            curvature=test[:-1, :-1],
-            chi2=float(test[-1, -1]),
-            count=count,
-        )
+        others, out = self._eliminated(training)
+        across = left[m:, :m] @ out
+        own = left[m:, m:] - across - across.T + out.T @ (left[:m, :m] @ out)
+        return HeldOutFold(Packed.of(others), np.diag(training)[m:-1].copy(), Packed.of(own), count)
 
     def fit(
         self, columns: Sequence[int], positive: Sequence[bool], reduced: ReducedEquations | None = None
@@ -172,7 +189,8 @@ class NormalEquations:
     def cross_validated(self, columns: Sequence[int], positive: Sequence[bool]) -> Floats:
         """(folds,) chi-square of every fold, fitted on the others."""
         at = np.asarray(columns, dtype=np.intp)
-        return np.array([f.score(at, self.fit(columns, positive, f.training).weight) for f in self.folds])
+        own = range(len(at))
+        return np.array([f.score(at, self.fit(own, positive, f.training(at)).weight) for f in self.folds])
 
 
 def _solved(curvature: Floats, slope: Floats, squares: Floats) -> tuple[Floats, int]:

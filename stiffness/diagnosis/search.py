@@ -27,6 +27,7 @@ from stiffness.identification.fit import Fit
 Floats = npt.NDArray[np.float64]
 Say = Callable[[str], None]
 
+# studied in tests/stiffness/diagnosis/test_search.py, tests/effects_report
 ROUNDS = 4  # of linearisation and fit
 SINGLE = 3  # effects that a way begins with
 MUCH = 0.5  # of what the best single effect explains: a way begins with no effect that explains less
@@ -112,6 +113,7 @@ class Search:
             fit, now = trial, kept
             if same or round_ == ROUNDS - 1:
                 break
+            del linear  # its products take a hundred MB and more where tables are candidates
             linear = self.linearisation.at(fit, now)
             fit = linear.fit
             chosen = linear.selector.forward()
