@@ -36,7 +36,7 @@ with atheris.instrument_imports(include=["toolpaths"]):
 
 ROOT = Path(__file__).parents[1]
 BESIDE = b"\n;;;; beside it: .dat\n"  # some inputs are two files
-SLOW, A_POSE = 60.0, 5e-5  # s for one input: 100,000 steps of its loops, watched; and for every pose that they make
+SLOW, A_POSE = 20.0, 5e-5  # s for one input: 100,000 steps of its loops, watched; and for every pose that they make
 LONGEST, MEMORY, HANG = 4096, 1500, 300  # bytes, MB, s (of the clock: other processes take their share)
 CHORD = 1e-3  # m: arcs of a few points, so that the time goes into reading
 RANDOM: dict[str, Callable[[int], str]] = {

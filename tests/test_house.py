@@ -251,3 +251,44 @@ WORDS = (
 
 def test_prose_uses_the_terms_of_the_field() -> None:
     assert [f"{p}: {w}" for p in FILES for w in WORDS if w in re.sub(r"\s+", " ", p.read_text(encoding="utf-8"))] == []
+
+
+STATISTICAL = sorted(p for room in ("diagnosis", "identification") for p in (ROOT / "stiffness" / room).glob("*.py"))
+PHYSICAL = re.compile(r"#\s*(?:m|rad|s|K|N|N\*m|N\*m/rad)(?:[,;:. ]|$)")  # a unit comes first: no matter of statistics
+
+
+def without_study(path: Path, text: str) -> list[str]:
+    """Thresholds of a module whose block of constants names no file of tests or benchmarks that exists."""
+    lines, out = text.splitlines(), []
+    for node in ast.parse(text).body:
+        name = node.targets[0] if isinstance(node, ast.Assign) else None
+        if not isinstance(node, ast.Assign) or not isinstance(name, ast.Name) or not name.id.isupper():
+            continue
+        values = [v for v in ast.walk(node.value) if isinstance(v, ast.Constant) and isinstance(v.value, float)]
+        if not values or PHYSICAL.search(lines[node.lineno - 1]):
+            continue
+        top = node.lineno - 1
+        while top and re.match(r"#|[A-Z]", lines[top - 1]):
+            top -= 1
+        named = re.findall(r"(?:tests|benchmarks)/[\w./]*\w", "\n".join(lines[top : node.lineno]))
+        if not named or not all((ROOT / study).exists() for study in named):
+            out.append(f"{path.name}:{node.lineno}: {name.id}")
+    return out
+
+
+def test_statistical_constants_name_the_study_that_they_come_from() -> None:
+    assert [found for p in STATISTICAL for found in without_study(p, p.read_text(encoding="utf-8"))] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("CHANCE = 0.01  # of a false alarm", 1),
+        ("# studied in tests/no_such_study.py\nCHANCE = 0.01", 1),
+        ("# studied in tests/test_house.py\nMOST = 3\nCHANCE = 0.01", 0),
+        ("OFFSET = 0.02  # m; no better known", 0),
+        ("MOST = 3", 0),
+    ],
+)
+def test_a_constant_without_a_study_is_seen(text: str, found: int) -> None:
+    assert len(without_study(Path("x.py"), text)) == found

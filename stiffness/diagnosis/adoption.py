@@ -20,6 +20,7 @@ from stiffness.numerics.least_squares import inverse
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/diagnosis/test_rich_laws.py, tests/effects_report
 SETTLED = 1.1  # residual over noise below which a fit is not started anew from elsewhere
 NOT_THERE = 1e-3  # chance above which a site of a fitted effect counts as empty
 SEARCHES = 2  # of the numbers that no derivative leads to, a fit after each

@@ -16,6 +16,7 @@ from stiffness.diagnosis.selection import steady
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
 
+# studied in tests/stiffness/diagnosis/test_alternatives.py, tests/effects_report
 LINEAR = 0.08  # of a gain: how far the linearised model may be off
 CLOSEST = 3  # alternatives that are fitted
 BETTER = 6.0  # difference of BIC by which an alternative takes the place

@@ -159,6 +159,7 @@ def _searched(search: Search, base: Fit) -> _Found:
     base = linear.fit
     ranking, base_rms = candidates(search.effects, linear)
     fit, additions = search.run(linear)
+    del linear  # its products take a hundred MB and more where tables are candidates
     search.say("70 %: trying other effects in the place of what was found")
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)

@@ -29,6 +29,7 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/stiffness/diagnosis/test_jumps.py
 CHANCE = 1e-3  # false-positive rate: of a clean session in which anything is found (Bonferroni over all that is tried)
 ENOUGH = 12  # set-ups that tell of a change at all
 RUN = 3  # readings of one reflector in a row that were left out: no single errors

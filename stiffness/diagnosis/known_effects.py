@@ -20,6 +20,7 @@ from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
 
+# studied in tests/stiffness/test_one_session.py
 SHOWN = 0.01  # chance that noise alone looks like what an effect of the model does to the readings
 
 

@@ -24,6 +24,7 @@ from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/trace_bench.py
 FOLDS = 10
 PIECE = 2048  # readings
 KEPT = 0.01  # of a stretch that is left out: what it alone tells of the model's own numbers is not to be extrapolated

@@ -18,6 +18,7 @@ from stiffness.model.model import ComplianceModel
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/diagnosis/test_diagnose.py
 CHANCE = 1e-3  # false-positive rate: of a model none of whose numbers has moved
 
 

@@ -14,6 +14,7 @@ from stiffness.numerics.least_squares import inverse
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/stiffness/diagnosis/test_attribution.py
 WEAK = 1e-9  # prior precision of a number over that of the data
 
 

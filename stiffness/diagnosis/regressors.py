@@ -19,6 +19,7 @@ from stiffness.session.session import Session
 Floats = npt.NDArray[np.float64]
 Feature = tuple[Floats, str, str, int]  # values (N,), family, column, joint
 
+# studied in tests/stiffness/diagnosis/test_attribution.py
 HARMONICS = 4
 PROCESS = "process"  # what a residual follows that goes with the programmed force
 TRAVELS = (1e-3, 1e-2)  # rad since a joint turned: of play, and of friction

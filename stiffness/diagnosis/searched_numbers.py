@@ -22,6 +22,7 @@ from stiffness.identification.problem import States
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/diagnosis/test_search.py
 VALUES = 8  # on trial at a time
 FINER = 2  # looks at what is between them
 SURE = 0.95  # of an interval

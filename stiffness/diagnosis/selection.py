@@ -20,6 +20,7 @@ from stiffness.diagnosis.linear_fit import LinearFit, NormalEquations
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/diagnosis/test_selection.py, tests/effects_report
 CHANCE = 0.01  # false-positive rate: of one session of a robot to whose model nothing needs to be added
 STEADY = 1.5  # standard errors of the mean by which held-out folds have to improve
 CROSSED = 8  # set-ups from which on cross-validation decides too

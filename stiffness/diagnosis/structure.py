@@ -15,6 +15,7 @@ from stiffness.effects.effect import part_of
 from stiffness.identification.coherence import coherent
 from stiffness.identification.fit import CLEAR, Fit
 
+# studied in tests/effects_report (its targets)
 SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanation is right but its law not exact
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 TRIFLE = 0.05  # of what was above the noise: so much may stay where

@@ -22,6 +22,7 @@ from stiffness.statics.statics import Statics
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
+# studied in tests/stiffness/diagnosis/test_doubts.py
 WORSE = 2.0  # times: so much more than turned round the displacements are missed before a sign is called wrong
 CLEAR = 0.5  # of the mean square of displacements has to be explained by springs before they say anything
 SAG = (3e-5, 0.1)  # rad under its own weight, three decades and a half about the 1 to 5 mrad of industrial arms

@@ -12,6 +12,7 @@ from stiffness.numerics.least_squares import Solution
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/identification/test_coherence.py
 CLEARLY = 5.0  # standard errors
 MAYBE = 3.0  # standard errors, where it only makes intervals wider
 

@@ -26,6 +26,7 @@ from stiffness.session.processes import process_of
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/identification/test_identify_trust.py, tests/effects_report
 DOUBTFUL = 0.05  # false-positive rate: of fits that miss nothing, and yet have standard deviations by set-ups
 DETERMINED = 0.5  # a stiffness whose standard deviation is a larger share of it is not identified
 CLEAR = 1.15  # residual over noise from which structure is clear
@@ -128,7 +129,7 @@ class Fit:
     def _known(self) -> npt.NDArray[np.bool_]:
         told = (self.sd < DETERMINED * loose_sd(self.unknowns)) & ~self.gauge.chosen
         some = self.sd < DETERMINED * np.abs(self.parameters)
-        return np.where(self.unknowns.inverse, some & self._loaded(), told)
+        return np.where(self.unknowns.inverse, some & (self._loaded() | ~self.unknowns.springs), told)
 
     def _loaded(self) -> npt.NDArray[np.bool_]:
         """(P,) whether a number shows in the readings.
@@ -138,9 +139,8 @@ class Fit:
         beyond what other numbers imitate, twice as much as the model leaves of single readings.
         """
         size = np.abs(self.parameters)
-        within = moved_within_setups(self.sessions, self.unknowns.inverse)
         loose = max(self.solution.misfit**2 - 1, UNSEEN * np.sqrt(2 / max(self.solution.freedom, 1.0)))
-        moves = size * within * DETERMINED > self.solution.misfit
+        moves = size * moved_within_setups(self.sessions, self.unknowns.inverse) * DETERMINED > self.solution.misfit
         return np.asarray(moves | (size * self.by_setup.signal * DETERMINED > np.sqrt(loose)))
 
     def values(self) -> dict[str, dict[str, Floats]]:

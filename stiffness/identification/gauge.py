@@ -21,6 +21,7 @@ from stiffness.numerics.least_squares import inverse
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/stiffness/identification/test_gauge.py
 TOLD = 4.0  # (prior sd / sd of the data alone)^2, noise widened by the misfit: the data know it to half of the drawing
 MOSTLY = 0.5  # share of the variance in directions that are not told: the number is the choice of a solution
 NOTED = 0.1  # prior standard deviations: what the choice of a solution may do to a number that is printed

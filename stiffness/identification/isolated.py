@@ -19,6 +19,7 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/stiffness/identification/test_isolated_rows.py
 GROSS = 10.0  # times the 95 % quantile of its reflector: wrong, whatever others of the state show
 ALONE = 3.0  # times the residual of every other reflector of its link in the same state
 

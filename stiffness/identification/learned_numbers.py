@@ -10,6 +10,7 @@ from stiffness.identification.unknowns import Unknowns
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/contracts/test_angle_tables.py
 MEDIAN_TO_SD = 1.4826  # of the absolute value, normal distribution
 FAR = 6.0  # spreads of a table: a number so far out is learned from too little, or from wrong readings
 

@@ -14,6 +14,7 @@ from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 
+# studied in tests/stiffness/identification/test_load_history.py
 FAR = 1.0  # rad: an approach of unknown size is taken to be longer than any gap
 SMALLEST = 1e-8  # typical sizes: a gap of zero still has sides
 RELATIVE = 1e-4  # step of a difference

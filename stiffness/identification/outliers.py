@@ -24,6 +24,7 @@ from stiffness.session.far_readings import far_rows
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/stiffness/identification/test_wrong_rows.py
 FALSE_ALARM = 1e-4  # false-positive rate: of a clean session that loses a row
 ROUNDS = 8
 MOST_RECONSIDERED = 60  # rows left out that are looked at again one by one

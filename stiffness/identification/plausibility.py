@@ -7,6 +7,7 @@ import numpy as np
 from stiffness.effects import CATALOGUE
 from stiffness.identification.fit import Fit
 
+# studied in tests/stiffness/identification/test_identify_trust.py
 DOUBTFUL = 3.0  # a residual so many times the noise is no matter of noise
 ASIDE = 0.01  # m, RMS; no arm that was mastered is so far from its drawing
 FAR = 0.02  # m or rad, a single kinematic offset

@@ -24,6 +24,7 @@ from stiffness.numerics.whitened import Whitened
 Floats = npt.NDArray[np.float64]
 States = tuple[Any, ...]  # one per observations, each of its own kind
 
+# studied in tests/stiffness/identification/test_fit_problem.py
 LOOSE = 3000.0  # typical sizes: a wrist of a light arm yields a hundred times as much as a heavy arm
 LOOSE_DIRECT = 5.0  # typical sizes, of numbers that are not the inverse of a stiffness
 

@@ -20,6 +20,7 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/stiffness/identification/test_prediction.py
 SILENT = 4.0  # standard deviations of the sensor
 
 

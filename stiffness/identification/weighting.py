@@ -23,6 +23,7 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
+# studied in tests/stiffness/identification/test_weighting.py
 LARGEST_BLOCK = 900  # readings of a set-up that are whitened together; more are cut, which costs some weight
 PROBE_ANGLE = 1e-3  # rad, noise of a probe's orientation where the session gives none
 IN_LINE = 0.05  # of a probe's size: reflectors that are nearer to one line do not tell its rotation about the line

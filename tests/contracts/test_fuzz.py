@@ -26,7 +26,7 @@ RUNS = int(os.environ.get("FUZZ_RUNS", "800"))
 def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*OWN_PEAK, sys.executable, *command], cwd=ROOT, capture_output=True, text=True, errors="replace",
-        timeout=900 + RUNS / 20, check=False, env={**os.environ, "TMPDIR": str(folder), "OPENBLAS_NUM_THREADS": "1"},
+        timeout=60 + RUNS / 50, check=False, env={**os.environ, "TMPDIR": str(folder), "OPENBLAS_NUM_THREADS": "1"},
     )  # fmt: skip
 
 
