@@ -20,6 +20,7 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 RAMP = 0.024  # s: two of the 12 ms in which KUKA's KR C interpolates, one of the 24 ms of ABB's path planner
+_BLOCK = 16384  # poses at a time, so that memory stays small
 _SHORTEST = 1e-9  # m: a shorter move only turns
 _APART = 10 * RAMP  # between two stretches on one axis of time
 
@@ -60,12 +61,16 @@ def joint_motion(toolpath: Toolpath, q: Floats, feed: Floats) -> JointMotion:
     ends = np.append(first[1:], len(time)) - 1
     begin, end = time[first][stretch - 1], time[ends][stretch - 1]
     before, after = np.maximum(time - RAMP, begin), np.minimum(time + RAMP, end)
-    back, on = q - _at(before, time, q), _at(after, time, q) - q
-    speed = np.maximum(_per(np.abs(back), time - before), _per(np.abs(on), after - time))
     corner = time[1:-1][sharp_corners(toolpath)]
     cornered = np.searchsorted(corner, time + RAMP) > np.searchsorted(corner, time - RAMP, side="right")
     whole = (time - RAMP >= begin) & (time + RAMP <= end) & ~cornered
-    return JointMotion(speed, np.where(whole[:, None], np.abs(on - back) / RAMP**2, 0.0), stretch, time)
+    speed, acceleration = np.empty_like(q), np.empty_like(q)
+    for k in range(0, len(q), _BLOCK):
+        b = slice(k, k + _BLOCK)
+        back, on = q[b] - _at(before[b], time, q), _at(after[b], time, q) - q[b]
+        speed[b] = np.maximum(_per(np.abs(back), time[b] - before[b]), _per(np.abs(on), after[b] - time[b]))
+        acceleration[b] = np.where(whole[b, None], np.abs(on - back) / RAMP**2, 0.0)
+    return JointMotion(speed, acceleration, stretch, time)
 
 
 def _at(moment: Floats, time: Floats, q: Floats) -> Floats:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -23,6 +23,7 @@ OPEN = "predicted error ? mm"
 ACCURACY = {None: "WARNING: absolute accuracy ?", True: "absolute accuracy on", False: "absolute accuracy off"}
 GIVEN = "given as an object"  # no file to hash
 _TOLD = re.compile(rb"\b(cell|model|toolpath|program) sha256:([0-9a-f]{%d})\b" % DIGITS)
+_SEALED = b"program sha256:"
 _SEAL = re.compile(rb"\bprogram sha256:[0-9a-f]{%d}\b" % DIGITS)
 _ERROR = re.compile(rb"\bpredicted error (\d+\.\d+) mm")
 _VERSION = re.compile(rb"\bversion ([\w.+-]{1,20})(?=.{0,30}?\bcell sha256)", re.S)
@@ -112,12 +113,13 @@ def without_head(data: bytes) -> bytes:
     return _HEAD.sub(b"", data)
 
 
-def digest_of(files: Sequence[bytes]) -> str:
+def digest_of(files: Iterable[bytes]) -> str:
     """Hash over the files of a program in their order, shortened, whatever seal stands in them."""
     whole = hashlib.sha256()
     for data in files:
-        blank = _SEAL.sub(BLANK.encode(), data)
-        whole.update(len(blank).to_bytes(8, "big") + blank)
+        blank = _SEAL.sub(BLANK.encode(), data) if _SEALED in data else data
+        whole.update(len(blank).to_bytes(8, "big"))
+        whole.update(blank)
     return whole.hexdigest()[:DIGITS]
 
 
@@ -128,10 +130,14 @@ def seal(files: Sequence[Path], error: float) -> None:
         files: of the program, staged, the main one first.
         error: m, largest of the cutting poses.
     """
-    told = f"predicted error {error * 1e3:.4f} mm".encode()
-    texts = [file.read_bytes().replace(OPEN.encode(), told) for file in files]
-    mark = b"program sha256:" + digest_of(texts).encode()
-    for file, text in zip(files, texts, strict=True):
-        sealed = text.replace(BLANK.encode(), mark)
-        if sealed != text:
-            file.write_bytes(sealed)
+    told, open_, blank = f"predicted error {error * 1e3:.4f} mm".encode(), OPEN.encode(), BLANK.encode()
+
+    def text(file: Path) -> bytes:
+        data = file.read_bytes()
+        return data.replace(open_, told) if open_ in data else data
+
+    mark = _SEALED + digest_of(text(file) for file in files).encode()
+    for file in files:
+        data = file.read_bytes()
+        if open_ in data or blank in data:
+            file.write_bytes(data.replace(open_, told).replace(blank, mark))

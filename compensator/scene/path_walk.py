@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from compensator.scene.body import BASE, TOOL, WORKOBJECT, WORLD
+from compensator.scene.body import BASE, TOOL, WORKOBJECT, WORLD, Body
 from compensator.scene.collider import Collider
 from compensator.scene.motion_bound import motion_along
 from compensator.scene.pairs import Pair
+from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
 
 Floats = npt.NDArray[np.float64]
@@ -75,6 +76,7 @@ class PathWalk:
     def __init__(self, collider: Collider, path: ArmPath, *, margin: float, step: float) -> None:
         self.collider, self.path, self.margin, self.step = collider, path, margin, step
         self._model, self._data, _ = collider.robot._pinocchio
+        self._stands = [_stand(body, collider.robot, path) for body in collider.bodies]
 
     def approach(self, pair: Pair, active: Bools) -> Approach:
         """Go along the path with one pair.
@@ -119,18 +121,35 @@ class PathWalk:
         return self._place(pair.inner, begin, end, share), self._place(pair.outer, begin, end, share)
 
     def _place(self, index: int, begin: int, end: int, share: float) -> Frame:
-        body = self.collider.bodies[index]
-        carrier = body.carrier
-        if isinstance(carrier, str) and carrier in self.path.moving:
-            return _between(self.path.moving[carrier], begin, end, share).then(body.placement)
-        if carrier == WORKOBJECT:
-            return self.path.workobject.then(body.placement)
-        if carrier in (WORLD, BASE):
-            return body.placement
-        robot = self.collider.robot
-        link = robot.n if carrier == TOOL else int(carrier)
-        pose, after = self._data.oMi[link], robot.after[link - 1]
-        return Frame(pose.rotation, pose.translation).then(Frame.of(after)).then(body.placement)
+        stand = self._stands[index]
+        if stand.moving is not None:
+            return _between(stand.moving, begin, end, share).then(stand.there)
+        if stand.link is None:
+            return stand.there
+        pose = self._data.oMi[stand.link[0]]
+        return Frame(pose.rotation, pose.translation).then(stand.link[1]).then(stand.there)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stand:
+    """What carries a body: a ``link`` (1 is what joint 1 turns) and its frame behind the joint, a ``moving`` frame, or
+    nothing that moves; and where the body is ``there``."""
+
+    there: Frame
+    link: tuple[int, Frame] | None = None
+    moving: Frame | None = None
+
+
+def _stand(body: Body, robot: Robot, path: ArmPath) -> _Stand:
+    carrier = body.carrier
+    if isinstance(carrier, str) and carrier in path.moving:
+        return _Stand(body.placement, moving=path.moving[carrier])
+    if carrier == WORKOBJECT:
+        return _Stand(path.workobject.then(body.placement))
+    if carrier in (WORLD, BASE):
+        return _Stand(body.placement)
+    link = robot.n if carrier == TOOL else int(carrier)
+    return _Stand(body.placement, link=(link, Frame.of(robot.after[link - 1])))
 
 
 def _move(at: float) -> int:

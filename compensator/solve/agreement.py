@@ -19,7 +19,7 @@ from compensator.path.pose_text import place
 from compensator.solve.joint_state import SAME_STATE, commanded_moves, pieces, settled_state, without_states
 from compensator.solve.rapid_fade import held_targets
 from stiffness.memory.preload import PreloadState, walk
-from stiffness.statics.prediction import TOLERANCE, Command, StartValues
+from stiffness.statics.prediction import COLUMNS, TOLERANCE, Command, PathColumns, StartValues
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
 
@@ -82,8 +82,8 @@ def agreed(
     """
     if not len(path):
         raise SolveError(f"{path.toolpath.source}: no poses")
-    done = list[_Agreed]()
-    first, nominal, without = arm.unknown_state, start, start
+    columns, states, unsettled = PathColumns(len(path), COLUMNS), list[PreloadState](), np.zeros(len(path), dtype=bool)
+    first, nominal, without, steps, rounds = arm.unknown_state, start, start, 0, 0
     for rows in pieces(arm, len(path)):
         some = path if len(rows) == len(path) else path.take(rows)
         piece = _Piece(
@@ -91,13 +91,16 @@ def agreed(
             first=first, nominal=nominal, without=without,
         )  # fmt: skip
         begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
-        done.append(_piece_agreed(arm, piece, begin))
+        done = _piece_agreed(arm, piece, begin)
+        columns.put(rows, done.command)
+        states.append(done.state)
+        unsettled[rows], steps, rounds = done.unsettled, max(steps, done.command.steps), max(rounds, done.rounds)
         if rows[-1] < len(path) - 1:
-            first, nominal = done[-1].state.last, some.q[-1]
-            without = without_states(arm, done[-1].command, done[-1].state.middle)[-1]
-    _refuse_unsettled(path.toolpath, np.concatenate([d.unsettled for d in done]))
-    command = Command.chained([d.command for d in done])
-    return command, PreloadState.chained([d.state for d in done]), max(d.rounds for d in done)
+            first, nominal = done.state.last, some.q[-1]
+            if arm.unknown_state.low.size:
+                without = without_states(arm, done.command, done.state.middle)[-1]
+    _refuse_unsettled(path.toolpath, unsettled)
+    return Command(**columns.whole, steps=steps), PreloadState.chained(states), rounds
 
 
 def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) -> _Agreed:

@@ -6,6 +6,7 @@ poses the path gets poses there, so that the change is not smeared over a segmen
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -20,12 +21,13 @@ from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
 from compensator.solve.cutter_offset import at_the_wall, with_offset_findings
 from compensator.solve.flank_poses import with_flank_poses
-from compensator.solve.joint_state import equilibrium_along
+from compensator.solve.joint_state import equilibria, equilibrium_columns
 from compensator.solve.load_along import load_along
 from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.touching_off import touched_off
-from stiffness.statics.prediction import Command, Prediction, StartValues
+from stiffness.memory.preload import PreloadState
+from stiffness.statics.prediction import Command, StartValues
 from toolpaths.finding import ERROR
 from toolpaths.toolpath import CUT
 
@@ -85,24 +87,35 @@ def _compensated(job: Job, path: PlannedPath, *, rapids_stay: bool) -> Compensat
         near, finer_load = _carried_over(result, finer), _sound_load(job, finer, result)
         del result  # a million poses of it are half a gigabyte
         result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
+        del near
     plain, nominal = uncompensated(job, path, load), result.path
-    before, state = plain.before, plain.state
+    before = plain.before
     if finer is not None:
         start, q = job.placement.start, nominal.q
-        before, state = equilibrium_along(job.arm, start, nominal.toolpath, q=q, wrench=result.wrench)
+        before = np.empty_like(before, shape=(len(nominal), 3))
+        for rows, found, _ in equilibria(job.arm, start, nominal.toolpath, q=q, wrench=result.wrench):
+            before[rows] = found.position
     load = with_offset_findings(job, nominal.toolpath, result.load)
     inserted = len(result) - len(path)
-    return replace(result, load=load, before=before, before_state=state, inserted=inserted, plain=plain)
+    return replace(result, load=load, before=before, inserted=inserted, plain=plain)
 
 
 def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:
     """The nominal path commanded as it is: what ``preview`` shows; ``load``: of the process, where it is known."""
     job, load = touched_off(job, path), load_along(job, path) if load is None else load
-    before, state = equilibrium_along(job.arm, job.placement.start, path.toolpath, q=path.q, wrench=load.wrench)
+    start, names = job.placement.start, ("position", "torque")
+    columns, state = equilibrium_columns(job.arm, start, path.toolpath, q=path.q, wrench=load.wrench, names=names)
+    return as_it_is(job, path, load, columns=columns, state=state)
+
+
+def as_it_is(
+    job: Job, path: PlannedPath, load: ProcessLoad, *, columns: Mapping[str, Floats], state: PreloadState
+) -> Compensation:
+    """The nominal path commanded as it is; ``columns``: ``position`` and ``torque`` of the Prediction."""
     still = Command(
         q=path.q,
         actual=path.q,
-        torque=before.torque,
+        torque=columns["torque"],
         rotation=path.tcp.rotation,
         position=path.tcp.origin,
         error=np.zeros(len(path)),
@@ -110,8 +123,8 @@ def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) 
         steps=0,
     )
     return Compensation(
-        job=job, path=path, load=load, target=path.tcp, command=still, state=state, before=before, iterations=0,
-        inserted=0,
+        job=job, path=path, load=load, target=path.tcp, command=still, state=state, before=columns["position"],
+        iterations=0, inserted=0,
     )  # fmt: skip
 
 
@@ -161,7 +174,7 @@ def _solved(
         target=target,
         command=command,
         state=state,
-        before=Prediction(path.tcp.rotation, path.tcp.origin, command.torque, command.error),
+        before=path.tcp.origin,
         iterations=rounds,
         inserted=0,
     )

@@ -11,7 +11,7 @@ from compensator.cell.job import Job
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ProcessLoad
 from stiffness.memory.preload import PreloadState
-from stiffness.statics.prediction import Command, Prediction
+from stiffness.statics.prediction import Command
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
@@ -29,11 +29,10 @@ class Compensation:
             a rapid.
         command: the solve.
         state: of every pose.
-        before: the equilibrium when the nominal poses are commanded.
+        before: (N, 3) m, base: where the TCP stands when the nominal poses are commanded.
         iterations: rounds until state and correction agreed.
         inserted: poses that flank changes needed.
         plain: the path without poses put in and without a correction, as ``preview`` has it; None: this is it.
-        before_state: of every pose under ``before``; None: that is ``state``.
         uncoupled: the prediction with the wrench of the nominal path, where here it follows the deflection; else None.
     """
 
@@ -43,11 +42,10 @@ class Compensation:
     target: Frame
     command: Command
     state: PreloadState
-    before: Prediction
+    before: Floats
     iterations: int
     inserted: int
     plain: Compensation | None = None
-    before_state: PreloadState | None = None
     uncoupled: Compensation | None = None
 
     def __len__(self) -> int:
@@ -84,4 +82,4 @@ class Compensation:
     @property
     def error_before(self) -> Floats:
         """(N, 3) m, base axes: TCP error when the nominal poses are commanded."""
-        return self.before.position - self.path.tcp.origin
+        return self.before - self.path.tcp.origin

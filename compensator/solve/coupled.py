@@ -15,9 +15,12 @@ import numpy.typing as npt
 from compensator.cell.job import Job
 from compensator.path.planned_path import PlannedPath
 from compensator.path.pose_text import place
-from compensator.solve.compensate import uncompensated
+from compensator.process.process import ProcessLoad
+from compensator.solve.compensate import as_it_is, uncompensated
 from compensator.solve.compensation import Compensation
+from compensator.solve.joint_state import equilibrium_columns
 from compensator.solve.load_along import load_along
+from compensator.solve.touching_off import touched_off
 from toolpaths.finding import WARNING, Finding, merged
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
@@ -41,14 +44,22 @@ def previewed(job: Job, path: PlannedPath) -> Compensation:
 
     ``uncoupled`` of the result is the prediction with the force of the nominal path, where that differs.
     """
-    first = uncompensated(job, path)
-    if not job.placement.process.yields or not np.any(first.wrench):
-        return first
-    return _coupled(job, path, first)
+    if not job.placement.process.yields:
+        return uncompensated(job, path)
+    first, rotation = _predicted(job, path, load_along(job, path))
+    return _coupled(job, path, first, rotation) if np.any(first.wrench) else first
 
 
-def _coupled(job: Job, path: PlannedPath, first: Compensation) -> Compensation:
-    """Deflections that the force of the cut with them causes."""
+def _predicted(job: Job, path: PlannedPath, load: ProcessLoad) -> tuple[Compensation, Floats]:
+    """The path under this load, and the rotation (N, 3, 3) of the deflected TCP in the base."""
+    job, names = touched_off(job, path), ("position", "torque", "rotation")
+    start = job.placement.start
+    columns, state = equilibrium_columns(job.arm, start, path.toolpath, q=path.q, wrench=load.wrench, names=names)
+    return as_it_is(job, path, load, columns=columns, state=state), columns["rotation"]
+
+
+def _coupled(job: Job, path: PlannedPath, first: Compensation, rotation: Floats) -> Compensation:
+    """Deflections that the force of the cut with them causes; ``rotation``: of the TCP under the first."""
     cut = path.toolpath.kind == CUT
     still = path.tcp.origin
     at, now = np.zeros_like(still), first
@@ -62,8 +73,8 @@ def _coupled(job: Job, path: PlannedPath, first: Compensation) -> Compensation:
         size = np.linalg.norm(step, axis=1, keepdims=True)
         step *= np.minimum(1.0, most / np.maximum(size, 1e-300))
         at = at + step
-        deflected = Frame(now.before.rotation, still + at)
-        now = uncompensated(job, path, load_along(job, path, deflected=deflected))
+        deflected = Frame(rotation, still + at)
+        now, rotation = _predicted(job, path, load_along(job, path, deflected=deflected))
         after = now.error_before - at
         gain = _learned(gain, step, after - residual)
         gain[np.linalg.norm(after, axis=1) > SLOW * np.linalg.norm(residual, axis=1)] *= 0.5

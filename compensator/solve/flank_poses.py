@@ -126,7 +126,8 @@ def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadSta
     place[order] = np.arange(len(order))
     pick = place.reshape(count, PARTS + 1).T.ravel()  # part by part, intervals side by side
     at_low = intervals.state
-    state = PreloadState(*(np.broadcast_to(s, (PARTS + 1, *s.shape)) for s in (at_low.low, at_low.high)))
+    wide = (PARTS + 1, *at_low.low.shape)
+    state = PreloadState(np.broadcast_to(at_low.low, wide), np.broadcast_to(at_low.high, wide))
     toolpath = path.toolpath.take(pick)
     shape = (PARTS + 1, count)
     for _ in range(ROUNDS):

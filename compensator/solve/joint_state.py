@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.equipped_arm import EquippedArm
 from stiffness.memory.preload import PreloadState, walk
-from stiffness.statics.prediction import Command, Prediction
+from stiffness.statics.prediction import PREDICTED, Command, PathColumns, Prediction
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 
 SETTLE_ROUNDS = 4
 FOLLOW_ROUNDS = 10
 SAME_STATE = 1e-9  # rad, and of the direction state: below, two states are one
+STATELESS = 65536  # poses at a time of an arm that remembers nothing, so that memory stays small
 PIECE = 16384  # poses whose state is iterated together: what is settled is not walked again, and memory stays small
 
 
-def pieces(arm: EquippedArm, poses: int) -> Iterator[npt.NDArray[np.intp]]:
+def pieces(arm: EquippedArm, poses: int) -> Iterator[Rows]:
     """Rows of a path that are solved one after the other, from the state at the end of those before."""
-    size = PIECE if arm.unknown_state.low.size else max(poses, 1)
+    size = PIECE if arm.unknown_state.low.size else STATELESS
     for first in range(0, max(poses, 1), size):
         yield np.arange(first, min(first + size, poses))
 
@@ -87,17 +89,46 @@ def equilibrium_along(
         start: (n,) rad where the path starts from; None: not known.
         q: (N, n) rad, commands. wrench: (N, 6) on the robot, base axes, about the TCP.
     """
-    predictions, states = list[Prediction](), list[PreloadState]()
+    columns, state = equilibrium_columns(arm, start, toolpath, q=q, wrench=wrench, guess=guess, names=PREDICTED)
+    return Prediction(**columns), state
+
+
+def equilibrium_columns(
+    arm: EquippedArm,
+    start: Floats | None,
+    toolpath: Toolpath,
+    *,
+    q: Floats,
+    wrench: Floats,
+    names: Sequence[str],
+    guess: PreloadState | None = None,
+) -> tuple[Mapping[str, Floats], PreloadState]:
+    """As ``equilibrium_along``, of the Prediction only the columns ``names``: a million poses of all are 150 MB."""
+    columns, states = PathColumns(len(q), names), list[PreloadState]()
+    for rows, prediction, state in equilibria(arm, start, toolpath, q=q, wrench=wrench, guess=guess):
+        columns.put(rows, prediction)
+        states.append(state)
+    return columns.whole, PreloadState.chained(states)
+
+
+def equilibria(
+    arm: EquippedArm,
+    start: Floats | None,
+    toolpath: Toolpath,
+    *,
+    q: Floats,
+    wrench: Floats,
+    guess: PreloadState | None = None,
+) -> Iterator[tuple[Rows, Prediction, PreloadState]]:
+    """As ``equilibrium_along``, piece by piece: its rows, what is predicted there, and the state."""
     first, before = arm.unknown_state, start
     for rows in pieces(arm, len(q)):
         some = toolpath if len(rows) == len(q) else toolpath.take(rows)
         moves, near = commanded_moves(q[rows], before), None if guess is None else guess.take(rows)
         prediction, state = _equilibrium(arm, some, q[rows], wrench=wrench[rows], moves=moves, first=first, guess=near)
-        predictions.append(prediction)
-        states.append(state)
+        yield rows, prediction, state
         if len(rows):
             first, before = state.last, q[rows[-1]]
-    return Prediction.chained(predictions), PreloadState.chained(states)
 
 
 def _equilibrium(

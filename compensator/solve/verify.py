@@ -12,13 +12,14 @@ from compensator.cell.external_axes import moved_workobject
 from compensator.errors import SolveError
 from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
-from compensator.solve.joint_state import equilibrium_along
+from compensator.solve.joint_state import equilibria
 from toolpaths.files import read_back
 from toolpaths.frame import Frame
 from toolpaths.rotation import aligned
 
 Floats = npt.NDArray[np.float64]
 
+BLOCK = 65536  # poses at a time, so that memory stays small
 PRINTED = 2e-6  # m and rad: what a controller language may lose by printing
 
 
@@ -85,7 +86,7 @@ def simulated(c: Compensation, path: File, language: str) -> SimulatedProgram:
 
 
 def _printed(c: Compensation, path: File, language: str) -> tuple[Frame, Floats, Floats]:
-    """(N) TCP in the base as printed, and how far it is from the solved one: (N,) m and entries of the rotation."""
+    """(N) TCP in the work object as printed, and how far it is from the solved one: (N,) m, entries of the rotation."""
     text = read_back(path, language)
     toolpath = c.path.toolpath
     if len(text.position) != len(c):
@@ -93,22 +94,37 @@ def _printed(c: Compensation, path: File, language: str) -> tuple[Frame, Floats,
     work, printed = c.job.placement.workobject, Frame(text.rotation, text.position)
     if on_axes := moved_workobject(c.job.placement, toolpath):
         printed = on_axes.then(printed)
-    if not text.turn_known:  # it is that of the solve
-        turns = aligned(work.rotation.T @ c.command.rotation, -printed.rotation[:, :, 2])
-        printed = Frame(turns, printed.origin)
-    tcp = work.then(printed)
-    off = np.linalg.norm(tcp.origin - c.command.position, axis=1)
-    return tcp, off, np.abs(tcp.rotation - c.command.rotation).max(axis=(1, 2))
+    if not text.turn_known:
+        printed = Frame(printed.rotation.copy(), printed.origin)
+    off, turned = np.empty(len(c)), np.empty(len(c))
+    for first in range(0, len(c), BLOCK):
+        b = slice(first, first + BLOCK)
+        if not text.turn_known:  # it is that of the solve
+            printed.rotation[b] = aligned(work.rotation.T @ c.command.rotation[b], -printed.rotation[b, :, 2])
+        tcp = work.then(printed.take(b))
+        off[b] = np.linalg.norm(tcp.origin - c.command.position[b], axis=1)
+        turned[b] = np.abs(tcp.rotation - c.command.rotation[b]).max(axis=(1, 2))
+    return printed, off, turned
 
 
-def _error(c: Compensation, tcp: Frame) -> Floats:
-    """(N,) m: where commands for these poses lead, to the target."""
-    toolpath = c.path.toolpath
-    batch = c.job.planner.inverse.along(toolpath, tcp, c.path.branch, c.command.q)
-    if not batch.ok.all():
-        k = int(np.argmin(batch.ok))
-        raise SolveError(f"{place(toolpath, k)}: the printed pose has no joint angles: {batch.why(k)}")
-    prediction, _ = equilibrium_along(
-        c.job.arm, c.job.placement.start, toolpath, q=batch.q, wrench=c.wrench, guess=c.state
-    )
-    return np.asarray(np.linalg.norm(prediction.position - c.target.origin, axis=1))
+def _error(c: Compensation, printed: Frame) -> Floats:
+    """(N,) m: where commands for these poses (N) in the work object lead, to the target."""
+    error, start, q = np.empty(len(c)), c.job.placement.start, _joint_angles(c, printed)
+    for rows, found, _ in equilibria(c.job.arm, start, c.path.toolpath, q=q, wrench=c.wrench, guess=c.state):
+        error[rows] = np.linalg.norm(found.position - c.target.origin[rows], axis=1)
+    return error
+
+
+def _joint_angles(c: Compensation, printed: Frame) -> Floats:
+    """(N, n) rad of poses (N) in the work object, as the controller finds them; in blocks where it has a formula."""
+    toolpath, inverse, out = c.path.toolpath, c.job.planner.inverse, np.empty_like(c.command.q)
+    size = BLOCK if inverse.labelled else len(c)
+    for first in range(0, len(c), size):
+        rows = np.arange(first, min(first + size, len(c)))
+        tcp = c.job.placement.workobject.then(printed.take(rows))
+        batch = inverse.along(toolpath.take(rows), tcp, c.path.branch[rows], c.command.q[rows])
+        if not batch.ok.all():
+            k = int(np.argmin(batch.ok))
+            raise SolveError(f"{place(toolpath, first + k)}: the printed pose has no joint angles: {batch.why(k)}")
+        out[rows] = batch.q
+    return out

@@ -75,6 +75,6 @@ def trial_program(job: Job, trial: TrialMoves, name: str, begin: Floats) -> Tria
         program=replace(program_of(result, corrected=False, name=name), heading=HEADING),
         rows=rows.astype(np.intp),
         position=trial.position[read],
-        torque=result.before.torque[rows],
+        torque=result.command.torque[rows],
         columns={column: values[read] for column, values in trial.columns.items()},
     )

@@ -22,6 +22,7 @@ from stiffness.memory.clamp_scan import scan
 from stiffness.memory.state_columns import state_columns
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,22 +31,42 @@ class PreloadState:
 
     Shape (m,) at one pose, (N, m) along a path. ``likely`` begins in the middle of an unknown start: like ``low`` and
     ``high``, and unlike their mean, it is a history that a joint can have.
+
+    Attributes:
+        lowest, highest: ``low`` and ``high``; with ``rows`` those at rows (K,) of a path, elsewhere all three are one.
     """
 
-    low: Floats
-    high: Floats
+    lowest: Floats
+    highest: Floats
     likely: Floats | None = None
+    rows: Rows | None = None
 
     def __repr__(self) -> str:
-        return f"PreloadState(shape {self.low.shape}, {'known' if self.known.all() else 'partly unknown'})"
+        return f"PreloadState(shape {self.middle.shape}, {'known' if self.known.all() else 'partly unknown'})"
 
     @staticmethod
     def chained(parts: Sequence[PreloadState]) -> PreloadState:
         """Of a path, from those of its pieces."""
         if len(parts) == 1:
             return parts[0]
-        low, high, middle = (np.concatenate([getattr(p, name) for p in parts]) for name in ("low", "high", "middle"))
-        return PreloadState(low, high, middle)
+        middle = np.concatenate([p.middle for p in parts])
+        apart = [np.flatnonzero(p.is_open) for p in parts]
+        begin = np.cumsum([0, *(len(p.middle) for p in parts[:-1])])
+        low, high = (
+            np.concatenate([getattr(p.take(r), name) for p, r in zip(parts, apart, strict=True)])
+            for name in ("low", "high")
+        )
+        return PreloadState(low, high, middle, np.concatenate([b + r for b, r in zip(begin, apart, strict=True)]))
+
+    @property
+    def low(self) -> Floats:
+        """(..., m) the lowest that it can be."""
+        return self._whole(self.lowest)
+
+    @property
+    def high(self) -> Floats:
+        """(..., m) the highest that it can be."""
+        return self._whole(self.highest)
 
     @property
     def middle(self) -> Floats:
@@ -57,14 +78,41 @@ class PreloadState:
         """Where the two walks have met."""
         return np.asarray(self.high - self.low <= 1e-12)
 
+    @property
+    def is_open(self) -> npt.NDArray[np.bool_]:
+        """(N,) poses where lowest, highest and likely state are not one and the same."""
+        if self.rows is None and self.lowest is self.highest is self.likely:
+            return np.zeros(len(self.lowest), dtype=np.bool_)
+        low, high, middle = self.low, self.high, self.middle
+        return np.asarray(((low != middle) | (high != middle)).any(axis=-1))
+
     def take(self, rows: npt.NDArray[np.intp]) -> PreloadState:
         """The state at some poses of a path."""
-        return PreloadState(self.low[rows], self.high[rows], None if self.likely is None else self.likely[rows])
+        if self.rows is None or self.likely is None:
+            return PreloadState(self.low[rows], self.high[rows], None if self.likely is None else self.likely[rows])
+        middle = self.likely[rows]
+        at = np.minimum(np.searchsorted(self.rows, rows), max(len(self.rows) - 1, 0))
+        apart = self.rows[at] == rows if len(self.rows) else np.zeros(len(rows), dtype=np.bool_)
+        if not apart.any():
+            return PreloadState(middle, middle, middle)
+        low, high = middle.copy(), middle.copy()
+        low[apart], high[apart] = self.lowest[at[apart]], self.highest[at[apart]]
+        return PreloadState(low, high, middle)
 
     @property
     def last(self) -> PreloadState:
         """The state after the last pose of a path: where the next chunk starts."""
-        return PreloadState(self.low[-1], self.high[-1], None if self.likely is None else self.likely[-1])
+        end = self.take(np.array([len(self.middle) - 1]))
+        return PreloadState(end.low[0], end.high[0], None if end.likely is None else end.likely[0])
+
+    def _whole(self, at_rows: Floats) -> Floats:
+        if self.rows is None or self.likely is None:
+            return at_rows
+        if not len(self.rows):
+            return self.likely
+        whole = self.likely.copy()
+        whole[self.rows] = at_rows
+        return whole
 
 
 def unknown(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> PreloadState:
@@ -94,27 +142,29 @@ def walk(
         start: the state before row 0, (m,) or (M, m).
     """
     columns = state_columns(effects, move.shape[-1])
-    low = np.empty((*move.shape[:-1], start.low.shape[-1]))
-    high = np.empty_like(low)
-    likely = np.empty_like(low)
+    begin = np.stack([start.low, start.high, start.middle])
+    if np.all(begin == begin[0]):  # one walk serves for all
+        begin = begin[:1]
+    walked = np.empty((len(begin), *move.shape[:-1], begin.shape[-1]))
     for name, memory in _deflections_first(effects) if len(move) else ():
         own, span = values[name], columns[name]
         stiffness = base_stiffness(effects, values, move.shape[-1])
-        starts = np.stack([v[..., span] for v in (start.low, start.high, start.middle)])
+        starts, shape = begin[..., span], walked[0, ..., span].shape
         if corrected and memory.by_target:
             target = memory.by_target(move, torque, own, stiffness)
-            states = _by_target(target, starts, memory.bounds(own), low[..., span].shape)
+            states = _by_target(target, starts, memory.bounds(own), shape)
         else:
             clamp = memory.rule(move, torque, own, stiffness)
-            states = scan(clamp, starts.reshape(3, -1)).reshape(3, *low[..., span].shape)
-        low[..., span], high[..., span], likely[..., span] = states
+            states = scan(clamp, starts.reshape(len(starts), -1)).reshape(len(starts), *shape)
+        walked[..., span] = states
         if corrected and memory.deflection:  # what the command really moves, for the states that only look on
-            before = start.middle[None, ..., span]
-            change = np.diff(memory.deflection(np.concatenate([before, likely[..., span]]), stiffness), axis=0)
+            before, likely = start.middle[None, ..., span], states[-1]
+            change = np.diff(memory.deflection(np.concatenate([before, likely]), stiffness), axis=0)
             if start.likely is None:  # no command corrected for a state that was not known
                 known = start.known[..., span].reshape(*start.low.shape[:-1], memory.states, -1)
                 change[0] *= known.all(axis=-2)
             move = move - change
+    low, high, likely = walked if len(walked) == 3 else (walked[0],) * 3
     return PreloadState(low, high, likely)
 
 
@@ -133,10 +183,10 @@ def _deflections_first(effects: Sequence[Effect]) -> list[tuple[str, Memory]]:
 
 
 def _by_target(target: TargetClamp, starts: Floats, half: Floats, shape: tuple[int, ...]) -> Floats:
-    """(3, ...) states of three walks by the moves of a target, from starts (3, ..., n * states)."""
+    """(S, ...) states of S walks by the moves of a target, from starts (S, ..., n * states)."""
     size = np.maximum(half, 1e-300)
     first = _mixed(np.asarray(np.linalg.inv(target.mix)), starts / size)
-    coordinates = scan(target.clamp, np.clip(first, -1, 1).reshape(3, -1)).reshape(3, *shape)
+    coordinates = scan(target.clamp, np.clip(first, -1, 1).reshape(len(starts), -1)).reshape(len(starts), *shape)
     return _mixed(target.mix, coordinates) * half
 
 

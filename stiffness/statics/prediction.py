@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,10 +27,6 @@ class Prediction:
         """The same with other equilibria at some poses."""
         return Prediction(**_replaced(self, PREDICTED, rows, part))
 
-    @staticmethod
-    def chained(parts: Sequence[Prediction]) -> Prediction:
-        """Of a path, from those of its pieces."""
-        return parts[0] if len(parts) == 1 else Prediction(**_chained(parts, PREDICTED))
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,11 +69,6 @@ class Command:
         """The same with other solutions at some poses."""
         return Command(**_replaced(self, COLUMNS, rows, part), steps=max(self.steps, part.steps))
 
-    @staticmethod
-    def chained(parts: Sequence[Command]) -> Command:
-        """Of a path, from those of its pieces."""
-        return parts[0] if len(parts) == 1 else Command(**_chained(parts, COLUMNS), steps=max(p.steps for p in parts))
-
     @property
     def converged(self) -> npt.NDArray[np.bool_]:
         """Where the deflected pose equals the wanted one to TOLERANCE."""
@@ -91,5 +82,31 @@ def _replaced(whole: object, names: Sequence[str], rows: npt.NDArray[np.intp], p
     return arrays
 
 
-def _chained(parts: Sequence[object], names: Sequence[str]) -> dict[str, Floats]:
-    return {name: np.concatenate([getattr(p, name) for p in parts]) for name in names}
+class PathColumns:
+    """Some columns of the predictions or commands of a path, put together piece by piece: no piece is kept.
+
+    Args:
+        rows: of the path. names: of the columns.
+    """
+
+    def __init__(self, rows: int, names: Sequence[str]) -> None:
+        self.rows, self.names = rows, tuple(names)
+        self._whole: dict[str, Floats] = {}
+
+    def __repr__(self) -> str:
+        return f"PathColumns({self.rows} rows, {', '.join(self.names)})"
+
+    def put(self, rows: npt.NDArray[np.intp], piece: Prediction | Command) -> None:
+        """The rows of a piece, which follow each other."""
+        for name in self.names:
+            values = getattr(piece, name)
+            if len(rows) == self.rows:
+                self._whole[name] = values
+            elif len(rows):
+                whole = self._whole.setdefault(name, np.empty((self.rows, *values.shape[1:])))
+                whole[rows[0] : rows[-1] + 1] = values
+
+    @property
+    def whole(self) -> Mapping[str, Floats]:
+        """Name -> (N, ...) of all pieces."""
+        return self._whole

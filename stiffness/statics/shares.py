@@ -11,6 +11,8 @@ from stiffness.statics.predictor import Predictor
 
 Floats = npt.NDArray[np.float64]
 
+_BLOCK = 65536  # poses at a time, so that memory stays small
+
 
 @dataclass(frozen=True, repr=False)
 class DeflectionShares:
@@ -58,7 +60,11 @@ def shares_of(predictor: Predictor, q: Floats, wrench: Floats, actual: Floats) -
     none, no_state = np.zeros(6), np.zeros(0)
 
     def at(arm: Predictor, load: Floats) -> Floats:
-        return arm.forward(q, load, no_state).position
+        out = np.empty((len(q), 3))
+        for first in range(0, len(q), _BLOCK):
+            b = slice(first, first + _BLOCK)
+            out[b] = arm.forward(q[b], load if load.ndim == 1 else load[b], no_state).position
+        return out
 
     nominal = predictor.nominal(q).origin
     rest = at(light, none) if any(e.unloaded for e in light.effects) else nominal

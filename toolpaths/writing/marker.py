@@ -17,6 +17,7 @@ def marked(stamp: Sequence[str]) -> str:
     return ", ".join((MARKER, *stamp))
 
 
+_WORDS = (b"toolpath-compensator", b"Compensated program")  # every mark has one of them
 _MARKED = re.compile(
     rb"compensated by toolpath-compensator|^[ \t]*(?:[!;']|//)[ \t]*Compensated program(?=[ \r\n])", re.M
 )
@@ -46,6 +47,8 @@ def is_compensated_in_remarks(data: bytes) -> bool:
 
 
 def _refuse(marked: re.Pattern[bytes], data: bytes, source: str) -> None:
+    if not any(words in data for words in _WORDS):  # a pattern takes thirty times as long to find that out
+        return
     if found := marked.search(data):
         line = data.count(b"\n", 0, found.start()) + 1
         raise ReadError(source, line, "this program is compensated already", "Give the program as it was before that.")

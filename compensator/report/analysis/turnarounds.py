@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,22 +40,23 @@ class Turnaround:
 
 def reversals(c: Compensation, q: Floats) -> list[Turnaround]:
     """Where a joint turns around along the commanded joint angles (N, n) rad, rapids included."""
-    return _where_signs_change(c, last_direction(np.diff(q, axis=0, prepend=q[:1])))
+    return _where_signs_change(c, q, lambda one: last_direction(np.diff(one, axis=0, prepend=one[:1])))
 
 
 def sign_changes(c: Compensation) -> list[Turnaround]:
     """Where the torque of gravity and process on a joint changes sign."""
-    torque = c.command.torque
-    return _where_signs_change(c, np.where(np.abs(torque) > NO_TORQUE, np.sign(torque), 0.0))
+    return _where_signs_change(c, c.command.torque, lambda t: np.where(np.abs(t) > NO_TORQUE, np.sign(t), 0.0))
 
 
-def _where_signs_change(c: Compensation, sign: Floats) -> list[Turnaround]:
-    """In the order of poses; a sign (N, n) of 0 is passed over."""
+def _where_signs_change(
+    c: Compensation, values: Floats, sign: Callable[[Floats], Floats]
+) -> list[Turnaround]:
+    """In the order of poses, of values (N, n), joint by joint: memory stays small. A sign of 0 is passed over."""
     path = c.path.toolpath
     found = [
         Turnaround(j + 1, int(k), int(path.line[k]), "" if path.file is None else path.sources[path.file[k]])
-        for j in range(sign.shape[1])
-        for k in _changes(sign[:, j])
+        for j in range(values.shape[1])
+        for k in _changes(sign(values[:, j : j + 1])[:, 0])
     ]
     return sorted(found, key=lambda t: (t.pose, t.joint))
 

@@ -12,6 +12,7 @@ from compensator.report.scene.drawn_body import FLOOR, WORK, Kind
 from compensator.report.scene.scene import job_bodies, with_tcp
 from compensator.report.scene.work_bodies import work_bodies
 from compensator.solve.compensation import Compensation
+from compensator.solve.nominal_state import nominal_state
 from toolpaths.frame import Frame
 
 Floats = npt.NDArray[np.float64]
@@ -42,7 +43,7 @@ def posed_bodies(c: Compensation) -> tuple[list[Posed], Floats]:
     The stock only where nothing of it was cut.
     """
     pose = np.array([worst_pose(c)])
-    part, state = c.path.toolpath.take(pose), (c.before_state or c.state).middle[pose]
+    part, state = c.path.toolpath.take(pose), nominal_state(c).middle[pose]
     links, _ = with_tcp(c.job.arm.tools, part, *c.job.arm.links(part, c.path.q[pose], c.wrench[pose], state))
     work, shift = workobject_along(c.job.placement, part), rail_shift(c.job.placement, part)
     here = work.take(0) if work.origin.ndim > 1 else work

@@ -30,6 +30,8 @@ from compensator.report.scene.work_bodies import fixture, work_bodies
 from compensator.scene.bodies import bodies_of
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
+from compensator.solve.nominal_state import nominal_state
+from stiffness.memory.preload import PreloadState
 from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
@@ -63,6 +65,7 @@ def path_scene(
     worst = int(np.argmax(np.where(c.cutting, size, -1.0)))
     wanted = [worst, *(pose for _, _, pose in found if pose is not None), *(t.pose for t in reversals(c, c.command.q))]
     rows = stations(len(c), wanted)
+    before = nominal_state(c)
     points = np.union1d(stations(len(c), wanted, MOST_POINTS), rows)
     bodies = [*job_bodies(c.job), *work_bodies(c.job.placement, c.load)]
     return {
@@ -74,8 +77,8 @@ def path_scene(
         "factor": first_factor(float(size.max(initial=0.0)), arm_length(robot)),
         "worst": nearest(rows, worst),
         "bodies": [body.as_dict() for body in bodies],
-        "stations": _stations(c, rows, after),
-        "joints": _joints(c, rows, after is not None),
+        "stations": _stations(c, rows, after, before),
+        "joints": _joints(c, rows, after is not None, before),
         "path": _path(c, points, rows, list(path_colours(c, after, judged))),
         "findings": [
             {"level": level, "text": text, "station": None if pose is None else nearest(rows, pose)}
@@ -97,10 +100,11 @@ def first_factor(deflection: float, length: float) -> int:
     return max((s for s in STEPS if s * deflection <= SHOWN * length), default=1)
 
 
-def _stations(c: Compensation, rows: Index, after: Floats | None) -> Scene:
-    part, before_state = c.path.toolpath.take(rows), c.before_state or c.state
+def _stations(c: Compensation, rows: Index, after: Floats | None, before: PreloadState) -> Scene:
+    """``before``: states under the nominal commands."""
+    part = c.path.toolpath.take(rows)
     wrench = c.wrench[rows]
-    arms = c.job.arm.links(part, c.path.q[rows], wrench, before_state.middle[rows])
+    arms = c.job.arm.links(part, c.path.q[rows], wrench, before.middle[rows])
     nominal, deflected = with_tcp(c.job.arm.tools, part, *arms)
     out: Scene = {
         "count": len(rows),
@@ -150,12 +154,12 @@ def _work(c: Compensation, part: Toolpath) -> Scene:
     return {"work": packed(rows34(work)), "moves": work.origin.ndim > 1, **floor}
 
 
-def _joints(c: Compensation, rows: Index, corrected: bool) -> Scene:
+def _joints(c: Compensation, rows: Index, corrected: bool, before: PreloadState) -> Scene:
     """Commands against limits, and the lamps of what joints remember."""
     out: Scene = {
         "limits": limits(c.job.arm.robot),
         "q": packed(np.degrees(c.path.q[rows])),
-        "lamps": packed(lamps(c.job.arm, c.before_state or c.state)[rows], np.int8),
+        "lamps": packed(lamps(c.job.arm, before)[rows], np.int8),
     }
     if corrected:
         out |= {

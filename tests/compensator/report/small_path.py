@@ -59,6 +59,6 @@ def taken(c: Compensation, rows: np.ndarray) -> Compensation:
         return replace(record, **per_pose)
 
     path = replace(picked(c.path), toolpath=c.path.toolpath.take(rows), tcp=c.path.tcp.take(rows))
-    names = ("command", "before", "state", "before_state", "load", "target")
+    names = ("command", "before", "state", "load", "target")
     parts = {name: picked(getattr(c, name)) for name in names}
     return replace(picked(c), path=path, **parts)  # type: ignore[no-any-return]

@@ -127,9 +127,9 @@ def test_a_long_path_is_thinned_and_says_so(run: tuple[Compensation, dict[str, A
     rows = np.sort(np.random.default_rng(5).integers(0, len(c), LIMIT * 6))
     long = taken(c, rows)
     peak = 17321
-    error = long.before.position.copy()
+    error = long.before.copy()
     error[peak] += [0.0, 0.0, 0.0123]
-    long = replace(long, before=replace(long.before, position=error))
+    long = replace(long, before=error)
     text = path_page(long, report, np.zeros(len(long)))
     assert f"The path has {len(long):,} poses" in Walk(text).said
     assert "The path has" not in Walk(path_page(c, report)).said

@@ -54,7 +54,7 @@ def test_the_tool_stands_where_the_model_has_it(run: Run, scene: dict[str, Any])
     assert nominal == pytest.approx(c.path.tcp.origin, abs=2e-7)
     size = np.linalg.norm(c.error_before, axis=1).max()
     assert size > 3e-4
-    assert before == pytest.approx(c.before.position, abs=0.01 * size)
+    assert before == pytest.approx(c.before, abs=0.01 * size)
     cut = c.cutting
     assert placed(scene, "after", 1.0)[cut, -1, :, 3] == pytest.approx(c.path.tcp.origin[cut], abs=0.01 * size)
 

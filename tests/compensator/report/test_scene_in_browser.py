@@ -50,7 +50,7 @@ def test_the_slider_moves_the_arm(shown: tuple[Page, list[str]], run: Run) -> No
     before = pixels(page)
     slider = page.locator("[data-do=walk]")
     slider.fill("30")
-    assert tip(page) == pytest.approx(c.before.position[30].tolist(), abs=5e-6)
+    assert tip(page) == pytest.approx(c.before[30].tolist(), abs=5e-6)
     assert tip(page, "after") == pytest.approx(c.path.tcp.origin[30].tolist(), abs=5e-6)
     assert f"line {c.path.toolpath.line[30]}, pose 30" in page.locator(".where").inner_text()
     assert pixels(page) != before

@@ -46,4 +46,4 @@ def test_pieces_hand_the_state_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
             np.testing.assert_allclose(getattr(cut.command, name), getattr(whole.command, name), rtol=1e-9, atol=1e-9)
         for name in ("low", "high", "middle"):
             np.testing.assert_allclose(getattr(cut.state, name), getattr(whole.state, name), rtol=0, atol=1e-12)
-        np.testing.assert_allclose(cut.before.position, whole.before.position, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(cut.before, whole.before, rtol=0, atol=1e-12)
