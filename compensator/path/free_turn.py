@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from compensator.path.cheapest_turn import cheapest_turn
 from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_unit_quaternion
 from toolpaths.toolpath import Toolpath
@@ -15,6 +16,7 @@ Floats = npt.NDArray[np.float64]
 
 KEYS = 250  # poses that the dynamic program decides on; the turn is linear in between
 GRID = 72  # turns per pose, 5 deg apart
+BEND = 0.2  # price of a grid step squared, beside exp(-4 margin) of a posture
 FASTEST = 3  # grid steps that the turn may change between two keys
 
 
@@ -79,20 +81,5 @@ def varying_turn(
     margin = margins(rows, turns)
     # the price of a posture falls with its margin; turning costs as well
     price = np.where(margin > -np.inf, np.exp(-4 * np.clip(margin, -1, 1)), np.inf)
-    total, came = price[0], np.zeros((len(rows), GRID), dtype=int)
-    steps = np.arange(-FASTEST, FASTEST + 1)
-    for k in range(1, len(rows)):
-        options = np.stack([np.roll(total, s) + 0.2 * s * s for s in steps])
-        best = np.argmin(options, axis=0)
-        total = options[best, np.arange(GRID)] + price[k]
-        came[k] = -steps[best]
-    if not np.isfinite(total.min()):
-        return None
-    at = int(np.argmin(total))
-    unwrapped = np.empty(len(rows))
-    value = turns[at]
-    for k in range(len(rows) - 1, -1, -1):
-        unwrapped[k] = value
-        value += came[k, at] * (2 * np.pi / GRID)
-        at = (at + came[k, at]) % GRID
-    return np.interp(np.arange(len(toolpath)), rows, unwrapped)
+    columns = cheapest_turn(price, lambda _, step: BEND * step * step, FASTEST)
+    return None if columns is None else np.interp(np.arange(len(toolpath)), rows, columns * (2 * np.pi / GRID))

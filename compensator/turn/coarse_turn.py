@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.path.cheapest_turn import cheapest_turn
 from compensator.turn.turn_cost import LASTS, WINDUP, TurnCost
 
 Floats = npt.NDArray[np.float64]
@@ -12,7 +13,8 @@ Floats = npt.NDArray[np.float64]
 STAGES = 400  # keys that are decided on; the turn is straight between them
 FASTEST = 6  # columns that the turn may change by from stage to stage
 BACK = np.radians(1.0)  # of a joint: so much travel is priced as one crossing, for who travels less reverses less
-TURNING = 1e-12  # m3 for each column squared: of two equal ways the quieter
+TURNING = 1e-10  # m3 for each column squared: the reversals and accelerations that a bend makes, which the travel
+# from stage to stage does not show; with a hundredth the start costs ten times the constant turn (docs/path-turn.md)
 
 
 def coarse_turn(cost: TurnCost, allowed: Floats) -> Floats | None:
@@ -21,7 +23,7 @@ def coarse_turn(cost: TurnCost, allowed: Floats) -> Floats | None:
     Args:
         allowed: (K - 1, n) rad that each joint may go from key to key.
     """
-    count, turns = cost.sd.shape
+    count = len(cost.sd)
     stages = np.unique(np.linspace(0, count - 1, min(count, STAGES)).round().astype(np.intp))
     price = np.where(cost.grid.free, cost.motion.weight[:, None] * cost.sd**2, np.inf)
     middle = np.append(0, (stages[1:] + stages[:-1] + 1) // 2)
@@ -31,17 +33,12 @@ def coarse_turn(cost: TurnCost, allowed: Floats) -> Floats | None:
     q = cost.grid.q[stages]
     found = cost.reliance.crossing[stages[1:]] ** 2 + (WINDUP * cost.reliance.lever[stages[1:]]) ** 2
     worth = np.where(cut[:, None, None], np.nan_to_num(found) * LASTS / BACK, 0.0)
-    steps = np.arange(-FASTEST, FASTEST + 1)
-    total, came = price[0], np.zeros((len(stages), turns), dtype=np.intp)
-    for k in range(1, len(stages)):
-        way = np.stack([_way(q[k - 1], q[k], int(s), most=most[k - 1], worth=worth[k - 1]) for s in steps])
-        options = np.stack([np.roll(total, s) for s in steps]) + way + TURNING * steps[:, None] ** 2
-        best = np.argmin(options, axis=0)
-        total = options[best, np.arange(turns)] + price[k]
-        came[k] = steps[best]
-    if not np.isfinite(total.min()):
-        return None
-    return _traced(came, int(np.argmin(total)), stages, step=cost.grid.step, count=count)
+
+    def way(k: int, step: int) -> Floats:
+        return _way(q[k - 1], q[k], step, most=most[k - 1], worth=worth[k - 1]) + TURNING * step**2
+
+    columns = cheapest_turn(price, way, FASTEST)
+    return None if columns is None else np.interp(np.arange(count), stages, columns * cost.grid.step)
 
 
 def _way(before: Floats, after: Floats, step: int, *, most: Floats, worth: Floats) -> Floats:
@@ -51,13 +48,3 @@ def _way(before: Floats, after: Floats, step: int, *, most: Floats, worth: Float
     price = np.sum(worth * move, axis=1)
     return np.where((move <= most).all(axis=1), price, np.inf)
 
-
-def _traced(
-    came: npt.NDArray[np.intp], at: int, stages: npt.NDArray[np.intp], *, step: float, count: int
-) -> Floats:
-    turns = came.shape[1]
-    value, unwrapped = at, np.empty(len(stages))
-    for k in range(len(stages) - 1, -1, -1):
-        unwrapped[k] = value
-        value -= came[k, value % turns]
-    return np.interp(np.arange(count), stages, unwrapped * step)

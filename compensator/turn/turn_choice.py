@@ -25,9 +25,10 @@ Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
 
 FIRST_ROUNDS, MORE_ROUNDS = 1, 3  # of refinement: each takes the ways of the joints as the one before left them
-BEST = 2  # candidates that are worth more rounds
+BEST = 3  # candidates that are worth more rounds
+SOON = 1.2  # times the reversals of before: more rounds take a fifth away and more (docs/path-turn.md)
 SOLVED = 4  # of them that commands are solved for
-CONSTANT, APART = 3, np.radians(30.0)  # constant turns to begin with
+CONSTANT, APART = 3, np.radians(15.0)  # constant turns to begin with
 KEYS = 6000  # poses that the turn is decided at; in between it is a smooth curve
 
 
@@ -39,6 +40,12 @@ class _Candidate:
     value: TurnValue
     windows: tuple[int, int]
 
+
+
+def promising(value: TurnValue, before: TurnValue) -> tuple[bool, float]:
+    """As ``ranked``, of what may still lose reversals."""
+    worse = value.variance > before.variance or value.reversals > SOON * before.reversals
+    return worse, value.cost
 
 
 def ranked(value: TurnValue, before: TurnValue) -> tuple[bool, float]:
@@ -166,16 +173,23 @@ def _candidates(cost: TurnCost, own: Floats, allowed: Floats) -> list[_Candidate
         if cost.grid.free_at(start).all():
             found.append(_Candidate(start, cost.value(start), (0, 0)))
             found += _rounds(cost, start, allowed, FIRST_ROUNDS)
-    best = sorted(found, key=lambda c: ranked(c.value, before))[:BEST]
+    best = sorted(found, key=lambda c: promising(c.value, before))[:BEST]
     return found + [more for one in best for more in _rounds(cost, one.turn, allowed, MORE_ROUNDS)]
 
 
 def _starts(cost: TurnCost, own: Floats, allowed: Floats) -> Iterator[Floats]:
-    """(K,) rad: the path's own turn, constant ones that cost little and lie apart, and the way over the coarse grid."""
+    """(K,) rad: the path's own turn, constant ones that lie apart, and the way over the coarse grid.
+
+    Refinement takes reversals away and hardly changes the variance: of constant turns with less of it, those that
+    reverse least; of others, what costs least.
+    """
     yield own
     whole = cost.grid.turns[cost.grid.free.all(axis=0)]
     before = cost.value(own)
-    rank = {float(turn): ranked(cost.value(np.full(len(own), turn)), before) for turn in whole}
+    values = {float(turn): cost.value(np.full(len(own), turn)) for turn in whole}
+    rank = {
+        turn: (False, v.reversals) if v.variance < before.variance else (True, v.cost) for turn, v in values.items()
+    }
     picked: list[float] = []
     for turn in sorted(rank, key=rank.__getitem__):
         if len(picked) < CONSTANT and all(np.cos(turn - other) < np.cos(APART) for other in picked):
