@@ -13,9 +13,24 @@ from pathlib import Path
 # one BLAS thread, as the command line has it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import commands, cut, diagnose, identify, paths, place, poses, reading, stages, start, table, traces
+from benchmarks import (
+    commands,
+    cut,
+    diagnose,
+    identify,
+    paths,
+    place,
+    poses,
+    reading,
+    stages,
+    start,
+    table,
+    traces,
+    turns,
+)
 
 PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages", "cut", "traces", "place")
+PARTS += ("turns",)
 
 
 def main() -> None:
@@ -34,6 +49,7 @@ def main() -> None:
         "cut": cut.run,
         "traces": traces.run,
         "place": place.run,
+        "turns": turns.run,
     }
     rows: list[table.Row] = []
     print(_machine())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args
@@ -131,11 +132,22 @@ wrench = [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0]  # on the robot, about the TCP, N 
 }
 
 
+#: Freedoms of a path that are asked for, and what is done instead.
+_NOT_BUILT = {
+    re.compile(r"solve\.lean"): "lead and tilt stay as the toolpath has them; the turn about the tool axis can be "
+    'chosen, with turn = "path"',
+    re.compile(r"external\.[^.]+\.free"): "rails and tables go where the program has them",
+}
+
+
 def _words(f: SchemaFinding) -> str:
     first, *rest = f.key.split(".")
     place = ".".join([first, *(rest[1:] if first == "process" and rest[:1] and rest[0] in PROCESSES else rest)])
     if f.kind == "unknown":
         shown = "" if isinstance(f.given, dict) else f" = {f.given!r}"
+        for key, why in _NOT_BUILT.items():
+            if key.fullmatch(place):
+                return f"{place}{shown} is not built: {why}; take the key away"
         near = meant(place.rpartition(".")[2], _KEYS, 0.75)
         return f"unknown key {place}{shown}; see docs/compensate.md for the keys and their units{near}"
     if f.kind == "missing":

@@ -1,6 +1,9 @@
 """Workers: the tasks of a study on local processes or on a Dask cluster; both run ``judged``.
 
-The study is sent to every worker once. A worker that dies costs the tasks that it had: they are done again.
+The study is sent to every worker once; to local ones as a file. What a process is given at its start goes through a
+pipe whose other end its parent holds as well until all is in it: more than the pipe takes, some 64 kB, and a process
+that dies before it has read would never let its parent go on. A worker that dies costs the tasks that it had: they are
+done again.
 """
 
 from __future__ import annotations
@@ -13,6 +16,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import Any
 
@@ -51,11 +56,11 @@ def here(study: Study, batches: Sequence[range]) -> Iterator[Done]:
         yield batch, [judge.row(k) for k in batch]
 
 
-_SENT: list[bytes] = []  # of a local worker: the study, which came with its start
+_SENT: list[bytes] = []  # of a local worker: the study
 
 
-def _receive(sent: bytes) -> None:
-    _SENT[:] = [sent]
+def _receive(sent: str) -> None:
+    _SENT[:] = [Path(sent).read_bytes()]
 
 
 def _local(start: int, stop: int) -> list[Judgement]:
@@ -71,20 +76,23 @@ def on_processes(study: Study, batches: Sequence[range], count: int) -> Iterator
     if count < 2 or len(batches) < 2:
         yield from here(study, batches)
         return
-    sent, left = packed(study), list(batches)
-    for _ in range(DEATHS):
-        done = set()
-        try:
-            for batch, found in _pool(sent, left, min(count, len(left))):
-                done.add(batch)
-                yield batch, found
-            return
-        except BrokenProcessPool:
-            left = [b for b in left if b not in done]
+    left = list(batches)
+    with TemporaryDirectory(prefix="compensator-") as folder:
+        sent = Path(folder) / "study"
+        sent.write_bytes(packed(study))
+        for _ in range(DEATHS):
+            done = set()
+            try:
+                for batch, found in _pool(str(sent), left, min(count, len(left))):
+                    done.add(batch)
+                    yield batch, found
+                return
+            except BrokenProcessPool:
+                left = [b for b in left if b not in done]
     raise CompensatorError(f"local processes died {DEATHS} times: is there memory enough? Try --workers 1")
 
 
-def _pool(sent: bytes, batches: Sequence[range], count: int) -> Iterator[Done]:
+def _pool(sent: str, batches: Sequence[range], count: int) -> Iterator[Done]:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(count, mp_context=context, initializer=_receive, initargs=(sent,)) as pool:

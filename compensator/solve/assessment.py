@@ -11,6 +11,7 @@ import numpy.typing as npt
 from compensator.path.pose_text import place
 from compensator.path.tool_direction import ToolDirection, tool_direction
 from compensator.scene.path_collisions import PathCollisions, collisions_along
+from compensator.solve.added_acceleration import AddedAcceleration, added_acceleration
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import spread_of_unknown
 from compensator.solve.motion_limits import MotionCheck, lowered_findings, motion_check
@@ -35,6 +36,7 @@ class Assessment:
         direction: of the tool.
         band: how sure the uncompensated error is; None: not known.
         motion: of the joints at the feeds of the cuts.
+        added: what the corrections add to their accelerations; None: nothing is corrected.
         collisions: along the path.
         findings: of all stages, repeats merged, the worst level first.
     """
@@ -46,6 +48,7 @@ class Assessment:
     direction: ToolDirection
     band: ErrorBand | None
     motion: MotionCheck
+    added: AddedAcceleration | None
     collisions: PathCollisions
     findings: tuple[Finding, ...]
 
@@ -68,12 +71,14 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     direction = tool_direction(plain.path, c.job.placement.conditions.gravity)
     q = c.command.q if corrected else c.path.q
     motion = motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3)
+    added = added_acceleration(c, motion) if corrected else None
     found, collisions = open_angles(c, q), collisions_along(c.job, c.path.toolpath, q)
     findings = merged((
         *of_kind("toolpath", plain.path.toolpath.findings),
         *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, shares))),
         *of_kind("path", () if c.path.chosen is None else c.path.chosen.findings),
         *of_kind("path", (*direction.findings, *motion.findings(c.path.toolpath), *lowered_findings(c.path))),
+        *of_kind("path", added.findings(c) if added else ()),
         *of_kind("process", c.load.findings),
         *of_kind("collision", collisions.findings),
         *of_kind("solve", _unknown_flanks(c, spread)),
@@ -82,7 +87,7 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     ))
     return Assessment(
         result=c, open=found, spread=spread, shares=shares, direction=direction, band=error_band(plain),
-        motion=motion, collisions=collisions, findings=findings,
+        motion=motion, added=added, collisions=collisions, findings=findings,
     )  # fmt: skip
 
 

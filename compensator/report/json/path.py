@@ -56,7 +56,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "reversals": [t.as_dict() for t in reversals(c, q)],
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
         **({} if c.path.chosen is None else {"turn": turn_report(c.path.chosen)}),
-        "motion": motion_report(a.motion, c.path),
+        "motion": motion_report(a.motion, c.path, a.added),
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,
         "unknown_state": {"n_cut": int(np.sum(a.spread > 0)), "max_spread_mm": float(a.spread.max(initial=0.0) * MM)},

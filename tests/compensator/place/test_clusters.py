@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from multiprocessing import util
 from pathlib import Path
 
 import pytest
@@ -80,3 +81,33 @@ def test_a_killed_local_process_costs_its_tasks_only(files: small_job.Files, mon
     monkeypatch.setattr(workers, "ProcessPoolExecutor", Watched)
     assert study(files, "two.parquet", workers=2) == undisturbed
     assert len(pools) == 1
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="no alarm to end a test that hangs")
+def test_a_process_that_dies_at_its_very_start_does_not_hold_the_study(
+    files: small_job.Files, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is killed before it has read anything; the study is larger than the pipe to it takes."""
+    undisturbed = study(files, "one.parquet", workers=1)
+    packed, spawn, killed = workers.packed, util.spawnv_passfds, list[int]()
+
+    def kills(path, args, passfds) -> int:
+        pid: int = spawn(path, args, passfds)
+        if not killed and any(b"multiprocessing-fork" in os.fsencode(a) for a in args):
+            killed.append(pid)
+            os.kill(pid, signal.SIGKILL)
+        return pid
+
+    def hangs(*_: object) -> None:
+        raise TimeoutError("the study hangs")
+
+    monkeypatch.setattr(util, "spawnv_passfds", kills)
+    monkeypatch.setattr(workers, "packed", lambda study: packed(study) + bytes(1 << 20))  # pickle stops at its end
+    before = signal.signal(signal.SIGALRM, hangs)
+    signal.alarm(300)
+    try:
+        assert study(files, "two.parquet", workers=2) == undisturbed
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+    assert len(killed) == 1
