@@ -29,7 +29,6 @@ def compensated(job: Files) -> Done:
 def test_a_steady_force_adds_nothing(tmp_path: Path) -> None:
     done = compensated(line(tmp_path, [300.0] * 200))
     motion = done.report["motion"]
-    assert max(motion["acceleration_deg_per_s2"]["max"]) > 1.0
     assert max(motion["added_acceleration_deg_per_s2"]["elsewhere"]) < 0.05
     assert not [f for f in done.findings if "corrections accelerate" in f.what]
 
