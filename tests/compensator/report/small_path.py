@@ -59,6 +59,6 @@ def taken(c: Compensation, rows: np.ndarray) -> Compensation:
         return replace(record, **per_pose)
 
     path = replace(picked(c.path), toolpath=c.path.toolpath.take(rows), tcp=c.path.tcp.take(rows))
-    names = ("command", "before", "state", "load", "target")
+    names = ("command", "load", "target")
     parts = {name: picked(getattr(c, name)) for name in names}
-    return replace(picked(c), path=path, **parts)  # type: ignore[no-any-return]
+    return replace(picked(c), path=path, state=c.state.take(rows), **parts)  # type: ignore[no-any-return]
