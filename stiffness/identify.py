@@ -16,7 +16,7 @@ from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
-from stiffness.diagnosis.structure import judged
+from stiffness.diagnosis.structure import standing
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
 from stiffness.identification.common_numbers import with_common_numbers
@@ -27,7 +27,7 @@ from stiffness.identification.plausibility import doubts
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import ROUGH
-from stiffness.session.processes import of_one_process
+from stiffness.session.processes import in_words, of_one_process, process_of
 from stiffness.session.session import Session
 
 Say = Callable[[str], None]
@@ -60,14 +60,28 @@ def identify(
     }
     names = [e.name for e in CATALOGUE if there.get(e.fitted_where, False)]
     if prior is not None:  # what is known of the robot stays in its model
-        names += [e.name for e in prior.effects if e.name not in names and e.scope != "instruments"]
+        cut = process_of(sessions)
+        kept = [e for e in prior.effects if e.scope not in ("instruments", "process") or prior.of_process(e, cut)]
+        names += [e.name for e in kept if e.name not in names]
     if not names:
         raise StiffnessError(
             f"{sessions[0].source}: nothing to identify: no loaded state beside an unloaded one, and the positions "
             "only place the tracker and its reflectors"
         )
     fit = robust_fit(sessions, named_effects(names), prior)
-    return _finished(_with_memory(sessions, names=names, fit=fit, prior=prior, say=say))
+    found = _finished(_with_memory(sessions, names=names, fit=fit, prior=prior, say=say))
+    return replace(found, notes=(*found.notes, *_left_out(sessions, prior)))
+
+
+def _left_out(sessions: Sequence[Session], prior: ComplianceModel | None) -> list[str]:
+    """Notes on effects of the process that a prior has for another material or cutter than what was traced."""
+    cut, others = process_of(sessions), [] if prior is None else [e for e in prior.effects if e.scope == "process"]
+    return [
+        f"{e.name} of {prior.source} is of {in_words(prior.processes.get(e.name, ('', '')))} and not of "
+        f"{in_words(cut)}: it takes no part, and is not in this model"
+        for e in others
+        if prior is not None and not prior.of_process(e, cut)
+    ]
 
 
 def _finished(fit: Fit) -> Fit:
@@ -119,6 +133,10 @@ def _found(
     values = fit.values()
     whole = ModelFits.of(sessions, fit.unknowns.effects, values, [s.used for s in fit.sessions])
     fits = replace(whole, ending=ROUGH)
+    if all(s.path is not None for s in sessions):
+        # of the geometry a trace determines a part; the rest must not imitate, far out, what the model still lacks
+        drawing = {e.name: fit.fixed[e.name] for e in fit.unknowns.effects if e.unloaded}
+        fits = replace(fits, values={**values, **drawing}, widened=fit.solution.misfit)
     search = Search(fits, (), say)
     start = search.linearisation.at(fits.fit([]), [])
     beginnings = search.beginnings(start)
@@ -128,8 +146,8 @@ def _found(
     if not any(a.effect.fitted_where == "approach" for a in additions):
         return [], {}
     best, additions, found = with_alternatives(search, best, additions, start.fit)
-    standing = judged(search, base=start.fit, fit=best, additions=additions, found=found).additions
-    own = [a for a in standing if a.effect.fitted_where == "approach"]
+    stand = standing(search, base=start.fit, fit=best, additions=additions, found=found).additions
+    own = [a for a in stand if a.effect.fitted_where == "approach"]
     return own, {r.addition.effect.name: tuple(r.fits) for r in found}
 
 

@@ -19,6 +19,7 @@ from compensator.cell.cell_file import Cell, load_cell
 from compensator.errors import TraceError
 from compensator.trace.made_by import at_rows, with_contacts
 from compensator.trace.program_rows import RunsWith, read_program
+from compensator.trace.stream import with_rows
 from compensator.trace.thinning import thinned
 from compensator.trace.trace_file import BallbarTable, TraceFile, read_trace_file
 from compensator.trace.trace_samples import TraceSamples, read_trace_samples
@@ -71,11 +72,14 @@ def load_trace(path: str | Path) -> Session:
     raw = file_bytes(f"{file.source}: samples = {file.samples!r}", file.folder / file.samples, TraceError)
     samples = read_trace_samples(read_table(label, raw), file.kind, rows, file.instrument.noise / 1e3)
     count = len(samples)
-    samples, unmade = with_contacts(samples, rows, cell, label)
+    samples, by_shape, matched = _matched(file, cell, samples=samples, rows=rows, label=label)
     samples = samples.take(thinned(at_rows(samples), samples.run, rows))
     path_trace = _path(file, cell, rows=rows, samples=samples, count=count)
-    if unmade:
-        path_trace = replace(path_trace, notes=(*path_trace.notes, unmade))
+    if matched:
+        # a place that the shape tells has no lag that could show
+        path_trace = replace(
+            path_trace, notes=(*path_trace.notes, matched), lagging=path_trace.lagging and not by_shape
+        )
     digest = hashlib.sha256(raw).hexdigest()
     return Session(
         source=file.source,
@@ -104,6 +108,23 @@ def load_trace(path: str | Path) -> Session:
         not_numeric=samples.not_numeric,
         path=path_trace,
     )
+
+
+def _matched(
+    file: TraceFile, cell: Cell, *, samples: TraceSamples, rows: CommandedRows, label: str
+) -> tuple[TraceSamples, bool, str]:
+    """Samples with their rows, whether the shape of the path told these, and a note on how they were found."""
+    if samples.index is not None:
+        return samples, False, ""
+    if file.kind == "surface":
+        made, note = with_contacts(samples, rows, cell, label)
+        return made, False, note
+    if file.instrument.latency is not None:
+        raise TraceError(
+            f"{file.source}: instrument.latency is of time against index, and {label} has no index: take it out"
+        )
+    stream = with_rows(samples, rows, label, registered=file.registered)
+    return stream.samples, not stream.by_feed, stream.note
 
 
 def _robot(cell: Cell) -> Robot:
@@ -231,7 +252,7 @@ def _samples(file: TraceFile, cell: Cell, read: TraceSamples, path: PathTrace, t
         q=rows.at(rows.q, path.index),
         reflector=np.zeros(count, dtype=np.int64),
         position=position,
-        sd=np.repeat(read.sd[:, None], 3, axis=1),
+        sd=np.hypot(read.sd[:, None], read.along),
         approach=_approach(rows, path.index),
         step=np.full((count, n), np.nan),
         payload=np.zeros(count),

@@ -33,7 +33,8 @@ class TraceSamples:
 
     Attributes:
         read: (N, c) m, what the kind of trace has: x y z; radius; x y z and deviation. normal: (N, 3) of a surface.
-        index: (N,) None: points of a surface whose poses are not told.
+        index: (N,) None: points of a surface, or of a stream, whose poses are not told.
+        along: (N, 3) m, what is not known of a stream along its path; zero elsewhere.
     """
 
     line: Ints
@@ -46,6 +47,7 @@ class TraceSamples:
     sd: Floats
     extra: Mapping[str, Floats]
     not_numeric: tuple[str, ...]
+    along: Floats
 
     def __len__(self) -> int:
         return len(self.line)
@@ -57,7 +59,7 @@ class TraceSamples:
         """Some of the readings."""
         mine: dict[str, Any] = {
             name: getattr(self, name)[rows]
-            for name in ("line", "run", "read", "normal", "time", "temperature", "sd")
+            for name in ("line", "run", "read", "normal", "time", "temperature", "sd", "along")
         }
         extra = {name: column[rows] for name, column in self.extra.items()}
         index = None if self.index is None else self.index[rows]
@@ -101,6 +103,7 @@ def read_trace_samples(table: CsvTable, kind: TraceKind, rows: CommandedRows, no
         sd=np.where(np.isfinite(sd), sd, noise),
         extra={name: values for name, values in extra.items() if values is not None},
         not_numeric=tuple(name for name, values in extra.items() if values is None),
+        along=np.zeros((len(given), 3)),
     )
 
 
@@ -109,11 +112,11 @@ def _check_columns(table: CsvTable, kind: TraceKind) -> set[str]:
     for name in table.cells:
         if name not in known and name.lower() in known:
             raise TraceError(f"{table.label}: column {name}: write {name.lower()}")
-    needed = READ[kind] if kind == "surface" else ("index", *READ[kind])
+    needed = ("index", *READ[kind]) if kind == "ballbar" else READ[kind]
     missing = [name for name in needed if name not in table.cells]
     if missing:
         hint = meant(missing[0], [name for name in table.cells if name not in known])
-        rows = "; the row of the program, from 0, of every reading: a stream is not matched by its times alone"
+        rows = "; the row of the program, from 0, of every reading: a length alone has no shape to be matched by"
         remedy = hint or (rows if missing == ["index"] else "; add it")
         raise TraceError(f"{table.label}: column {', '.join(missing)} missing, of kind = {kind!r}{remedy}")
     return known

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from stiffness.diagnosis.candidates import Column, Term, started
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect, Numbers, Site
-from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.fit import Fit
+from stiffness.identification.fitting import fitted
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of, unknowns
@@ -117,7 +118,7 @@ class ModelFits:
     Attributes:
         base: effects of the model that these sessions show; ``values``: theirs; ``given``: names of those that stay as
             they are.
-        ending: what ends a fit.
+        ending: what ends a fit. widened: factor on the noise that prior knowledge is weighed against.
         used: per session (N,), readings that take part. allowed: readings that may.
     """
 
@@ -128,6 +129,7 @@ class ModelFits:
     allowed: tuple[Bools, ...]
     given: tuple[str, ...] = ()
     ending: Ending = EXACT
+    widened: float = 1.0
 
     @classmethod
     def of(
@@ -205,7 +207,14 @@ class ModelFits:
             for state, used, allowed, guess in zip(problem.first_states(), self.used, self.allowed, poses, strict=True)
         )
         vector = None if start is None else _begun(problem, start, anew)
-        return fitted(problem, states, vector, once=not any(a.effect.angle for a in additions), ending=self.ending)
+        return fitted(
+            problem,
+            states,
+            vector,
+            once=not any(a.effect.angle for a in additions),
+            widened=self.widened,
+            ending=self.ending,
+        )
 
     def within_limits(self, fit: Fit, additions: Sequence[Addition]) -> Fit:
         """A fit whose effects allow their values: what one does not allow is moved to the nearest that it does and held

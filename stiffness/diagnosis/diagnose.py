@@ -16,7 +16,7 @@ from stiffness.diagnosis.known_effects import KnownEffects, with_known
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
-from stiffness.diagnosis.refined_model import refined_model
+from stiffness.diagnosis.refined_model import given_way, refined_model
 from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
@@ -128,7 +128,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         residual_sources=tuple(structure.sources),
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
-        notes=(*notes, *structure.notes, *more, *common),
+        notes=(*notes, *structure.notes, *more, *common, *given_way(model, sessions, additions)),
         next_traces=tuple(next_traces(sessions, found.alternatives, changed, structure.left)),
         model=refined_model(
             model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]

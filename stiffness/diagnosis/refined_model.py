@@ -10,7 +10,8 @@ import numpy as np
 from stiffness.diagnosis.added_effects import Addition
 from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
-from stiffness.session.processes import process_of
+from stiffness.session.processes import in_words, process_of
+from stiffness.session.session import Session
 
 
 def refined_model(
@@ -46,3 +47,21 @@ def refined_model(
         if a.effect.scope == "process":
             processes[a.effect.name] = process_of([s.session for s in fit.sessions])
     return replace(model, values=values, sd=sd, tools=tools, processes=processes, correlations=None)
+
+
+def given_way(model: ComplianceModel, sessions: Sequence[Session], additions: Sequence[Addition]) -> list[str]:
+    """Notes on effects of the process that the refined model has for another material or cutter than ``model``: a model
+    holds one of each effect."""
+    now, notes = process_of(sessions), []
+    for a in additions:
+        before = model.processes.get(a.effect.name)
+        if before is None or before == now:
+            continue
+        numbers = ", ".join(
+            f"{name} = {[float(f'{v:.4g}') for v in values]}" for name, values in model.values[a.effect.name].items()
+        )
+        notes.append(
+            f"{a.effect.name}: the refined model has that of {in_words(now)}, and no longer that of {in_words(before)} "
+            f"({numbers}): a model holds one process per effect; keep {model.source} for {in_words(before)}"
+        )
+    return notes

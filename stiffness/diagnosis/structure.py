@@ -63,6 +63,16 @@ def judged(
 ) -> Judged:
     """Additions that stand beside what is left, and the structure that is left or, where none is, that was there."""
     search.say("80 %: looking where the rest sits")
+    now = standing(search, base=base, fit=fit, additions=additions, found=found)
+    if now.structure.left:
+        return now
+    return replace(now, structure=replace(now.structure, sources=_sources(search, base)))
+
+
+def standing(
+    search: Search, base: Fit, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
+) -> Judged:
+    """Additions that stand beside what is left, and the structure that is left."""
     now = Judged(fit, additions, _structure(search, base, fit))
     notes = now.structure.notes
     compared = {r.addition.effect.name: r for r in found}
@@ -77,8 +87,7 @@ def judged(
         fit = search.fits.fit(kept, now.fit)
         now = Judged(fit, at_values_of(fit, kept), _structure(search, base, fit))
         notes = (*notes, note, *now.structure.notes)
-    sources = now.structure.sources if now.structure.left else _sources(search, base)
-    return replace(now, structure=Structure(now.structure.left, sources, notes))
+    return replace(now, structure=replace(now.structure, notes=notes))
 
 
 def _structure(search: Search, base: Fit, fit: Fit) -> Structure:

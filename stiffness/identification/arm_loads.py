@@ -96,6 +96,8 @@ class ArmEquilibria:
     @classmethod
     def gathered(cls, parts: Sequence[tuple[Index, ArmEquilibria]]) -> ArmEquilibria:
         """Arms under several kinds of load as one: each part with the rows (k,) that it takes."""
+        if len(parts) == 1:
+            return parts[0][1]
         count = sum(len(rows) for rows, _ in parts)
         out = {}
         for name in (f.name for f in fields(cls)):

@@ -78,21 +78,19 @@ class EquilibriumKernel:
             new, torque, nonzero = self.kernel.run(*inputs, x)
             slopes = np.zeros((len(x), self.m, width + self.m))
             slopes[:, self.row, self.column] = nonzero
-            off = new - x
-            solved = self._solved(slopes[:, :, width:], np.concatenate([slopes[:, :, :width], off[:, :, None]], axis=2))
-            x += solved[:, :, width]
-            if np.abs(solved[:, :, width]).max(initial=0.0) < SETTLED:
+            moved, step = self._moved(slopes[:, :, width:]), new - x
+            step[:, self.moving] = np.einsum("nkm,nm->nk", moved, step)
+            x += step
+            if np.abs(step).max(initial=0.0) < SETTLED:
                 break
-        return x, torque, solved[:, :, :width]
+        by = slopes[:, :, :width]
+        by[:, self.moving] = moved @ by  # in place: this is the largest array of a fit
+        return x, torque, by
 
-    def _solved(self, by_x: Floats, right: Floats) -> Floats:
-        """(I - F_x)^-1 times ``right`` (N, m, k)."""
+    def _moved(self, by_x: Floats) -> Floats:
+        """(N, k, m): the rows of (I - F_x)^-1 of the coordinates that answer to others."""
         at = self.moving
-        if not len(at):
-            return right
-        still = np.setdiff1d(np.arange(self.m), at)
-        matrix = np.eye(len(at)) - by_x[:, at[:, None], at]
-        own = right[:, at] + by_x[:, at[:, None], still] @ right[:, still]
-        out = right.copy()
-        out[:, at] = np.linalg.solve(matrix, own)
+        inverse = np.linalg.inv(np.eye(len(at)) - by_x[:, at[:, None], at])
+        out = inverse @ by_x[:, at]
+        out[:, :, at] = inverse
         return out

@@ -21,7 +21,7 @@ from stiffness.identification.setup_statistics import SetupStatistics, moved_wit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import EXACT, GLANCE, ROUGH, Ending, Solution, inverse
+from stiffness.numerics.least_squares import Solution, inverse
 from stiffness.session.processes import process_of
 
 Floats = npt.NDArray[np.float64]
@@ -273,28 +273,3 @@ class Fit:
         turn = np.where(self.unknowns.inverse[own], -1.0, 1.0)
         covariance = self.solution.covariance[np.ix_(own, own)] * np.outer(turn, turn)
         return Correlations.of(tuple(str(self.unknowns.free[k]) for k in own), 0.5 * (covariance + covariance.T))
-
-
-def fitted(
-    problem: Problem,
-    states: States,
-    start: Floats | None = None,
-    *,
-    notes: tuple[str, ...] = (),
-    once: bool = False,
-    ending: Ending = EXACT,
-) -> Fit:
-    """Least squares of a problem.
-
-    Args:
-        states: where the evaluations start. start: (V,) first vector; None: the mean of the prior.
-        once: priors are too loose to be weighed anew. ending: what ends the iteration.
-    """
-    # what the model does not explain is noise to its parameters: the prior weighs more against it, how much shows soon
-    first = ROUGH if once else GLANCE
-    solution, states = problem.solved(states, start, ending=first)
-    if solution.misfit < CLEAR and ending != first:
-        solution, states = problem.solved(states, solution.vector, ending=ending)
-    if solution.misfit > 1 and not once:
-        solution, states = problem.solved(states, solution.vector, widened=solution.misfit, ending=ending)
-    return Fit(problem, solution, states, notes)

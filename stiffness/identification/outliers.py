@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.fit import Fit
+from stiffness.identification.fitting import fitted
 from stiffness.identification.problem import States
 from stiffness.identification.session_fit import SessionFit
 from stiffness.numerics.least_squares import EXACT, ROUGH, Ending

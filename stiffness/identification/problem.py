@@ -82,6 +82,11 @@ class Problem:
         """(V,) prior standard deviations."""
         return np.concatenate([self.parameter_sd, *(o.own_sd for o in self.observations)])
 
+    def surprise(self, vector: Floats) -> float:
+        """Chi-square of the robot's parameters against the prior."""
+        off = (vector - self.start)[: len(self.unknowns)] / self.parameter_sd
+        return float(off @ off)
+
     def first_states(self) -> States:
         """Where the first evaluation starts."""
         return tuple(o.first_state() for o in self.observations)

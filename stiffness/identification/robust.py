@@ -15,7 +15,8 @@ import numpy.typing as npt
 from stiffness.effects import BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect, Numbers
 from stiffness.errors import StiffnessError
-from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.fit import Fit
+from stiffness.identification.fitting import fitted
 from stiffness.identification.outliers import cleaned
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData

@@ -37,7 +37,7 @@ class Ending:
 
 EXACT = Ending(gain=1e-4)  # a hundredth of a standard deviation
 ROUGH = Ending(gain=0.1, share=1e-4, steps=15)  # good enough to be compared, or to tell wrong rows
-GLANCE = Ending(share=1e-3)  # tells how much the noise leaves unexplained
+GLANCE = Ending(share=1e-3, steps=15)  # tells how much the noise leaves unexplained
 
 
 @dataclass(frozen=True, repr=False)

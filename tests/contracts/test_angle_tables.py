@@ -14,7 +14,8 @@ from compensator.tasks.compensate import compensate_file
 from stiffness.effects import BY_NAME
 from stiffness.effects.joint_angle_error import KNOTS, SPREAD
 from stiffness.identification.arm_loads import ArmLoads, LoadKind
-from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.fit import Fit
+from stiffness.identification.fitting import fitted
 from stiffness.identification.learned_numbers import FAR
 from stiffness.identification.problem import Problem
 from stiffness.identification.readings import ReadingModel

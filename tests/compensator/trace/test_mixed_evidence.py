@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,10 @@ import pytest
 from compensator.tasks.diagnose import diagnose_files
 from compensator.tasks.identify import identify_files
 from compensator.tasks.measurements import load_measurements
+from stiffness.diagnosis.added_effects import Addition
+from stiffness.diagnosis.refined_model import given_way
+from stiffness.effects import BY_NAME
+from stiffness.model.model import load_model
 from stiffness.session.processes import of_one_process
 from tests.compensator.plant_bench import MM, TOOL
 from tests.compensator.trace.test_traces_of_the_plant import CENTRE, NOISE, ballbar, circles, contour, surface
@@ -69,3 +74,10 @@ def test_effects_of_the_process_are_of_one_material(tmp_path: Path) -> None:
     one, other = of_one_process(load_measurements(paths), [("steel", "")])
     assert one.path is not None and other.path is not None
     assert (one.path.as_said, other.path.as_said) == (True, False)
+    force = Addition(BY_NAME["cutting-force"], (), frozenset(), {})
+    steel = {"cutting-force": {"change": np.array([0.2, 0.2, 0.2])}}
+    known = replace(load_model(tmp_path / "refined.toml"), values=steel, processes={"cutting-force": ("steel", "")})
+    cut = load_measurements(paths[:1])
+    (note,) = given_way(known, cut, [force])
+    assert "aluminium" in note and "no longer that of material 'steel' (change = [0.2, 0.2, 0.2])" in note
+    assert given_way(replace(known, processes={"cutting-force": ("aluminium", "")}), cut, [force]) == []

@@ -12,7 +12,8 @@ from scipy import optimize
 
 from stiffness.effects import BASE
 from stiffness.identification.evaluate import predicted_by, predicted_rigid
-from stiffness.identification.fit import Fit, fitted
+from stiffness.identification.fit import Fit
+from stiffness.identification.fitting import fitted
 from stiffness.identification.outliers import cleaned, reconsidered, with_whole_setups
 from stiffness.identification.problem import LOOSE, Problem, loose_sd
 from stiffness.identification.session_data import SessionData
