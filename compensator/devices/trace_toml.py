@@ -11,13 +11,21 @@ from compensator.devices.readings import BALLBAR
 
 
 def trace_toml(
-    *, kind: str, order: TraceOrder, cell: str, program: str, samples: str, lead: Sequence[str], noise_line: str = ""
+    *,
+    kind: str,
+    order: TraceOrder,
+    cell: str,
+    program: str,
+    samples: str,
+    lead: Sequence[str],
+    noise_line: str = "",
+    touched: bool = False,
 ) -> str:
     """A trace/1 file.
 
     Args:
         cell, program, samples: paths relative to it. lead: remarks at its head.
-        noise_line: in place of the noise where it is not known yet.
+        noise_line: in place of the noise where it is not known yet. touched: by a touch probe.
     """
     lines = [*(f"# {_one_line(text)}" for text in lead), 'schema = "trace/1"']
     named = {"cell": cell, "program": program, "samples": samples}
@@ -33,6 +41,8 @@ def trace_toml(
         centre = ", ".join(_number(v) for v in order.center)
         lines += ["", "[ballbar]", f"center = [{centre}]  # mm, base", f"radius = {_number(order.radius)}  # mm"]
         lines.append(f"calibrated = {_yes(order.calibrated)}")
+    if touched:
+        lines += ["", "[probe]", "calibrated = false  # its offset is estimated; true: a cutter of another size shows"]
     return "\n".join(lines) + "\n"
 
 

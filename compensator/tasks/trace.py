@@ -29,6 +29,7 @@ from stiffness.text_file import toml_table
 from toolpaths.finding import WARNING, Finding, of_kind
 
 BESIDE = "samples.csv"
+TOUCHED = "probe-results"  # of a touch probe
 USUAL = {"cell": "cell.toml", "program": "run.csv"}
 
 
@@ -91,6 +92,7 @@ def trace_file(
     text = trace_toml(
         kind=made.kind,
         order=order,
+        touched=device.name == TOUCHED,
         samples=BESIDE if samples is None else _beside(output, samples, BESIDE),
         lead=[f"made by `compensator trace` from {file.name}, {device.title}"],
         **places,

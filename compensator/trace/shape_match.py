@@ -26,7 +26,7 @@ FEET = 4  # steps to the foot of a perpendicular
 
 
 @dataclass(frozen=True, repr=False)
-class Placed:
+class PointsOnPath:
     """Points on a path.
 
     Attributes:
@@ -44,7 +44,7 @@ def arc_length(position: Floats) -> Floats:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(position, axis=0), axis=1))])
 
 
-def placed_by_shape(point: Floats, run: Ints, path: Floats, *, registered: bool) -> Placed:
+def placed_by_shape(point: Floats, run: Ints, path: Floats, *, registered: bool) -> PointsOnPath:
     """Where on a path (R, 3) m points (N, 3) m were read, in their order, run by run.
 
     Args:
@@ -66,7 +66,7 @@ def placed_by_shape(point: Floats, run: Ints, path: Floats, *, registered: bool)
         arc[mine] = _feet(base[mine], np.interp(np.arange(len(mine)), at, told), path, length)
     foot, tangent = _at(arc, path, length)
     distance = float(np.sqrt(np.mean(np.sum((base - foot) ** 2, axis=1))))
-    return Placed(arc=arc, tangent=tangent @ rotation, distance=distance)
+    return PointsOnPath(arc=arc, tangent=tangent @ rotation, distance=distance)
 
 
 def _spaced(point: Floats, apart: float) -> Ints:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.errors import TraceError
-from compensator.trace.shape_match import Placed, arc_length, placed_by_shape
+from compensator.trace.shape_match import PointsOnPath, arc_length, placed_by_shape
 from compensator.trace.trace_samples import TraceSamples
 from stiffness.session.path_trace import CommandedRows
 
@@ -77,7 +77,7 @@ def with_rows(samples: TraceSamples, rows: CommandedRows, label: str, *, registe
     return Stream(found, follows, _note(label, len(samples), len(kept), spread, follows=follows))
 
 
-def _moving(samples: TraceSamples, placed: Placed) -> Bools:
+def _moving(samples: TraceSamples, placed: PointsOnPath) -> Bools:
     """(N,) readings of an arm that moves along its path, by the readings beside them."""
     out = np.zeros(len(samples), dtype=bool)
     for run in np.unique(samples.run):
@@ -91,7 +91,7 @@ def _moving(samples: TraceSamples, placed: Placed) -> Bools:
     return out
 
 
-def _by_feed(samples: TraceSamples, rows: CommandedRows, placed: Placed, moving: Bools) -> tuple[Floats, float]:
+def _by_feed(samples: TraceSamples, rows: CommandedRows, placed: PointsOnPath, moving: Bools) -> tuple[Floats, float]:
     """(N,) m along the path by the programmed feed, NaN beside cuts that have one; and m RMS from those by shape."""
     length, out = arc_length(rows.position), np.full(len(samples), np.nan)
     off: list[Floats] = []

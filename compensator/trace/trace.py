@@ -170,6 +170,7 @@ def _path(file: TraceFile, cell: Cell, rows: CommandedRows, samples: TraceSample
         radius=bar.radius / 1e3,
         calibrated=bar.calibrated,
         length_sd=bar.length_sd / 1e3,
+        probe_sd=0.0 if file.probe is None or file.probe.calibrated else file.probe.offset_sd / 1e3,
         dry=file.dry,
         latency=file.instrument.latency,
         lagging=file.instrument.latency is None and _in_motion(rows, samples),

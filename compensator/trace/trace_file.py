@@ -49,6 +49,13 @@ class BallbarTable(TomlTable):
         return self
 
 
+class ProbeTable(TomlTable):
+    """A touch probe. ``calibrated`` false: one offset along all normals is estimated; ``offset_sd`` mm, of it."""
+
+    calibrated: Flag
+    offset_sd: Number = Field(default=0.05, gt=0, le=5)
+
+
 class TraceFile(TomlTable):
     """A trace/1 file, checked key by key; ``source``: as the user named it, ``folder``: paths are relative to it."""
 
@@ -62,6 +69,7 @@ class TraceFile(TomlTable):
     approach: tuple[int, ...] | None = None
     instrument: InstrumentTable
     ballbar: BallbarTable | None = None
+    probe: ProbeTable | None = None
     source: str = Field(default="", exclude=True)
     folder: Path = Field(default=Path(), exclude=True)
 
@@ -71,6 +79,8 @@ class TraceFile(TomlTable):
             raise ValueError("kind = 'ballbar' needs [ballbar] with center and radius, mm in the base")
         if self.kind != "ballbar" and self.ballbar is not None:
             raise ValueError(f"[ballbar] with kind = {self.kind!r}: take it out, or set kind = 'ballbar'")
+        if self.kind != "surface" and self.probe is not None:
+            raise ValueError(f"[probe] with kind = {self.kind!r}: it is of a surface that was touched; take it out")
         if self.kind == "ballbar" and "registered" in self.model_fields_set:
             raise ValueError("registered is not of a ball-bar, whose centre is estimated; take it out")
         if any(sign not in (-1, 0, 1) for sign in self.approach or ()):
@@ -102,6 +112,6 @@ def read_trace_file(path: str | Path) -> TraceFile:
 
 _KEYS = {
     name if field.alias is None else field.alias
-    for table in (TraceFile, InstrumentTable, BallbarTable)
+    for table in (TraceFile, InstrumentTable, BallbarTable, ProbeTable)
     for name, field in table.model_fields.items()
 }

@@ -176,12 +176,18 @@ def can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
     if effect.position_reading:
         return any(bool(np.ptp(_finite(s.samples.time)) > 0) for s in sessions if s.numbers_each == 3)
     if effect.surface_reading:
-        return any(s.path is not None and s.path.kind == "surface" and not s.path.as_said for s in sessions)
+        return any(_shows_a_size(s) for s in sessions)
     if effect.process_wrench:
         return any(_programmed(s) and bool(s.samples.load.wrench.any()) for s in sessions)
     if effect.thermal:
         return any(bool(np.ptp(_finite(s.samples.temperature)) > WARMED) for s in sessions)
     return True
+
+
+def _shows_a_size(session: Session) -> bool:
+    """Whether the same deviation along all normals is the cutter's, and no offset of a probe."""
+    path = session.path
+    return path is not None and path.kind == "surface" and not path.as_said and not path.probe_sd
 
 
 def _programmed(session: Session) -> bool:

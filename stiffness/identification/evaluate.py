@@ -62,7 +62,8 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
         StiffnessError: the tracker's pose is unknown and nothing may estimate it.
     """
     path = session.path
-    placing = not session.registered or (path is not None and (path.kind == "ballbar" or path.lagging))
+    own = path is not None and (path.kind == "ballbar" or path.lagging or path.probe_sd > 0)
+    placing = not session.registered or own
     count = register if register is not None else (REGISTER if placing else 0)
     if count < 0 or (count == 0 and placing):
         raise StiffnessError(

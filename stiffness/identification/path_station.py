@@ -106,15 +106,20 @@ class BallbarStation(_Exact):
 
 
 class PartStation(_Exact):
-    """A part whose surface is read: n . (p - nominal), less its place where it was not measured in the work object."""
+    """A part whose surface is read: n . (p - nominal), less its place where it was not measured in the work object, and
+    an offset of the probe where that is not calibrated."""
 
     def __init__(self, session: Session, path: PathTrace) -> None:
-        super().__init__(session, path, () if session.registered else (StationEntry("part", slice(0, 6)),))
+        part = () if session.registered else (StationEntry("part", slice(0, 6)),)
+        begin = 6 * len(part)
+        probe = (StationEntry("probe", slice(begin, begin + 1)),) if path.probe_sd else ()
+        super().__init__(session, path, (*part, *probe))
+        self._placed = begin
         self._middle = path.point.mean(axis=0)
 
     def prior_sd(self) -> Floats:
         """(S,) m and rad."""
-        return np.repeat(PART, 3)[: self.size]
+        return np.concatenate([np.repeat(PART, 3)[: self._placed], [self.path.probe_sd] * (self.size - self._placed)])
 
     def seen(self, vector: Floats, base: Floats, poses: TrackerPoses) -> tuple[Floats, Floats, Floats]:
         """Deviations (N, 3) as read, the normal in the first row of (N, 3, 3), derivatives (N, 3, S)."""
@@ -122,7 +127,8 @@ class PartStation(_Exact):
         nominal = path.rows.at(path.rows.nominal, path.index)
         deviation = np.sum(path.normal * (base - nominal), axis=1)
         six = np.concatenate([-path.normal, -np.cross(path.point - self._middle, path.normal)], axis=1)
-        slopes = six[:, : self.size]
+        ones = np.ones((len(six), self.size - self._placed))
+        slopes = np.concatenate([six[:, : self._placed], ones], axis=1)
         return _one_number(path.normal, deviation + slopes @ vector, slopes)
 
 

@@ -78,6 +78,7 @@ class PathTrace:
         normal: (N, 3) outward, base axes; of a surface, else zero. point: (N, 3) m in the base, the same.
         centre: (3,) m in the base, roughly known; radius: m, nominal. calibrated: the length has no error; of a
             ball-bar. length_sd: m, of its length as calibrated.
+        probe_sd: m, of an offset along all normals that is estimated, of a touch probe; 0: there is none.
         latency: s, by which readings show the arm earlier than their rows; None: not given. lagging: it is estimated,
             where readings were taken in motion and have a time.
         process: names of ``material`` and ``cutter`` that effects of the process hold for; "": not told.
@@ -101,6 +102,7 @@ class PathTrace:
     radius: float = 0.0
     calibrated: bool = True
     length_sd: float = 0.0
+    probe_sd: float = 0.0
     latency: float | None = None
     lagging: bool = False
     process: tuple[str, str] = ("", "")

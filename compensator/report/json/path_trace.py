@@ -89,6 +89,8 @@ def _placed(fit: SessionFit) -> Report:
     if "part" in own:
         out["part_shift_mm"] = (own["part"][:3] * MM).tolist()
         out["part_turn_deg"] = np.degrees(own["part"][3:]).tolist()
+    if "probe" in own:
+        out["probe_offset_mm"] = float(own["probe"][0]) * MM
     if "latency" in own:
         out["latency_s"] = float(own["latency"][0])
     return out

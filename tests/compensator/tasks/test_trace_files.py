@@ -137,6 +137,7 @@ def test_inches_become_millimetres(tmp_path: Path) -> None:
 def test_probe_results_in_inches(tmp_path: Path) -> None:
     done = made(tmp_path, PROBE, order={"units": "inch", "frame": "workobject", "noise": 0.002})
     assert rows(tmp_path)["deviation"][1] == pytest.approx(2.54)
+    assert tomllib.loads((tmp_path / "trace.toml").read_text())["probe"] == {"calibrated": False}
     out = next(f for f in done.report["findings"] if "out of their tolerance" in f["what"])
     assert (out["source_line"], out["count"]) == (14, 1)
     turned = PROBE.replace("G330 N1 A0.", "G330 N1 A30.")
