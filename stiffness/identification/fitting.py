@@ -36,7 +36,7 @@ def fitted(
     if solution.misfit < CLEAR and ending != first:
         solution, states = problem.solved(states, solution.vector, widened=widened, ending=ending)
     if solution.misfit > widened and not once:
-        begin = solution.vector
+        begin: Floats | None = solution.vector
         if problem.surprise(solution.vector) * solution.misfit**2 > solution.chi2:
             # what the data hardly determine went far out to imitate what is missing: the way back is a narrow valley
             begin, states = start, begun

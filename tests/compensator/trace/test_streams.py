@@ -17,7 +17,7 @@ from tests.compensator.trace.test_traces_of_the_plant import GAP, NOISE, added, 
 from tests.trace_bench import Ran, write_trace
 
 FEED = 1000.0 / 6e4  # m/s
-RATE = 5.0  # readings a second
+RATE = 2.5  # readings a second
 
 
 def clock(ran: Ran) -> np.ndarray:
