@@ -31,12 +31,13 @@ class PointsOnPath:
 
     Attributes:
         arc: (N,) m along the path. tangent: (N, 3) of the path there, in the axes of the points.
-        distance: m RMS from the path.
+        distance: m RMS from the path, where they were placed. shift: m RMS by which that moved points in its frame.
     """
 
     arc: Floats
     tangent: Floats
     distance: float
+    shift: float
 
 
 def arc_length(position: Floats) -> Floats:
@@ -66,7 +67,8 @@ def placed_by_shape(point: Floats, run: Ints, path: Floats, *, registered: bool)
         arc[mine] = _feet(base[mine], np.interp(np.arange(len(mine)), at, told), path, length)
     foot, tangent = _at(arc, path, length)
     distance = float(np.sqrt(np.mean(np.sum((base - foot) ** 2, axis=1))))
-    return PointsOnPath(arc=arc, tangent=tangent @ rotation, distance=distance)
+    shift = float(np.sqrt(np.mean(np.sum((base - point) ** 2, axis=1)))) if registered else 0.0
+    return PointsOnPath(arc=arc, tangent=tangent @ rotation, distance=distance, shift=shift)
 
 
 def _spaced(point: Floats, apart: float) -> Ints:
