@@ -3,7 +3,8 @@
 The study is sent to every worker once; to local ones as a file. What a process is given at its start goes through a
 pipe whose other end its parent holds as well until all is in it: more than the pipe takes, some 64 kB, and a process
 that dies before it has read would never let its parent go on. A worker that dies costs the tasks that it had: they are
-done again.
+done again. Each local process is a pool of its own: a pool of several starts them one by one, and one that is started
+while it finds another dead is never told to end (ProcessPoolExecutor of CPython 3.11: it then waits for it for ever).
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ import pickle
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
@@ -83,7 +86,7 @@ def on_processes(study: Study, batches: Sequence[range], count: int) -> Iterator
         for _ in range(DEATHS):
             done = set()
             try:
-                for batch, found in _pool(str(sent), left, min(count, len(left))):
+                for batch, found in _on_pools(str(sent), left, min(count, len(left))):
                     done.add(batch)
                     yield batch, found
                 return
@@ -92,18 +95,24 @@ def on_processes(study: Study, batches: Sequence[range], count: int) -> Iterator
     raise CompensatorError(f"local processes died {DEATHS} times: is there memory enough? Try --workers 1")
 
 
-def _pool(sent: str, batches: Sequence[range], count: int) -> Iterator[Done]:
+def _on_pools(sent: str, batches: Sequence[range], count: int) -> Iterator[Done]:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count, mp_context=context, initializer=_receive, initargs=(sent,)) as pool:
-        waiting: dict[Future[list[Judgement]], range] = {pool.submit(_local, b.start, b.stop): b for b in batches}
-        try:
-            while waiting:
-                for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                    yield waiting.pop(future), future.result()
-        finally:
-            for future in waiting:
-                future.cancel()
+    with ExitStack() as stack:
+        pools = [ProcessPoolExecutor(1, context, _receive, (sent,)) for _ in range(count)]
+        left, busy = iter(batches), dict[Future[list[Judgement]], tuple[ProcessPoolExecutor, range]]()
+
+        def employ(pool: ProcessPoolExecutor) -> None:
+            for b in islice(left, 1):
+                busy[pool.submit(_local, b.start, b.stop)] = pool, b
+
+        for pool in pools:
+            employ(stack.enter_context(pool))
+        while busy:
+            for future in wait(busy, return_when=FIRST_COMPLETED).done:
+                pool, batch = busy.pop(future)
+                yield batch, future.result()
+                employ(pool)
 
 
 def on_cluster(study: Study, batches: Sequence[range], address: str) -> Iterator[Done]:
