@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import pytest
@@ -12,18 +11,13 @@ from compensator.tasks.measurements import load_measurement
 from compensator.trace.trace_file import read_trace_file
 from stiffness.diagnosis.linearisation import can_show
 from stiffness.effects import BY_NAME
-from tests.compensator.trace.test_traces_of_the_plant import NOISE, contour, surface
+from tests.compensator.trace.test_traces_of_the_plant import NOISE, contour, raised, surface
 
 
 def test_an_offset_of_the_probe_is_estimated_and_reported(tmp_path: Path) -> None:
     ran, normals = contour(tmp_path, force=1.0)
     path = surface(ran, NOISE, normals)
-    samples = path.with_name("surface-samples.csv")
-    rows = list(csv.DictReader(samples.read_text().splitlines()))
-    with samples.open("w", newline="") as stream:
-        out = csv.DictWriter(stream, rows[0])
-        out.writeheader()
-        out.writerows({**row, "deviation": float(row["deviation"]) + 0.03} for row in rows)
+    raised(path, 0.03)
     _, report = evaluate_file(path, tmp_path / "model.toml")
     assert report["path"]["rms_mm"] == pytest.approx(0.03, rel=0.1) and "probe_offset_mm" not in report["traces"][0]
     assert can_show(BY_NAME["cutter-size"], [load_measurement(path)])

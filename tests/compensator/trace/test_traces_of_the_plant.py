@@ -42,6 +42,16 @@ def circles(
     return run(b, both_ways(points=points, planes=planes), b.plant(**ill))
 
 
+def raised(path: Path, more: float) -> None:
+    """All deviations of a surface trace by so many mm more."""
+    samples = path.with_name("surface-samples.csv")
+    rows = list(csv.DictReader(samples.read_text().splitlines()))
+    with samples.open("w", newline="") as stream:
+        out = csv.DictWriter(stream, rows[0])
+        out.writeheader()
+        out.writerows({**row, "deviation": float(row["deviation"]) + more} for row in rows)
+
+
 def diagnosed(path: Path) -> dict[str, Any]:
     return diagnose_files([path], path.parent / "model.toml", path.parent / "refined.toml").report
 
@@ -175,12 +185,7 @@ def test_a_larger_force_and_a_softer_arm_are_a_group_of_one_part(tmp_path: Path)
 def test_a_smaller_cutter_leaves_the_same_along_every_normal(tmp_path: Path) -> None:
     ran, normals = contour(tmp_path, force=1.0)
     path = surface(ran, NOISE, normals)
-    samples = path.with_name("surface-samples.csv")
-    rows = list(csv.DictReader(samples.read_text().splitlines()))
-    with samples.open("w", newline="") as stream:
-        out = csv.DictWriter(stream, rows[0])
-        out.writeheader()
-        out.writerows({**row, "deviation": float(row["deviation"]) + 0.03} for row in rows)
+    raised(path, 0.03)
     report = diagnosed(path)
     (found,) = report["added"]
     assert found["effect"] == "cutter-size"
