@@ -126,7 +126,7 @@ SINGLE_3 = Scenario("bump", (SINGLE["posture-stiffness joint-3"],))
 
 def test_a_seed_is_a_session_and_another_seed_another(tmp_path: Path) -> None:
     scenario = pair("joint-coupling joint-2 joint-3", "payload")
-    a, b = (write(scenario, tmp_path / k, 7, "abb-irb6600-175-255", size=3.0) for k in "ab")
+    a, b = (write(scenario, tmp_path / k, 7, "abb-irb6600-175-255", size=3.0, sessions=("B", "D")) for k in "ab")
     assert files(a) == files(b)
     assert a.truth == b.truth
     other = write(scenario, tmp_path / "c", 8, "abb-irb6600-175-255", size=3.0, sessions=("D",))

@@ -38,7 +38,7 @@ def outputs(folder: Path, effects: dict[str, Any], suffix: str) -> tuple[bytes, 
     return told, shown.read_bytes(), done.report["not_applied"], seen.report["not_applied"]
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".mod", ".src"])
+@pytest.mark.parametrize("suffix", [".csv", ".mod"])
 def test_instruments_never_move_a_planned_path(suffix: str, tmp_path: Path) -> None:
     """The same bytes with a tracker that creeps and a sensor that lies, and both named as not applied."""
     program, preview, *left = outputs(tmp_path / "job", PLAIN, suffix)

@@ -30,7 +30,6 @@ KNOWN = (
     (ABB, "joint-hardening joint-2"),
     (UR, "joint-friction joint-2"),
     (KUKA, "joint-coupling joint-2 joint-3"),
-    (ABB, "payload"),
     (KUKA, "thermal-drift link-2"),
     (UR, "preload-softening joint-3 + payload"),
     (ABB, "joint-coupling joint-2 joint-3 + tracker-drift"),

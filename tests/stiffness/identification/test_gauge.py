@@ -179,7 +179,7 @@ def test_tracker_and_reflectors_are_where_the_lab_had_them(tmp_path: Path) -> No
         assert 1e-5 < r.sd.min() and r.sd.max() < 1.5e-3  # noqa: SIM300
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-4, 3e-4])
+@pytest.mark.parametrize("size", [0.0, 3e-4])
 @pytest.mark.parametrize("robot", ["ur10", "abb-irb6600-175-255"])
 def test_a_wrist_that_gravity_alone_loads_is_not_made_up(robot: str, size: float, tmp_path: Path) -> None:
     """Nothing loads joint 1, next to nothing joint 6; what is identified is right, what is not keeps its start."""
