@@ -9,9 +9,6 @@ from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
-# before numba is loaded: the whole is made machine code in a third of the time, and runs as fast to a few percent
-os.environ.setdefault("NUMBA_OPT", "1")
-
 import numba
 from numba import config
 
