@@ -8,13 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.process.milling.kernels.field import CELL, Field
-from compensator.process.milling.kernels.stock_distance import AROUND
 from compensator.process.milling.kernels.survey import depths, on_grid, removed_volume, writers_at
 from compensator.process.milling.stock import Stock
+from compensator.process.milling.surface import nodes_around, surface
 
 Floats = npt.NDArray[np.float64]
-
-MOST_NODES = 20_000_000  # of the grid that a mesh is made on
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,22 +49,11 @@ class Remains:
         Args:
             cell: m between nodes; default that of the field, or more where that makes too many.
         """
-        from skimage.measure import marching_cubes  # half a second, and only where a mesh is asked for
-
-        low, high = self.field.solid.number[AROUND:].reshape(2, 3)
         step = float(self.field.frame[CELL]) if cell is None else cell
-        step = max(step, float((np.prod(high - low) / MOST_NODES) ** (1 / 3)))
-        count = np.ceil((high - low) / step).astype(int) + 3
-        values = np.empty(count, dtype=np.float32)
-        start = low - 1.003 * step  # no node on a face of the stock: there the surface would have no side
-        on_grid(self.field, start, step, values)
-        for axis in range(3):
-            rim = np.moveaxis(values, axis, 0)
-            rim[[0, -1]] = np.maximum(rim[[0, -1]], step)
-        if values.min() >= 0:
-            return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-        vertices, faces, _, _ = marching_cubes(values, 0.0)  # type: ignore[no-untyped-call]
-        return vertices * step + start, faces.astype(np.int64)
+        nodes = nodes_around(self.stock.box, step)
+        values = np.empty(nodes.count, dtype=np.float32)
+        on_grid(self.field, nodes.start, nodes.step, values)
+        return surface(values, nodes)
 
     def writers(self, points: Floats) -> npt.NDArray[np.int64]:
         """The pose (P,) whose move cut deepest near points (P, 3); -1 where none did."""

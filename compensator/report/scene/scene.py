@@ -22,6 +22,7 @@ from compensator.report.scene.arm_bodies import arm_bodies, arm_length
 from compensator.report.scene.drawn_body import DrawnBody
 from compensator.report.scene.flanks import lamps
 from compensator.report.scene.jumps import finding_poses
+from compensator.report.scene.moments import Moments
 from compensator.report.scene.packing import packed
 from compensator.report.scene.path_colours import PathColour, path_colours
 from compensator.report.scene.stations import MOST_POINTS, nearest, stations
@@ -63,11 +64,12 @@ def path_scene(
     size = np.linalg.norm(c.error_before, axis=1)
     found = list(finding_poses(toolpath, report))
     worst = int(np.argmax(np.where(c.cutting, size, -1.0)))
-    wanted = [worst, *(pose for _, _, pose in found if pose is not None), *(t.pose for t in reversals(c, c.command.q))]
+    told = [worst, *(pose for _, _, pose in found if pose is not None)]
+    wanted = [*told, *(t.pose for t in reversals(c, c.command.q))]
     rows = stations(len(c), wanted)
     before = nominal_state(c)
     points = np.union1d(stations(len(c), wanted, MOST_POINTS), rows)
-    bodies = [*job_bodies(c.job), *work_bodies(c.job.placement, c.load)]
+    bodies = [*job_bodies(c.job), *work_bodies(c.job.placement, c.load, Moments(rows, tuple(told)))]
     return {
         "schema": SCHEMA,
         "robot": robot.name,

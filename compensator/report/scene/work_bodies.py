@@ -6,19 +6,20 @@ from compensator.cell.placement import Placement
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.process.process import ProcessLoad
 from compensator.report.scene.drawn_body import FLOOR, WORK, DrawnBody
+from compensator.report.scene.moments import Moments
 from compensator.report.scene.shape_mesh import shape_mesh
 from compensator.scene.body import BASE, WORKOBJECT, Body
 
 FIXTURE_COLOUR, SACRIFICIAL_COLOUR = "#9c8f7a", "#c9bfa8"
 
 
-def work_bodies(placement: Placement, load: ProcessLoad) -> list[DrawnBody]:
-    """Bodies in the work object; none where nothing is milled."""
+def work_bodies(placement: Placement, load: ProcessLoad, moments: Moments | None = None) -> list[DrawnBody]:
+    """Bodies in the work object, none where nothing is milled; the stock as it is at ``moments``, or at the end."""
     if not isinstance(load, MillingLoad):
         return []
     from compensator.report.scene.stock_bodies import milled_bodies  # loads the compiler of the kernels
 
-    return milled_bodies(placement, load)
+    return milled_bodies(placement, load, moments)
 
 
 def fixture(body: Body) -> DrawnBody:

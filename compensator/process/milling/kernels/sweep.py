@@ -201,3 +201,17 @@ def least_possible(m: Floats, i: int, point: Point) -> float:
     v = sight(m, i, point)
     t = min(max(v.toward / v.across, 0.0), 1.0) if v.across > 0.0 else 0.0
     return profile_distance(m, i, _rho(v, t), v.s - min(v.rise, 0.0), longer=abs(v.rise)).d
+
+
+@compiled
+def span(m: Floats, i: int, a: int, edge: float) -> tuple[float, float]:
+    """Least and largest coordinate ``a`` of what is within ``edge`` of the sweep of a move, m; rather too far."""
+    length, radius = m[i, LENGTH], m[i, RADIUS]
+    low, high = np.inf, -np.inf
+    for way, axis in ((0.0, m[i, AXIS + a]), (1.0, m[i, LAST + a])):
+        tip = m[i, START + a] + way * m[i, WAY + a]
+        wide = radius * sqrt(max(1.0 - axis * axis, 0.0))
+        low = min(low, tip + min(length * axis, 0.0) - wide)
+        high = max(high, tip + max(length * axis, 0.0) + wide)
+    edge += 0.125 * m[i, TURN] * m[i, TURN] * (length + radius)
+    return low - edge, high + edge

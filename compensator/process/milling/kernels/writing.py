@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import floor, sqrt
+from math import floor
 
 import numpy as np
 
@@ -24,20 +24,14 @@ from compensator.process.milling.kernels.field import (
     Floats,
     brick_middle,
 )
-from compensator.process.milling.kernels.profile import LENGTH
 from compensator.process.milling.kernels.stock_distance import stock_distance
 from compensator.process.milling.kernels.sweep import (
-    AXIS,
     BEGIN,
     END,
-    LAST,
-    RADIUS,
     RUN,
-    START,
-    TURN,
-    WAY,
     Point,
     least_possible,
+    span,
     sweep_distance,
 )
 
@@ -45,19 +39,11 @@ from compensator.process.milling.kernels.sweep import (
 @compiled
 def bricks_of(f: Field, who: int) -> None:
     """First and last brick along x, y, z that a move may write, into ``f.range``; none where it is out of the grid."""
-    m = f.moves
-    length, radius = m[who, LENGTH], m[who, RADIUS]
-    edge = BAND * f.frame[CELL] + 0.125 * m[who, TURN] * m[who, TURN] * (length + radius)
     for a in range(3):
-        low, high = np.inf, -np.inf
-        for way, axis in ((0.0, m[who, AXIS + a]), (1.0, m[who, LAST + a])):
-            tip = m[who, START + a] + way * m[who, WAY + a]
-            wide = radius * sqrt(max(1.0 - axis * axis, 0.0))
-            low = min(low, tip + min(length * axis, 0.0) - wide)
-            high = max(high, tip + max(length * axis, 0.0) + wide)
+        low, high = span(f.moves, who, a, BAND * f.frame[CELL])
         size = SIDE * f.frame[CELL]
-        f.range[a] = max(floor((low - edge - f.frame[a]) / size), 0)
-        f.range[a + 3] = min(floor((high + edge - f.frame[a]) / size), f.brick.shape[a] - 1)
+        f.range[a] = max(floor((low - f.frame[a]) / size), 0)
+        f.range[a + 3] = min(floor((high - f.frame[a]) / size), f.brick.shape[a] - 1)
 
 
 @compiled

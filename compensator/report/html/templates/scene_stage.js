@@ -2,6 +2,7 @@
 // the sum nominal + factor x deflection, entry by entry.
 const SceneStage = (() => {
   const {unpacked, mapped, jointColour, GREY, range, between} = SceneNumbers;
+  const {geometry, staged, material} = SceneBodies;
   const ARROWS = {force: "#d55e00", deflection: "#cc2f6b", correction: "#0072b2"};
   const RESIDUALS = {before: "#d55e00", after: "#0072b2"};
   const UP = new THREE.Vector3(0, 1, 0);
@@ -41,22 +42,6 @@ const SceneStage = (() => {
     shaft.position.y = (length - cone) / 2;
     head.scale.set(size, cone / 0.045, size);
     head.position.y = length - cone / 2;
-  }
-
-  function geometry(body) {
-    const made = new THREE.BufferGeometry();
-    made.setAttribute("position", new THREE.BufferAttribute(unpacked(body.vertices), 3));
-    made.setIndex(new THREE.BufferAttribute(unpacked(body.faces, body.wide ? "u" : "s"), 1));
-    if (body.smooth) made.computeVertexNormals();
-    return made;
-  }
-
-  function material(body) {
-    const clear = body.opacity < 1;
-    return new THREE.MeshStandardMaterial({
-      color: body.colour, roughness: 0.75, metalness: 0.1, flatShading: !body.smooth, transparent: clear,
-      opacity: body.opacity, depthWrite: !clear, side: THREE.DoubleSide,
-    });
   }
 
   class Stage {
@@ -132,7 +117,7 @@ const SceneStage = (() => {
         const mesh = new THREE.Mesh(shape, look);
         mesh.renderOrder = body.opacity < 1 ? 2 : 0;
         parent.add(mesh);
-        this.bodies.push({mesh, kind: body.kind, tool: body.tool});
+        this.bodies.push({mesh, kind: body.kind, tool: body.tool, stages: body.stages && staged(body, shape.index.array)});
       }
     }
 
@@ -200,7 +185,10 @@ const SceneStage = (() => {
       if (this.arrays.floor) this.floor.position.set(...[0, 1, 2].map(i => between(this.arrays.floor, 3, at, i)));
       this.now = [at, factor, shown];
       const tool = this.data.stations.tool[Math.round(at)];
-      for (const b of this.bodies) b.mesh.visible = shown[b.kind] !== false && (b.tool === null || b.tool === tool);
+      for (const b of this.bodies) {
+        b.mesh.visible = shown[b.kind] !== false && (b.tool === null || b.tool === tool);
+        if (b.stages) b.mesh.geometry.setIndex(b.stages.index[b.stages.stage[Math.floor(at)]]);
+      }
       if (this.line) {
         this.line.visible = shown.path !== false;
         this.ghostly = shown.ghost !== false && shown.path !== false;
