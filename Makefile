@@ -42,6 +42,7 @@ pictures: $(VENV)/.test
 	$(BIN)/python -m docs.make_circle_picture
 	$(BIN)/python -m docs.make_measuring_picture
 	$(BIN)/python -m docs.make_cut_picture
+	$(BIN)/python -m docs.make_frames_picture
 
 reference: $(VENV)/.test
 	$(BIN)/python -m docs.make_glossary
