@@ -9,7 +9,7 @@ from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.figures.curves import JOINT_COLOURS, Pen, curve, stacked
 from compensator.report.figures.layout import BEFORE, FONT, Figure, hover
 from compensator.report.figures.path import RAPID_COLOUR, path_scene, segments
-from compensator.report.figures.thinning import numbers, thin
+from compensator.report.figures.thinning import numbers, thin, typed
 from compensator.solve.compensation import Compensation
 
 Floats = npt.NDArray[np.float64]
@@ -103,9 +103,11 @@ def _remaining(load: MillingLoad) -> list[Figure]:
     normal = np.cross(b - a, c - a)
     shade = 0.5 + 0.5 * (normal @ LIGHT) / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
     mesh: Figure = {"type": "mesh3d", "flatshading": True, "hoverinfo": "skip", **UNLIT}
-    mesh |= {"intensity": numbers(shade, 2), "intensitymode": "cell", "colorscale": GREYS, "cmin": 0, "cmax": 1}
-    mesh |= {a: numbers(vertices[:, i] * 1e3, 2) for i, a in enumerate("xyz")}
-    return [{**mesh, **{a: faces[:, i].tolist() for i, a in enumerate("ijk")}}]
+    mesh |= {"intensity": typed(255 * shade, "u1"), "intensitymode": "cell", "cmin": 0, "cmax": 255}
+    mesh["colorscale"] = GREYS
+    mesh |= {a: typed(vertices[:, i] * 1e3, "f4") for i, a in enumerate("xyz")}
+    number = "u2" if len(vertices) < 1 << 16 else "u4"
+    return [{**mesh, **{a: typed(faces[:, i], number) for i, a in enumerate("ijk")}}]
 
 
 def _box_edges(load: MillingLoad) -> Figure:

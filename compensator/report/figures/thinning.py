@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
+from compensator.report.scene.packing import packed
 from compensator.solve.compensation import Compensation
 
 Floats = npt.NDArray[np.float64]
@@ -35,6 +38,12 @@ def path_length(c: Compensation) -> Floats:
     """(N,) m along the nominal path, rapids included."""
     step = np.linalg.norm(np.diff(c.path.toolpath.position, axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(step)])
+
+
+def typed(values: npt.NDArray[Any], kind: str) -> dict[str, str]:
+    """As plotly.js takes arrays of numbers of one kind: a third of the text."""
+    rounded = values.round() if kind.startswith("u") else values
+    return {"dtype": kind, "bdata": packed(rounded, kind)}
 
 
 def numbers(values: Floats, digits: int | None = None) -> list[float | None]:

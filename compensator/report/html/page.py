@@ -23,6 +23,7 @@ _TEMPLATES = Environment(
     lstrip_blocks=True,
     keep_trailing_newline=True,
 )
+SMALL = {"scatter", "scatter3d", "mesh3d"}  # what plotly's bundle gl3d draws of what stands in our figures
 _TEMPLATES.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
 
 
@@ -36,15 +37,23 @@ def page(
         scene: of the arm at work, as ``report/scene`` makes it; the page then carries three.js, too.
         shown: numbers in words, sentences and tables, by the names that the template has for them.
     """
-    from plotly.offline import get_plotlyjs  # 5 MB, and not every page has figures
-
-    drawing = {"plotly_js": get_plotlyjs(), "scene": scene, "three_js": three_js() if scene else ""}
+    drawing = {"plotly_js": plotly_js(figures), "scene": scene, "three_js": three_js() if scene else ""}
     return template_page(template, title=title, figures=figures, **drawing, **shown)
 
 
 def template_page(template: str, **shown: object) -> str:
     """A page of a template that needs nothing but what is given."""
     return _TEMPLATES.get_template(f"{template}.html").render(**shown)
+
+
+def plotly_js(figures: Mapping[str, Figure]) -> str:
+    """plotly.js with its licence: all of it, 4.8 MB, or the 1.8 MB that curves and views in three dimensions need."""
+    kinds = {trace["type"] for figure in figures.values() for trace in figure["data"]}
+    if kinds <= SMALL:
+        return (files("compensator.report.html") / "plotly" / "plotly-gl3d.js").read_text(encoding="utf-8")
+    from plotly.offline import get_plotlyjs  # 5 MB, and not every page has figures
+
+    return str(get_plotlyjs())
 
 
 @cache

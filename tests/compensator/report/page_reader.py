@@ -7,9 +7,7 @@ import re
 from html.parser import HTMLParser
 from typing import Any
 
-from plotly.offline import get_plotlyjs
-
-from compensator.report.html.page import three_js
+from compensator.report.html.page import plotly_js, three_js
 
 VOID = {"meta", "br", "img", "link", "hr", "input"}
 
@@ -58,5 +56,6 @@ def _refused(constant: str) -> None:
 
 def own(text: str) -> str:
     """The page without plotly.js and three.js."""
-    assert text.count(get_plotlyjs()) == 1
-    return text.replace(get_plotlyjs(), "").replace(three_js(), "")
+    library = plotly_js(figures_in(text))
+    assert text.count(library) == 1
+    return text.replace(library, "").replace(three_js(), "")

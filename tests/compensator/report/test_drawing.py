@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from plotly.offline import get_plotlyjs
 
 from compensator.cli import main
 from compensator.errors import CompensatorError
@@ -16,6 +17,7 @@ from compensator.report.analysis.pattern import Pattern
 from compensator.report.figures.diagnosis import pattern_figure
 from compensator.report.figures.drawing import drawn
 from compensator.report.html import fit as fit_html
+from compensator.report.html.page import plotly_js
 from compensator.tasks.page_last import write_with_page
 from tests.compensator.report.page_reader import Walk, figures_in
 from tests.stiffness.bench_lab import Lab
@@ -64,3 +66,9 @@ def test_a_page_that_fails_as_a_whole_leaves_the_numbers(tmp_path: Path) -> None
     with pytest.raises(CompensatorError, match=r"r\.html: the report could not be made .*m\.toml"):
         write_with_page([(model, "numbers")], page, fails)
     assert model.read_text() == "numbers" and not page.exists()
+
+
+def test_a_page_carries_no_more_of_plotly_than_it_draws_with() -> None:
+    flat = {"a": {"data": [{"type": "scatter"}, {"type": "scatter3d"}]}, "b": {"data": [{"type": "mesh3d"}]}}
+    assert "plotly.js (gl3d - minified)" in plotly_js(flat)[:200] and len(plotly_js(flat)) < 2e6
+    assert plotly_js({**flat, "c": {"data": [{"type": "heatmap"}]}}) == get_plotlyjs()

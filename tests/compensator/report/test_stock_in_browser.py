@@ -46,6 +46,19 @@ def test_the_stock_shrinks_along_the_slider(shown: tuple[Page, list[str]]) -> No
     assert complaints == []
 
 
+def test_the_small_plotly_draws_every_figure(shown: tuple[Page, list[str]]) -> None:
+    """A kind of curve that the library lacks would be drawn as another, or the numbers of a mesh not be read."""
+    page, complaints = shown
+    for name in ("path", "cut", "cut_along", "along", "joints"):
+        page.locator(f"#{name}").scroll_into_view_if_needed()
+        page.wait_for_selector(f"#{name} .main-svg", state="attached")
+    kinds = page.evaluate("document.getElementById('cut')._fullData.map(trace => [trace.type, trace.visible])")
+    assert kinds[0] == ["mesh3d", True] and {kind for kind, _ in kinds[1:]} == {"scatter3d"}
+    corners, faces = page.evaluate("(({x, i}) => [x.length, i.length])(document.getElementById('cut')._fullData[0])")
+    assert 500 < corners < faces < 2.1 * corners
+    assert complaints == []
+
+
 def test_what_is_hidden_stays_hidden(shown: tuple[Page, list[str]]) -> None:
     page, _ = shown
     box = page.locator(".layers input[value=left]")
