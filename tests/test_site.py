@@ -43,22 +43,3 @@ def test_links_lead_somewhere(page: Path) -> None:
         if not file.exists() or (heading and file.suffix == ".md" and heading not in anchors(file)):
             wrong.append(target)
     assert wrong == []
-
-
-def test_the_commands_of_the_pages_for_beginners_are_those_of_the_program() -> None:
-    """Verb and options of every line; what they do is walked in test_blind_walk."""
-    import shlex
-
-    from compensator.cli import main
-
-    seen = 0
-    for name in ("tutorial", "measure-in-a-day", "init", "command-line"):
-        text = (DOCS / f"{name}.md").read_text(encoding="utf-8").replace("\\\n", " ")
-        for line in re.findall(r"^ *compensator ([a-z-]+ ?[^\n]*)$", text, re.M):
-            verb, *words = shlex.split(re.split(r" [|>] ", line)[0])
-            if verb.startswith("-") or "--help" in words:
-                continue
-            with main.commands[verb].make_context(verb, words) as context:
-                assert context.command.name == verb
-            seen += 1
-    assert seen > 12
