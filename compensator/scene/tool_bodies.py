@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,9 +30,7 @@ def tool_bodies(placement: Placement) -> list[Body]:
     Raises:
         CellError: a mesh is refused.
     """
-    process = milling_of(placement.process)
-    cutters: Mapping[int | None, Cutter] = {} if process is None else process.cutters
-    out = []
+    process, out = milling_of(placement.process), []
     for number, tool in placement.tools.by_number.items():
         mine = None if placement.tools.any_number else number
         drawn = placement.surroundings.tools.get(number, ())
@@ -41,12 +38,25 @@ def tool_bodies(placement: Placement) -> list[Body]:
             shape, inside = table_shape(entry, placement.surroundings.folder)
             frame = entry.placed().then(inside)
             out.append(Body(entry.name, TOOL, shape, frame, role="tool", tool=mine))
-        cutter = cutters.get(None) or cutters.get(number)
+        cutter = cutter_of(placement, number)
         if cutter is not None:
             out += _of_cutter(tool, cutter, mine)
         elif not drawn or process is None:
             out += _line(tool, mine)
     return out
+
+
+def cutter_of(placement: Placement, number: int) -> Cutter | None:
+    """The cutter in a tool; None: nothing is milled, or it is not known.
+
+    One tool for whatever number a file calls has the one cutter of the cell, by whatever number the cell has it.
+    """
+    process = milling_of(placement.process)
+    if process is None:
+        return None
+    cutters = process.cutters
+    only = next(iter(cutters.values())) if placement.tools.any_number and len(cutters) == 1 else None
+    return cutters.get(None) or cutters.get(number) or only
 
 
 def milling_of(process: Process) -> MillingProcess | None:

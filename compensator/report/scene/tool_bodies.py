@@ -13,7 +13,7 @@ from compensator.report.scene.drawn_body import DrawnBody
 from compensator.report.scene.shape_mesh import shape_mesh
 from compensator.report.scene.solids import SolidMesh, capsule, turned
 from compensator.scene.body import Body
-from compensator.scene.tool_bodies import milling_of
+from compensator.scene.tool_bodies import cutter_of
 from stiffness.statics.tool import Tool
 
 if TYPE_CHECKING:
@@ -34,10 +34,10 @@ def tool_bodies(placement: Placement, known: Sequence[Body], links: int) -> list
         known: bodies of a job, of which those are taken that the cell draws of its tools.
         links: number of the flange; that of the TCP is one more.
     """
-    tools, milling, bodies = placement.tools, milling_of(placement.process), []
+    tools, bodies = placement.tools, list[DrawnBody]()
     for number, tool in tools.by_number.items():
         of = None if tools.any_number else number
-        cutter = None if milling is None else milling.cutters.get(None) or milling.cutters.get(number)
+        cutter = cutter_of(placement, number)
         drawn = [] if cutter is None else _cutter(cutter, links + 1, of=of)
         own = [_of_cell(body, links) for body in known if body.role == "tool" and body.tool == of]
         height = max((float(-b.mesh.vertices[:, 2].min()) for b in drawn), default=0.0)
