@@ -53,7 +53,7 @@ def identify(
     one_robot(sessions)
     sessions = of_one_process(sessions, () if prior is None else prior.processes.values())
     if effects is not None:
-        return _finished(robust_fit(sessions, named_effects(effects), prior))
+        return _finished(_told(sessions, effects, prior))
     there = {
         "load": any(s.has_displacement for s in sessions) or _sag(sessions),
         "position": any(s.has_absolute for s in sessions),
@@ -108,15 +108,36 @@ def _with_memory(
         return fit
     every = named_effects([*names, *(a.effect.name for a in found)])
     trial = robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in fit.sessions], only=found)
-    moved = with_better_numbers(trial, at_values_of(trial, found))
-    if moved is not None:
-        found, trial = (
-            moved,
-            robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in trial.sessions], only=moved),
-        )
+    found, trial = _numbers_searched(sessions, found, fit=trial, prior=prior)
     notes = tuple(_note(a, fit, trial, alike.get(a.effect.name, ())) for a in found)
     last = reconsidered(replace(trial, notes=(*fit.notes, *notes)))
     return replace(last, searched_sd=searched_deviations(last, at_values_of(last, found)))
+
+
+def _told(sessions: Sequence[Session], effects: Sequence[str], prior: ComplianceModel | None) -> Fit:
+    """Effects that the user names; what shapes the memory of their joints is searched where no prior has it."""
+    fit = robust_fit(sessions, named_effects(effects), prior)
+    known, joints, values = () if prior is None else prior.effects, fit.unknowns.joints, fit.values()
+    told = [
+        Addition(e, sites, frozenset(sites), values[e.name])
+        for e in fit.unknowns.effects
+        if e.memory and e not in known and (sites := e.sites(joints))
+    ]
+    if not told:
+        return fit
+    told, fit = _numbers_searched(sessions, told, fit=fit, prior=prior)
+    return replace(fit, searched_sd=searched_deviations(fit, at_values_of(fit, told)))
+
+
+def _numbers_searched(
+    sessions: Sequence[Session], found: list[Addition], *, fit: Fit, prior: ComplianceModel | None
+) -> tuple[list[Addition], Fit]:
+    """Additions of a fit and the fit, with better numbers where no derivative leads to them."""
+    moved = with_better_numbers(fit, at_values_of(fit, found))
+    if moved is None:
+        return found, fit
+    used = [s.used for s in fit.sessions]
+    return moved, robust_fit(sessions, effects=fit.unknowns.effects, prior=prior, used=used, only=moved)
 
 
 def _load_levels(session: Session) -> int:

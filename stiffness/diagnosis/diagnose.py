@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
+from stiffness.diagnosis.adoption import with_richer_forms
 from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alternatives
 from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.held_out import held_out, held_out_scores
@@ -163,6 +164,7 @@ def _searched(search: Search, base: Fit) -> _Found:
     search.say("70 %: trying other effects in the place of what was found")
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)
+    additions, fit = with_richer_forms(search.fits, additions, fit)
     fit, additions, removed = with_known(search.fits, fit, additions, search.known)
     outcome = judged(search, base=base, fit=fit, additions=additions, found=found)
     kept = [r for r in found if any(a.effect is r.addition.effect for a in outcome.additions)]

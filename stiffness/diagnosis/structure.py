@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of
+from stiffness.diagnosis.adoption import better
 from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import ResidualSource, residual_sources
 from stiffness.diagnosis.search import Search, like_noise
@@ -47,15 +48,19 @@ class Judged:
 def without_crumbs(
     search: Search, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
 ) -> tuple[Fit, list[Addition]]:
-    """Without additions that only polish what another explains: laws that are not exact to the last digit."""
-    crumbs = {r.addition.effect.name for r in found if r.explains < CRUMB}
-    kept = [a for a in additions if a.effect.name not in crumbs]
-    if not crumbs or not kept:
-        return fit, additions
-    trial = search.fits.fit(kept, fit)
-    if trial.solution.chi2 > SLIGHTLY**2 * trial.solution.freedom:
-        return fit, additions
-    return trial, at_values_of(trial, kept)
+    """Without additions that only polish what another explains: laws that are not exact to the last digit. A small
+    cause of its own is no polish: of what is left without it, it explains nearly all."""
+    for r in sorted((r for r in found if r.explains < CRUMB), key=lambda r: r.explains):
+        kept = [a for a in additions if a.effect is not r.addition.effect]
+        if len(kept) == len(additions) or not kept:
+            continue
+        trial = search.fits.fit(kept, fit)
+        if trial.solution.chi2 > SLIGHTLY**2 * trial.solution.freedom:
+            continue
+        if better(fit, trial) and _above(fit) < PARTLY * _above(trial):
+            continue
+        fit, additions = trial, at_values_of(trial, kept)
+    return fit, additions
 
 
 def judged(
@@ -94,8 +99,14 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
     """Whether a fit leaves clear structure, and where."""
     misfit = float(np.sqrt(fit.solution.chi2 / max(fit.solution.freedom, 1.0)))
     above, first = _above(fit), _above(base)
-    if like_noise(fit) or misfit < CLEAR:
+    if like_noise(fit):
         return Structure(False, [])
+    if misfit < CLEAR:
+        small = (
+            f"the residual is {misfit:.2f} times the noise: more than chance, less than can be named; standard "
+            "deviations hold what it may hide"
+        )
+        return Structure(False, [], (small,) if any(coherent(s) for s in fit.sessions) else ())
     if fit is not base and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
         note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
         return Structure(False, [], (note,))

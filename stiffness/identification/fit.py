@@ -179,7 +179,7 @@ class Fit:
         """Of numbers of the model file, by effect and parameter, with what a missing effect may hide; 0 where given."""
         n = self.unknowns.joints
         out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
-        hidden = hidden_bias(self.solution, self.sessions)[: len(self.unknowns)] if self.lacks else 0.0
+        hidden = hidden_bias(self.solution, self.sessions)[: len(self.unknowns)] if self.solution.misfit > 1 else 0.0
         for u, value, sd in zip(self.unknowns.free, self.parameters, np.hypot(self.sd, hidden), strict=True):
             out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
         for name, numbers in self.searched_sd.items():

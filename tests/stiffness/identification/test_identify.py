@@ -90,6 +90,20 @@ def test_a_gap_is_taken_up_and_found(tmp_path: Path) -> None:
     assert np.abs(stiffness(fit)[0] / lab.stiffness - 1).max() < 0.06
 
 
+def test_an_effect_that_is_named_is_searched_for_the_torque_that_switches_it(tmp_path: Path) -> None:
+    session, _ = Lab(gap=(1.2e-4, 1.0e-4, 1.2e-4, 2.2e-4, 3.2e-4, 4.4e-4), breakaway=120.0).session(tmp_path, 11)
+    fit = identify([session], ["joint-stiffness", "backlash"])
+    found, sd = fit.values()["backlash"]["breakaway_nm"], fit.deviations()["backlash"]["breakaway_nm"]
+    told = sd[:5] < 10.0  # loads that say it
+    assert told.sum() >= 2
+    assert np.abs((found[:5] - 120.0) / sd[:5])[told].max() < 3
+    prior = fit.model(session.robot_name, {})
+    gap = {**prior.values["backlash"], "breakaway_nm": np.full(6, 7.0)}
+    prior = replace(prior, values={**prior.values, "backlash": gap})
+    kept = identify([session], ["joint-stiffness", "backlash"], prior)
+    assert kept.values()["backlash"]["breakaway_nm"].tolist() == [7.0] * 6  # who knows it is believed
+
+
 def test_one_load_level_cannot_tell_a_gap(tmp_path: Path) -> None:
     session, _ = Lab().session(tmp_path, 12, setups=12, levels=(1.0,))
     fit = identify([session])
