@@ -20,7 +20,7 @@ from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS
 
 SIZES = (3.0, 1.5, 6.0)
-QUICK: tuple[tuple[str, str, Flow], ...] = (  # one of every kind, for CI; tests/stiffness/diagnosis/test_diagnose.py has more of flow a
+QUICK: tuple[tuple[str, str, Flow], ...] = (  # for CI; tests/stiffness/diagnosis/test_diagnose.py: flow a
     ("abb-irb6600-175-255", "payload", "a"),
     ("ur10", "clean", "b"),
     ("kuka-kr210-r2700", "base-compliance", "b"),
