@@ -10,10 +10,11 @@ import pytest
 
 import compensator
 from compensator.errors import CompensatorError
-from docs import make_functions, make_keys
+from docs import make_functions, make_json_keys, make_keys
 from tests.compensator import small_job
 from tests.compensator.api.test_python_page import PART
 from tests.stiffness.bench_lab import Lab
+from tests.verb_jobs import write_inputs
 
 
 def test_the_page_of_functions_is_current() -> None:
@@ -26,6 +27,15 @@ def test_the_page_of_keys_is_current() -> None:
     assert page == make_keys.page()
     for key in ("process(milling).stock.box", "controller.absolute_accuracy", "reflectors.NAME.position"):
         assert f"| `{key}` |" in page
+
+
+@pytest.mark.parametrize("verb", ["check", "clamped", "compare", "cutting", "datasheet", "preview", "verify"])
+def test_the_keys_of_summaries_are_current(verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of verbs that take about a second."""
+    write_inputs(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    section = make_json_keys.page({verb: make_json_keys.keys_of(verb)})[len(make_json_keys.HEAD) :]
+    assert section.strip() in make_json_keys.PAGE.read_text(encoding="utf-8")
 
 
 def test_every_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
