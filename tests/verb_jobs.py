@@ -32,7 +32,7 @@ class VerbJob:
         reads: every file of that folder which the run reads.
         writes: option -> usual name of the file.
         beside: what it writes beside these.
-        overwrites: whether it runs where its files stand already.
+        overwrites: whether it runs where files of these names stand already.
     """
 
     arguments: tuple[str, ...]
@@ -95,6 +95,7 @@ JOBS = {
         ),
         PATH,
         {"-o": "out.parquet", "--png": "out.png", "--best": "out.toml", "--json": "out.json"},
+        overwrites=False,  # it goes on with a study that stands there
     ),
     "check": VerbJob(("cell.toml", "path.csv"), PATH, {"--json": "out.json"}),
     "compare": VerbJob(("one.json", "other.json"), ("one.json", "other.json"), {"--json": "out.json"}),
