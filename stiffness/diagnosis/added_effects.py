@@ -18,6 +18,7 @@ from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of, unknowns
 from stiffness.identification.weighting import Weighting
+from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, Ending
 from stiffness.session.session import Session
 
@@ -119,6 +120,7 @@ class ModelFits:
         base: effects of the model that these sessions show; ``values``: theirs; ``given``: names of those that stay as
             they are.
         ending: what ends a fit. widened: factor on the noise that prior knowledge is weighed against.
+        prior: a model whose standard deviations hold its numbers; else they are loose.
         used: per session (N,), readings that take part. allowed: readings that may.
     """
 
@@ -128,6 +130,7 @@ class ModelFits:
     used: tuple[Bools, ...]
     allowed: tuple[Bools, ...]
     given: tuple[str, ...] = ()
+    prior: ComplianceModel | None = None
     ending: Ending = EXACT
     widened: float = 1.0
 
@@ -199,7 +202,7 @@ class ModelFits:
         layout = replace(layout, free=tuple(u for u in layout.free if u.effect not in held))
         fixed = {e.name: self.values[e.name] for e in self.base}
         fixed |= {a.effect.name: a.values for a in additions}
-        problem = Problem.of_sessions(self.data, self.weightings, layout, fixed)
+        problem = Problem.of_sessions(self.data, self.weightings, layout, fixed, self.prior)
         # increments of tracker poses count from the first guess of the fit that gives their start
         poses = [None] * len(self.data) if start is None else [s.state.poses for s in start.sessions]
         states = tuple(

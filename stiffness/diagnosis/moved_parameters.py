@@ -13,8 +13,9 @@ from stiffness.diagnosis.result import MovedParameter
 from stiffness.effects import BY_NAME
 from stiffness.effects.effect import part_of
 from stiffness.identification.fit import Fit
-from stiffness.identification.unknowns import numbers_of
+from stiffness.identification.unknowns import Unknown, numbers_of
 from stiffness.model.model import ComplianceModel
+from stiffness.numerics.least_squares import inverse
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,7 +47,75 @@ def moved_parameters(
         found = _moved(key, fit, model, fits.joints)
         if not any(abs(part_of(w, fits.joints) - b) <= 1 for w in found.where for b in beside if b >= 0):
             out.append(found)
+    if not out and not additions:
+        out = [_moved(key, fit, model, fits.joints) for key in fewest_moved(base, model)]
     return out
+
+
+def fewest_moved(fit: Fit, model: ComplianceModel) -> list[tuple[str, str, int]]:
+    """The fewest numbers (effect, parameter, index) whose move makes the rest of a model agree with a fit.
+
+    Numbers that are known together only, as the springs of joints that bend alike, may none stand out by itself and
+    yet not be what they were. The differences d have the covariance S of model and fit. That only the numbers m have
+    moved explains g_m' (S^-1_mm)^-1 g_m of d' S^-1 d, with g = S^-1 d: they are taken one after the other, the one that
+    explains most first, until the rest is what chance leaves.
+    """
+    keys, difference, covariance = _differences(fit, model)
+    if not keys:
+        return []
+    precision = inverse(covariance)
+    slope = precision @ difference
+    total, taken = float(difference @ slope), list[int]()
+    explained = 0.0
+    while len(taken) < len(keys) and stats.chi2.sf(total - explained, len(keys) - len(taken)) < CHANCE:
+        gain = {k: _explained(precision, slope, [*taken, k]) for k in range(len(keys)) if k not in taken}
+        best = max(gain, key=lambda k: gain[k])
+        taken, explained = [*taken, best], gain[best]
+    return [keys[k] for k in taken]
+
+
+def _explained(precision: Floats, slope: Floats, some: list[int]) -> float:
+    return float(slope[some] @ np.linalg.solve(precision[np.ix_(some, some)], slope[some]))
+
+
+def _differences(fit: Fit, model: ComplianceModel) -> tuple[list[tuple[str, str, int]], Floats, Floats]:
+    """Numbers (P,) that the data determine and the model has, what they differ by, and its covariance (P, P)."""
+    keys, columns, difference, own, sign = [], [], [], [], []
+    for k, (u, value, ok) in enumerate(zip(fit.unknowns.free, fit.parameters, fit.determined(), strict=True)):
+        if u.effect not in model.values or not ok:
+            continue
+        before, sd = _of_model(model, u)
+        keys.append((u.effect, u.parameter.name, u.index))
+        columns.append(k)
+        difference.append(value - before)
+        own.append(sd)
+        sign.append(-1.0 if u.inverse else 1.0)
+    data = fit.solution.covariance[np.ix_(columns, columns)] * fit.solution.misfit**2
+    spread = np.array(own) * np.array(sign)
+    together = _correlation(model, keys)
+    return keys, np.array(difference), data + together * np.outer(spread, spread)
+
+
+def _correlation(model: ComplianceModel, keys: Sequence[tuple[str, str, int]]) -> Floats:
+    """(P, P) between numbers of a model; none where the file does not tell."""
+    out = np.eye(len(keys))
+    if model.correlations is None:
+        return out
+    place = {name: k for k, name in enumerate(model.correlations.names)}
+    at = [place.get(f"{effect}.{name}[{index + 1}]", -1) for effect, name, index in keys]
+    for i, a in enumerate(at):
+        for j, b in enumerate(at):
+            if i != j and a >= 0 and b >= 0:
+                out[i, j] = model.correlations.matrix[a, b]
+    return out
+
+
+def _of_model(model: ComplianceModel, u: Unknown) -> tuple[float, float]:
+    """A number of the model as the solver sees it, and its standard deviation."""
+    before = float(model.values[u.effect][u.parameter.name][u.index])
+    given = model.sd.get(u.effect, {}).get(u.parameter.name)
+    own = float(given[u.index]) if given is not None else 0.0
+    return (1 / before, own / before**2) if u.inverse else (before, own)
 
 
 def _distance(fit: Fit, model: ComplianceModel) -> dict[tuple[str, str, int], float]:
@@ -56,11 +125,7 @@ def _distance(fit: Fit, model: ComplianceModel) -> dict[tuple[str, str, int], fl
     for u, value, sd, ok in zip(fit.unknowns.free, fit.parameters, fit.sd, known, strict=True):
         if u.effect not in model.values or not ok:
             continue
-        before = float(model.values[u.effect][u.parameter.name][u.index])
-        given = model.sd.get(u.effect, {}).get(u.parameter.name)
-        own = float(given[u.index]) if given is not None else 0.0
-        if u.inverse:
-            before, own = 1 / before, own / before**2
+        before, own = _of_model(model, u)
         out[u.effect, u.parameter.name, u.index] = float((value - before) / np.hypot(sd, own))
     return out
 

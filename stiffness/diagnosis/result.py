@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.diagnosis.attribution import ResidualSource
-from stiffness.identification.fit import Fit
+from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.scores import Score
 from stiffness.model.model import ComplianceModel
 from stiffness.planning.next_setups import NextSetup
@@ -114,6 +114,12 @@ class Diagnosis:
     held: tuple[tuple[int, ...], ...] = field(default=())
     base_heldout_rms: float | None = None
     next_traces: tuple[str, ...] = ()
+
+    @property
+    def known_better(self) -> tuple[HeldOutScores, ...]:
+        """Scores of an adequate model whose numbers are no more wrong than they say, and that readings know better."""
+        every = self.scores.values() if self.verdict == "adequate" else ()
+        return tuple(s for s in every if s is not None and s.before.rms > CLEAR * s.refitted.rms)
 
     def __repr__(self) -> str:
         return f"Diagnosis({self.verdict}, added {', '.join(a.effect for a in self.added) or 'nothing'})"

@@ -100,7 +100,7 @@ def _profile(
         return out, look([(t, t, t) for t in p.trials], states)
     torque = _torques(fit, index)
     states = look(_between(torque), states)
-    for _ in range(FINER):
+    for _ in range(FINER if out else 0):  # a joint that nothing loads has no torque to switch at
         out.sort(key=lambda r: r.low)
         best = min(range(len(out)), key=lambda k: out[k].chi2)
         first, last = out[max(best - 1, 0)].low, out[min(best + 1, len(out) - 1)].high

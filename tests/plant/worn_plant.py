@@ -21,7 +21,7 @@ from .worn_scene import WornScene
 class WornPlant(Plant):
     """`walk` also takes a Moment per row; without one every moment is the same: time 0, reference temperature."""
 
-    def __init__(self, arm: Arm, wear: Wear, *, gravity_on: bool = True) -> None:
+    def __init__(self, arm: Arm, wear: Wear, *, gravity_on: bool = True, still: float = 1e-9) -> None:
         super().__init__(
             arm,
             stiffness=wear.stiffness,
@@ -29,6 +29,7 @@ class WornPlant(Plant):
             gap=wear.gap,
             breakaway=wear.breakaway,
             friction=wear.friction,
+            still=still,
             gravity_on=gravity_on,
         )
         self.wear = wear

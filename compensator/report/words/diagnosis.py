@@ -53,6 +53,8 @@ def verdict_sentence(d: Diagnosis) -> str:
         return f"Explained: {joined([*lacks, *([f'needs no {gone}'] if gone else [])])}; then {left}."
     if d.verdict == "parameters-changed":
         return f"Parameters changed: no effect is missing, but {_moved(d.changed)} moved since the model was made."
+    if d.verdict == "adequate" and d.known_better:
+        return "Adequate: no effect is missing, and no number has moved beyond what the model leaves open."
     if d.verdict == "adequate":
         return "Adequate: what the model leaves is what noise leaves."
     if d.verdict == "insufficient-data":
@@ -207,6 +209,12 @@ def caution(d: Diagnosis, report: Report) -> str:
         told.append(f"{len(d.outliers)} readings are contradicted by all others and count for nothing")
     if not d.added and d.verdict in ("adequate", "parameters-changed"):
         told.append("effects that these postures, loads and reflectors do not show cannot be excluded")
+    for score in d.known_better[:1]:
+        told.append(
+            f"the model's numbers, which leave {residual_mm(1e3 * score.before.rms)} mm where "
+            f"{residual_mm(1e3 * score.refitted.rms)} mm would do, no more than their standard deviations allow: "
+            "identify --prior takes them from these readings"
+        )
     told = told or ["what was added holds where these readings were taken: beyond their loads and angles it is a guess"]
     return f"not certain: {'; '.join(told)}"
 
