@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from compensator.report.words.trace import trace_sentences
 from compensator.terminal.screen import print_notes, print_written, screen, table
 
 if TYPE_CHECKING:  # the libraries of a fit take half a second to import
@@ -26,6 +27,8 @@ def show_fit(done: Identified) -> None:
             console.print(
                 f"{kind}: {rms['rigid']:.4f} mm rigid, {rms['fitted']:.4f} mm fitted, noise {rms['noise_floor']:.4f} mm"
             )
+    for sentence in trace_sentences(report):
+        console.print(sentence)
     if report["outlier_rows"]:
         rows = ", ".join(str(r["row"]) for r in report["outlier_rows"][:20])
         console.print(f"left out, contradicted by all others: {len(report['outlier_rows'])} rows ({rows})")
@@ -56,3 +59,5 @@ def show_evaluation(report: dict[str, Any]) -> None:
         if wrong := report.get("outlier_rows"):
             every = report["with_outliers"][kind]
             console.print(f"  with {len(wrong)} wrong rows: rms {every['rms_mm']:.4f} mm, max {every['max_mm']:.4f} mm")
+    for sentence in trace_sentences(report):
+        console.print(sentence)

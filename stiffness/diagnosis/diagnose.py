@@ -183,7 +183,7 @@ def _alone(fits: ModelFits, model: ComplianceModel, base: Fit) -> ProcessAlone |
     if all(s.path is None or s.path.dry for s in fits.sessions):
         return None
     moved = moved_parameters(fits=fits, model=model, base=base, fit=base, additions=[])
-    return process_alone(fits, base, len(moved))
+    return process_alone(fits, model, base, len(moved))
 
 
 def _of_process(alone: ProcessAlone, base: Fit) -> _Found:

@@ -41,10 +41,8 @@ def imitating(fits: ModelFits, model: ComplianceModel, base: Fit) -> tuple[str, 
     least = base.solution.chi2 + len(base.unknowns) + ODDS
     out = []
     for chosen in sorted(near, key=lambda s: -s.bic_gain)[:MOST]:
-        additions, fit = adopted(known, linear, chosen, [])
-        own = {u for a in additions for u in a.numbers(fits.joints)}
-        off = (fit.solution.vector - fit.problem.start)[: len(fit.unknowns)] / fit.problem.parameter_sd
-        surprise = sum(float(z) ** 2 for u, z in zip(fit.unknowns.free, off, strict=True) if u not in own)
+        _, fit = adopted(known, linear, chosen, [])
+        surprise = fit.surprise_of(e.name for e in fits.base)
         if like_noise(fit) and fit.solution.chi2 + surprise < least:
             out.append((bic(fit, 1.0), chosen.terms[0].effect.name))
     return tuple(name for _, name in sorted(out))

@@ -79,10 +79,10 @@ def _explained(precision: Floats, slope: Floats, some: list[int]) -> float:
 
 
 def _differences(fit: Fit, model: ComplianceModel) -> tuple[list[tuple[str, str, int]], Floats, Floats]:
-    """Numbers (P,) that the data determine and the model has, what they differ by, and its covariance (P, P)."""
+    """Numbers (P,) of a model, what they differ by, and its covariance (P, P)."""
     keys, columns, difference, own, sign = [], [], [], [], []
-    for k, (u, value, ok) in enumerate(zip(fit.unknowns.free, fit.parameters, fit.determined(), strict=True)):
-        if u.effect not in model.values or not ok:
+    for k, (u, value) in enumerate(zip(fit.unknowns.free, fit.parameters, strict=True)):
+        if u.effect not in model.values:
             continue
         before, sd = _of_model(model, u)
         keys.append((u.effect, u.parameter.name, u.index))

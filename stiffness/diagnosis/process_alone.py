@@ -18,6 +18,7 @@ from stiffness.diagnosis.search import ODDS, like_noise
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import CLEAR, Fit
+from stiffness.model.model import ComplianceModel
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -37,8 +38,11 @@ class ProcessAlone:
     explains: float
 
 
-def process_alone(fits: ModelFits, base: Fit, moved: int) -> ProcessAlone | None:
+def process_alone(fits: ModelFits, model: ComplianceModel, base: Fit, moved: int) -> ProcessAlone | None:
     """The fewest effects of the process that leave no more than a fit of the robot's numbers; None where none do.
+
+    They are chosen with the numbers of the robot held by their standard deviations: what these leave open would be
+    taken for a force.
 
     Args:
         base: the model's own numbers fitted. moved: how many of them that takes.
@@ -46,7 +50,7 @@ def process_alone(fits: ModelFits, base: Fit, moved: int) -> ProcessAlone | None
     effects = [e for e in CATALOGUE if e.scope == "process" and e not in fits.base and can_show(e, fits.sessions)]
     if not effects:
         return None
-    held = replace(fits, given=tuple(e.name for e in fits.base))
+    held, known = replace(fits, given=tuple(e.name for e in fits.base)), replace(fits, prior=model)
     before = held.fit([])
     if like_noise(before):
         return None
@@ -54,14 +58,16 @@ def process_alone(fits: ModelFits, base: Fit, moved: int) -> ProcessAlone | None
     least, kept = base.solution.chi2 + len(base.unknowns) * price + ODDS, None
     for some in _combinations(effects):
         additions = [_everywhere(e, fits.joints) for e in some]
-        trial = held.fit(additions, before)
+        trial = known.fit(additions, before)
         numbers = sum(len(a.numbers(fits.joints)) for a in additions)
-        cost = trial.solution.chi2 + numbers * price
+        cost = trial.solution.chi2 + trial.surprise_of(e.name for e in fits.base) + numbers * price
         if trial.solution.misfit < CLEAR and cost < least:
-            least, kept = cost, (additions, trial)
+            least, kept = cost, additions
     if kept is None:
         return None
-    additions, fit = kept
+    additions, fit = kept, held.fit(kept, before)
+    if fit.solution.misfit >= CLEAR:
+        return None
     above = max(before.solution.chi2 - before.solution.freedom, 1e-9)
     explains = float(np.clip((before.solution.chi2 - fit.solution.chi2) / above, 0, 1))
     better = least < base.solution.chi2 + max(moved, 1) * price

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -74,6 +74,12 @@ class Fit:
     def parameters(self) -> Floats:
         """(P,) as the solver sees them."""
         return self.solution.vector[: len(self.unknowns)]
+
+    def surprise_of(self, effects: Iterable[str]) -> float:
+        """Chi-square of the numbers of some effects against the prior."""
+        names = set(effects)
+        off = (self.parameters - self.problem.start[: len(self.unknowns)]) / self.problem.parameter_sd
+        return float(sum(z**2 for u, z in zip(self.unknowns.free, off, strict=True) if u.effect in names))
 
     @cached_property
     def sd(self) -> Floats:

@@ -26,7 +26,7 @@ def force() -> Ailment:
 
 def cutter() -> Ailment:
     """A cutter that is smaller than it is called."""
-    return Ailment("cutter-size", ("process",), "s x 10 um left along the normal", _shop("left", lambda s: 1e-5 * s))
+    return Ailment("cutter-size", ("cutter",), "s x 10 um left along the normal", _shop("left", lambda s: 1e-5 * s))
 
 
 def softer(k: int) -> Ailment:

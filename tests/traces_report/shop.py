@@ -31,10 +31,10 @@ ASIDE = np.array([4e-4, -3e-4, 2e-4])  # m, by which the ball of the ball-bar is
 START = (0.0, 10.0, 20.0, 0.0, 60.0, 0.0)  # deg
 START_RAD = np.radians(START)
 NOISE = 5e-6  # m
-FEEDS = (1000.0, 3000.0)  # mm/min, of the first pass and of the second
+FEEDS = (1000.0, 3000.0)  # mm/min, of the circles of either plane
 WARM = (20.0, 28.0)  # deg C, from the first row to the last
 RADIUS = 100.0  # mm, of the circles
-EACH = 25  # points on a wall
+EACH = 40  # points on a wall
 READINGS = 150  # of a trace, about
 
 
@@ -82,7 +82,7 @@ class ShopCell(Cell):
 
 
 def rows(kind: Kind, size: float) -> tuple[list[list[object]], Array, Array]:
-    """Rows of a csv toolpath, the normal (N, 3) of the wall at each, and the force (N, 3) N on the tool there.
+    """Rows of a csv toolpath, the normal (N, 3) of what is measured there, and the force (N, 3) N on the tool there.
 
     Two circles in two planes each, or walls with an uneven allowance; both ways round, at two feeds.
     """
@@ -93,17 +93,20 @@ def rows(kind: Kind, size: float) -> tuple[list[list[object]], Array, Array]:
         place = np.pad(corner[wall] + share * (corner[wall + 1] - corner[wall]), ((0, 0), (0, 1)))[:, :3]
         place, normal = np.vstack([place, place[::-1]]), np.vstack([out[wall], out[wall][::-1]])
         path = [[*p.round(6), 0, 0, 1, FEEDS[0], "cut" if k else "rapid"] for k, p in enumerate(place)]
+        floor = np.arange(len(place)) // 2 % 2 == 1
         sense = np.repeat([1.0, -1.0], 4 * EACH)[:, None]
         travel = sense * np.cross([0.0, 0.0, 1.0], normal)
     else:
         path = both_ways(RADIUS * size, 60, ("xy", "xz"))
         place = np.array([row[:3] for row in path], dtype=float)
-        path = [[*row[:6], FEEDS[k * 4 // len(path) % 2], row[7]] for k, row in enumerate(path)]
+        path = [[*row[:6], FEEDS[k * 2 // len(path)], row[7]] for k, row in enumerate(path)]
         normal = place / np.linalg.norm(place, axis=1, keepdims=True)
         travel = np.gradient(place, axis=0)
         travel /= np.linalg.norm(travel, axis=1, keepdims=True)
     load = 150 * (1 + 0.6 * np.sin(2 * np.pi * np.arange(len(place)) / 37))[:, None]
     force = -load * normal - 0.5 * load * travel - [0, 0, 60]
+    if kind == "surface":  # what is measured is the wall and the floor beside it
+        normal = np.where(floor[:, None], [0.0, 0.0, 1.0], normal)
     return path, normal, force
 
 

@@ -116,21 +116,27 @@ def _test(
         place=place,
         deviation=deviation,
         clockwise=normal[mine, plane] < 0,
-        turning=tuple(_turning(path, mine, place, deviation)),
+        turning=tuple(_turning(path, mine=mine, place=place, deviation=deviation, clockwise=normal[mine, plane] < 0)),
     )
 
 
-def _turning(path: PathTrace, mine: Index, place: Floats, deviation: Floats) -> list[TurningPoint]:
-    """Steps of the deviation where a joint turns, once per joint and turn, in the order of the path."""
+def _turning(
+    path: PathTrace, *, mine: Index, place: Floats, deviation: Floats, clockwise: npt.NDArray[np.bool_]
+) -> list[TurningPoint]:
+    """Steps of the deviation where a joint turns, once per joint and turn, in the order of the path; not where the path
+    itself turns back, with all joints at once."""
     rows, order = path.rows, np.lexsort((path.index[mine], path.run[mine]))
     index, out = path.index[mine][order], []
     first = path.run[mine][order] == path.run[mine].min()
     index, level, at = index[first], deviation[order][first], place[order][first]
+    way = clockwise[order][first]
     for j, turns in enumerate(turning_rows(rows.q)):
         for row in turns:
             k = int(np.searchsorted(index, row, side="right"))
             near = np.arange(k - BESIDE, k + BESIDE)
             if near[0] < 0 or near[-1] >= len(index) or index[near[-1]] - index[near[0]] > 4 * BESIDE:
+                continue
+            if len(np.unique(way[near])) > 1:
                 continue
             side = np.repeat([0.0, 1.0], BESIDE)
             design = np.stack([np.ones(len(near)), index[near] - row, side], axis=1)

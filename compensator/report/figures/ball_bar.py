@@ -8,12 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.report.analysis.circular_test import CircularTest, circular_tests
-from compensator.report.figures.layout import AFTER, BEFORE, GRID, INK, Figure, axes, base_layout, on_panel
+from compensator.report.figures.layout import AFTER, BEFORE, GRID, Figure, axes, base_layout, number, on_panel
 from stiffness.identification.session_fit import SessionFit
 
 Floats = npt.NDArray[np.float64]
 
 MOST = 4  # circles side by side
+PALE = "#9aa3ab"
+OUTSIDE, APART = 1.4, np.radians(12)  # of the names of joints that turn
 SHARE = 0.25  # of the radius that the largest deviation is drawn as
 
 
@@ -36,17 +38,18 @@ def ballbar_figure(fits: Sequence[SessionFit], before: Sequence[SessionFit]) -> 
         feed = "" if np.isnan(tests[0].feed) else f", {tests[0].feed * 6e4:.0f} mm/min"
         title = f"{tests[0].plane}{feed}: 0.1 of the radius is {1e5 / enlarged:.3g} um"
         layout |= axes(k, across=across, up=[0.0, 1.0], x=title, y="")
-        number = "" if k == 0 else str(k + 1)
-        layout[f"yaxis{number}"] |= {"scaleanchor": f"x{number}", "showticklabels": False}
-        layout[f"xaxis{number}"] |= {"showticklabels": False}
+        layout[f"yaxis{number(k)}"] |= {"scaleanchor": f"x{number(k)}", "showticklabels": False}
+        layout[f"xaxis{number(k)}"] |= {"showticklabels": False}
         angle = np.linspace(0, 2 * np.pi, 181)
         data.append(_line("", GRID, angle, np.ones(181), panel=k, legend=False))
-        shown = (("measured", INK), ("the model at hand", BEFORE), ("the refined model", AFTER))
+        shown = (("measured", PALE), ("the model at hand", BEFORE), ("the refined model", AFTER))
         for (name, colour), test in zip(shown, tests, strict=True):
             for way in (True, False):
                 mine = np.flatnonzero(test.clockwise == way)
                 r = 1 + enlarged * (test.deviation[mine] - tests[0].deviation.mean())
-                data.append(_line(name, colour, test.place[mine], r, panel=k, legend=k == 0 and way))
+                wide = 4.0 if name == "measured" else 1.5  # the others lie on it
+                data.append(_line(name, colour, test.place[mine], r, panel=k, legend=k == 0 and way, width=wide))
+        layout["annotations"] += _turning(tests[0], k)
     return {"data": data, "layout": layout}
 
 
@@ -58,11 +61,26 @@ def _of(fit: SessionFit, before: SessionFit) -> list[tuple[CircularTest, Circula
     return list(zip(*(circular_tests(path, p[:, 0]) for p in read), strict=True))
 
 
-def _line(name: str, colour: str, angle: Floats, radius: Floats, *, panel: int, legend: bool) -> Figure:
+def _turning(test: CircularTest, panel: int) -> list[Figure]:
+    """The joint that turns, outside of the circle; of several at one place the one that steps the radius most."""
+    out: list[Figure] = []
+    places: list[float] = []
+    for t in sorted(test.turning, key=lambda t: -abs(t.step)):
+        if all(abs(np.angle(np.exp(1j * (t.place - p)))) > APART for p in places):
+            places.append(t.place)
+            x, y = OUTSIDE * np.cos(t.place), OUTSIDE * np.sin(t.place)
+            out.append({"text": f"joint {t.joint}", "x": x, "y": y, "showarrow": False, "font": {"size": 11},
+                        "xref": f"x{number(panel)}", "yref": f"y{number(panel)}"})  # fmt: skip
+    return out
+
+
+def _line(
+    name: str, colour: str, angle: Floats, radius: Floats, *, panel: int, legend: bool, width: float = 1.5
+) -> Figure:
     return {
         "type": "scatter", "mode": "lines", "name": name, "legendgroup": name, "showlegend": legend and bool(name),
         "x": np.round(radius * np.cos(angle), 5).tolist(), "y": np.round(radius * np.sin(angle), 5).tolist(),
-        "line": {"color": colour, "width": 1.5}, "hoverinfo": "skip", **on_panel(panel),
+        "line": {"color": colour, "width": width}, "hoverinfo": "skip", **on_panel(panel),
     }  # fmt: skip
 
 

@@ -14,10 +14,12 @@ from compensator.report.figures.ball_bar import ballbar_figure, has_ballbar
 from compensator.report.figures.diagnosis import pattern_figure, ranking_figure, split_figure
 from compensator.report.figures.drawing import Warn, drawn, silent
 from compensator.report.figures.layout import Figure
+from compensator.report.figures.part_arrows import enlarged_by, has_surface, part_figure
 from compensator.report.figures.residual_map import enlargement, map_figure
 from compensator.report.html import diagnosis_tables as tables
 from compensator.report.html.arm_scene import drawn_scene, meaning, of_diagnosis
 from compensator.report.html.page import page
+from compensator.report.html.trace_tables import stretches, traced
 from compensator.report.json.text import Report
 from compensator.report.words import diagnosis as words
 from compensator.report.words.findings import finding_sentences
@@ -54,12 +56,13 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report, warn: W
     refined = bool(d.added or d.removed or d.changed)
     failed: list[str] = []
     evidence = _evidence(d, residuals, failed.append)
-    circles = has_ballbar(d.fit.sessions)
+    circles, part = has_ballbar(d.fit.sessions), has_surface(d.fit.sessions)
     titles = ["the model at hand", "the refined model"] if refined else ["the model at hand"]
     makers: dict[str, Callable[[], Figure]] = {
         "map": lambda: map_figure(setups, titles),
         "split": lambda: split_figure(report),
         **({"ballbar": lambda: ballbar_figure(d.fit.sessions, d.base.sessions)} if circles else {}),
+        **({"part": lambda: part_figure(d.fit.sessions, d.base.sessions, refined=refined)} if part else {}),
         **({"ranking": lambda: ranking_figure(d)} if any(c.where for c in d.candidates) else {}),
     }
     figures = {
@@ -90,6 +93,7 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report, warn: W
         notes=d.notes,
         refined=refined,
         circles=circles,
+        traces=_traces(d, report),
         map={
             "enlarged": f"{enlargement(setups):,.0f}" if setups else "1",
             "setups": len(setups),
@@ -109,6 +113,14 @@ def diagnosis_page(d: Diagnosis, model: ComplianceModel, report: Report, warn: W
         model=tables.model_at_hand(model),
         misfit=residual_mm(d.fit.solution.misfit),
     )
+
+
+def _traces(d: Diagnosis, report: Report) -> dict[str, Any]:
+    """Tables of traces, and how many times the arrows on a part are enlarged; {} where there is no trace."""
+    fits = d.fit.sessions
+    if not has_surface(fits):
+        return {**traced(report)}
+    return {**traced(report), "stretches": stretches(fits, d.base.sessions), "enlarged": f"{enlarged_by(fits):,.0f}"}
 
 
 def _arrows(text: str) -> str:

@@ -18,6 +18,7 @@ from compensator.report.figures.layout import Figure
 from compensator.report.html import fit_tables as tables
 from compensator.report.html.arm_scene import drawn_scene, meaning, of_fit
 from compensator.report.html.page import page
+from compensator.report.html.trace_tables import traced
 from compensator.report.json.text import Report
 from compensator.report.words.findings import finding_sentences
 from compensator.report.words.numbers import residual_mm
@@ -78,6 +79,7 @@ def fit_page(fit: Fit, report: Report, warn: Warn = silent) -> str:
         correlated=tables.correlated(fit, correlations),
         trackers=tables.trackers(fit) if report["tracker_poses"] else None,
         placed=tables.placed(fit) if report["reflectors"] else None,
+        traces=traced(report),
         outliers=tables.outliers(fit),
         notes=report["notes"],
         inputs=tables.inputs(fit),

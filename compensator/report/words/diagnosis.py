@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from compensator.report.words.numbers import LENGTHS, joined, parameter_words, residual_mm, rounded, shown_unit, with_sd
+from compensator.report.words.trace import trace_sentences
 from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, MovedParameter, RemovedEffect
 from stiffness.effects import BY_NAME
@@ -36,6 +37,8 @@ def diagnosis_lines(d: Diagnosis, report: Report) -> list[str]:
     if d.added or d.verdict == "unexplained":
         lines.append(confusion_sentence(d))
     lines.append(place_sentence(d))
+    lines += trace_sentences(report)
+    lines += [f"trace next: {text}" for text in d.next_traces]
     if d.next_setups:
         lines.append(f"measure next: {next_sentence(report)}")
     lines.append(caution(d, report))
