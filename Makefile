@@ -41,6 +41,7 @@ pictures: $(VENV)/.test
 	$(BIN)/python -m docs.make_pictures
 	$(BIN)/python -m docs.make_circle_picture
 	$(BIN)/python -m docs.make_measuring_picture
+	$(BIN)/python -m docs.make_trace_pictures
 	$(BIN)/python -m docs.make_cut_picture
 	$(BIN)/python -m docs.make_frames_picture
 
