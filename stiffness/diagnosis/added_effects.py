@@ -169,6 +169,17 @@ class ModelFits:
         """Absolute positions are trusted."""
         return tuple(Weighting(d.session, 0.0) for d in self.data)
 
+    def held_by(self, model: ComplianceModel) -> ModelFits:
+        """The numbers of a model held by their standard deviations, those without any as they are."""
+        sure = [e.name for e in self.base if not all(np.all(sd > 0) for sd in self._deviations(model, e))]
+        return replace(self, prior=model, given=(*self.given, *sure))
+
+    def _deviations(self, model: ComplianceModel, e: Effect) -> list[npt.NDArray[np.float64]]:
+        """Of every parameter of an effect that is fitted."""
+        names = {u.parameter.name for u in self.layout([]).free if u.effect == e.name}
+        given = model.sd.get(e.name, {})
+        return [np.asarray(given.get(name, np.zeros(1))) for name in sorted(names)]
+
     def layout(self, additions: Sequence[Addition], *, base_fixed: bool = False) -> Unknowns:
         """The free numbers: all of the model at hand, and those of the additions."""
         names = {e.name for e in self.base} | {a.effect.name for a in additions}

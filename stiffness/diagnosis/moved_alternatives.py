@@ -31,7 +31,7 @@ def imitating(fits: ModelFits, model: ComplianceModel, base: Fit) -> tuple[str, 
         fits: of the model, its numbers free.
     """
     held = replace(fits, given=tuple(e.name for e in fits.base))
-    known = replace(fits, prior=model)
+    known = fits.held_by(model)
     linearisation = Linearisation(held)
     linear = linearisation.at(held.fit([]), [])
     gain = linear.fit.solution.chi2 - base.solution.chi2

@@ -7,14 +7,15 @@ fit of the model's own numbers takes up all of it; so the other explanation is f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.linearisation import can_show
-from stiffness.diagnosis.search import ODDS, like_noise
+from stiffness.diagnosis.search import NOTICED, ODDS
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import CLEAR, Fit
@@ -23,10 +24,11 @@ from stiffness.model.model import ComplianceModel
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ProcessAlone:
-    """Effects of the process on a robot whose numbers stay as the model has them.
+    """Effects of the process on a robot whose numbers stay as well as the model knows them.
 
     Attributes:
-        fits: with all numbers of the model held. additions, fit: what explains the readings.
+        fits: with all numbers of the model held by their standard deviations.
+        additions, fit: what explains the readings.
         better: whether this takes fewer numbers than those of the robot that would have to move.
         explains: fraction of the chi-square above the noise.
     """
@@ -50,26 +52,26 @@ def process_alone(fits: ModelFits, model: ComplianceModel, base: Fit, moved: int
     effects = [e for e in CATALOGUE if e.scope == "process" and e not in fits.base and can_show(e, fits.sessions)]
     if not effects:
         return None
-    held, known = replace(fits, given=tuple(e.name for e in fits.base)), replace(fits, prior=model)
+    held = fits.held_by(model)
+    names = [e.name for e in fits.base]
     before = held.fit([])
-    if like_noise(before):
+    left = before.solution.chi2 + before.surprise_of(names)
+    if stats.chi2.sf(left, max(before.solution.freedom + len(before.unknowns), 1.0)) > NOTICED:
         return None
     price = float(np.log(max(base.solution.count, 8)))
     least, kept = base.solution.chi2 + len(base.unknowns) * price + ODDS, None
     for some in _combinations(effects):
         additions = [_everywhere(e, fits.joints) for e in some]
-        trial = known.fit(additions, before)
+        trial = held.fit(additions, before)
         numbers = sum(len(a.numbers(fits.joints)) for a in additions)
-        cost = trial.solution.chi2 + trial.surprise_of(e.name for e in fits.base) + numbers * price
+        cost = trial.solution.chi2 + trial.surprise_of(names) + numbers * price
         if trial.solution.misfit < CLEAR and cost < least:
-            least, kept = cost, additions
+            least, kept = cost, (additions, trial)
     if kept is None:
         return None
-    additions, fit = kept, held.fit(kept, before)
-    if fit.solution.misfit >= CLEAR:
-        return None
-    above = max(before.solution.chi2 - before.solution.freedom, 1e-9)
-    explains = float(np.clip((before.solution.chi2 - fit.solution.chi2) / above, 0, 1))
+    additions, fit = kept
+    above = max(left - before.solution.freedom, 1e-9)
+    explains = float(np.clip((left - fit.solution.chi2) / above, 0, 1))
     better = least < base.solution.chi2 + max(moved, 1) * price
     return ProcessAlone(fits=held, additions=additions, fit=fit, better=better, explains=explains)
 
