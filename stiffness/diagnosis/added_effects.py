@@ -172,7 +172,9 @@ class ModelFits:
     def held_by(self, model: ComplianceModel) -> ModelFits:
         """The numbers of a model held by their standard deviations, those without any as they are."""
         sure = [e.name for e in self.base if not all(np.all(sd > 0) for sd in self._deviations(model, e))]
-        return replace(self, prior=model, given=(*self.given, *sure))
+        # what was not identified has a standard deviation that means nothing: it is loose
+        sd = {name: {k: _of_known(v, model.identified.get(name)) for k, v in p.items()} for name, p in model.sd.items()}
+        return replace(self, prior=replace(model, sd=sd), given=(*self.given, *sure))
 
     def _deviations(self, model: ComplianceModel, e: Effect) -> list[npt.NDArray[np.float64]]:
         """Of every parameter of an effect that is fitted."""
@@ -213,7 +215,7 @@ class ModelFits:
         layout = replace(layout, free=tuple(u for u in layout.free if u.effect not in held))
         fixed = {e.name: self.values[e.name] for e in self.base}
         fixed |= {a.effect.name: a.values for a in additions}
-        problem = Problem.of_sessions(self.data, self.weightings, layout, fixed, self.prior)
+        problem = Problem.of_sessions(self.data, self.weightings, layout, fixed, prior=self.prior)
         # increments of tracker poses count from the first guess of the fit that gives their start
         poses = [None] * len(self.data) if start is None else [s.state.poses for s in start.sessions]
         states = tuple(
@@ -241,6 +243,14 @@ class ModelFits:
         held = {a.effect.name: allowed[a.effect.name] for a in wrong}
         moved = [replace(a, values=held.get(a.effect.name, values[a.effect.name])) for a in additions]
         return self.fit(moved, fit, held=tuple(held))
+
+
+def _of_known(sd: npt.ArrayLike, identified: Bools | None) -> npt.NDArray[np.float64]:
+    """Standard deviations, 0 where a number was not identified."""
+    out = np.array(sd, dtype=float)
+    if identified is not None and len(out) == len(identified):
+        out[~np.asarray(identified)] = 0.0
+    return out
 
 
 def _begun(problem: Problem, start: Fit, anew: str) -> Floats:

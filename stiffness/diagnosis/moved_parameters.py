@@ -79,10 +79,10 @@ def _explained(precision: Floats, slope: Floats, some: list[int]) -> float:
 
 
 def _differences(fit: Fit, model: ComplianceModel) -> tuple[list[tuple[str, str, int]], Floats, Floats]:
-    """Numbers (P,) of a model, what they differ by, and its covariance (P, P)."""
+    """Numbers (P,) that the model and the data determine, what they differ by, and its covariance (P, P)."""
     keys, columns, difference, own, sign = [], [], [], [], []
-    for k, (u, value) in enumerate(zip(fit.unknowns.free, fit.parameters, strict=True)):
-        if u.effect not in model.values:
+    for k, (u, value, ok) in enumerate(zip(fit.unknowns.free, fit.parameters, fit.determined(), strict=True)):
+        if u.effect not in model.values or not ok or _not_identified(model, u):
             continue
         before, sd = _of_model(model, u)
         keys.append((u.effect, u.parameter.name, u.index))
@@ -108,6 +108,12 @@ def _correlation(model: ComplianceModel, keys: Sequence[tuple[str, str, int]]) -
             if i != j and a >= 0 and b >= 0:
                 out[i, j] = model.correlations.matrix[a, b]
     return out
+
+
+def _not_identified(model: ComplianceModel, u: Unknown) -> bool:
+    """Whether the model itself tells that a number of it is none."""
+    flags = model.identified.get(u.effect)
+    return flags is not None and u.parameter.size == "joint" and not bool(flags[u.index])
 
 
 def _of_model(model: ComplianceModel, u: Unknown) -> tuple[float, float]:

@@ -35,6 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--only", default="", help="cases whose kind and name contain this text")
     parser.add_argument("--flow", nargs="+", choices=FLOWS, default=FLOWS, help="where the model at hand comes from")
     parser.add_argument("--keep", help="folder of rows that were made: they are not made again")
+    parser.add_argument("--made", action="store_true", help="only rows that --keep has: none is made")
     parser.add_argument("--out", help="page to write; default: print")
     return parser
 
@@ -49,6 +50,8 @@ def _rows(asked: argparse.Namespace, keep: Path) -> list[Row]:
             if asked.only not in name or within:  # a data sheet leaves so much open: nothing has moved
                 continue
             kept = keep / f"{name.replace(' ', '_')}.row"
+            if asked.made and not kept.exists():
+                continue
             if not kept.exists():
                 seed = int(name.split()[2]) + 10 * FLOWS.index(flow) if not scenario.causes else 1
                 kept.write_bytes(pickle.dumps(run(scenario, flow, keep, seed=seed)))

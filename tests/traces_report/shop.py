@@ -226,7 +226,9 @@ def samples(program: Program, wear: Wear, seed: int) -> dict[str, Sequence[float
     read = (read + np.random.default_rng(seed).normal(0.0, NOISE, read.shape)) * 1e3
     at = np.flatnonzero(program.planned[0].cut)
     at = at[:: max(len(at) // READINGS, 1)]
-    columns: dict[str, Any] = {"index": at, "temperature": [program.moments[k].temperature for k in at]}
+    columns: dict[str, Any] = {"index": at}
+    if program.kind != "surface":  # a part is measured when all is over
+        columns["temperature"] = [program.moments[k].temperature for k in at]
     if program.kind == "positions":
         columns["time"] = [program.moments[k].time for k in at]
         return columns | dict(zip("xyz", read[at].T, strict=True))
