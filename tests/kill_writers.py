@@ -118,17 +118,21 @@ class KilledVerb:
         if status == 0:
             return False
         assert status == -signal.SIGKILL, status
-        if number % 4 == 0 and (self.job.overwrites or not any(name.startswith("out/") for name in contents(folder))):
+        outputs = contents(folder).keys() & self.new.keys()
+        if number % 4 == 0 and (self.job.overwrites or not outputs):
             assert finished(forked(self.verb, self.job, folder)) == 0, f"{self.verb}: the next run fails in {folder}"
             assert self.new.items() <= contents(folder).items()
         shutil.rmtree(folder)
         return True
 
     def _check(self, folder: Path, when: str) -> None:
-        self.seen[left_over(folder, given=self.given, old=self.old, new=self.new, place=f"{self.verb} {when}")] += 1
+        place, keeps = f"{self.verb} {when}", self.job.keeps
+        self.seen[left_over(folder, given=self.given, old=self.old, new=self.new, place=place, keeps=keeps)] += 1
 
 
-def left_over(folder: Path, *, given: Files, old: Files, new: Files, place: str) -> str:
+def left_over(
+    folder: Path, *, given: Files, old: Files, new: Files, place: str, keeps: tuple[str, ...] = ()
+) -> str:
     """What stands in a folder after a kill: all outputs old, all new, or some of them new.
 
     Raises:
@@ -141,7 +145,9 @@ def left_over(folder: Path, *, given: Files, old: Files, new: Files, place: str)
         there = found.pop(name, None)
         assert there in (text, old.get(name)), f"{place}: {name} is neither the old nor the new one, see {folder}"
         states.add("new" if there == text else "old")
-    assert all(HIDDEN in name for name in found), f"{place}: {sorted(found)} is left over in {folder}"
+    kept = tuple(f"out/{name}/" for name in keeps)
+    found = {name: text for name, text in found.items() if HIDDEN not in name and not name.startswith(kept)}
+    assert not found, f"{place}: {sorted(found)} is left over in {folder}"
     return "some new" if len(states) == 2 else f"all {states.pop()}"
 
 

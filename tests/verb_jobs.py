@@ -33,6 +33,7 @@ class VerbJob:
         writes: option -> usual name of the file.
         beside: what it writes beside these.
         overwrites: whether it runs where files of these names stand already.
+        keeps: folders beside the outputs that a run which was ended leaves for the next to go on with.
     """
 
     arguments: tuple[str, ...]
@@ -40,6 +41,7 @@ class VerbJob:
     writes: dict[str, str] = field(default_factory=dict)
     beside: tuple[str, ...] = ()
     overwrites: bool = True
+    keeps: tuple[str, ...] = ()
 
 
 PATH = ("path.csv", "cell.toml", "model.toml", "arm.toml", "w.csv")
@@ -96,6 +98,7 @@ JOBS = {
         PATH,
         {"-o": "out.parquet", "--png": "out.png", "--best": "out.toml", "--json": "out.json"},
         overwrites=False,  # it goes on with a study that stands there
+        keeps=("out.parquet.parts",),
     ),
     "check": VerbJob(("cell.toml", "path.csv"), PATH, {"--json": "out.json"}),
     "compare": VerbJob(("one.json", "other.json"), ("one.json", "other.json"), {"--json": "out.json"}),
