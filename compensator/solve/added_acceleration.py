@@ -64,14 +64,12 @@ def added_acceleration(c: Compensation, motion: MotionCheck) -> AddedAcceleratio
         return None
     toolpath, default = c.path.toolpath, c.job.placement.program.default_feed / 60e3
     nominal = joint_motion(toolpath, c.path.q, feeds(toolpath, default))
-    added = motion.acceleration - nominal.acceleration
-    near = _near_flank_changes(c, nominal.time)
-    away = np.where(near[:, None], 0.0, added)
+    largest, near = nominal.acceleration.max(axis=0), _near_flank_changes(c, nominal.time)
+    added = np.subtract(motion.acceleration, nominal.acceleration, out=nominal.acceleration)  # a path may be long
+    at_flanks = np.maximum(added[near].max(axis=0, initial=0.0), 0.0)
+    added[near] = 0.0
     return AddedAcceleration(
-        elsewhere=np.maximum(away.max(axis=0), 0.0),
-        at_flanks=np.maximum(added[near].max(axis=0, initial=0.0), 0.0),
-        pose=away.argmax(axis=0),
-        nominal=nominal.acceleration.max(axis=0),
+        elsewhere=np.maximum(added.max(axis=0), 0.0), at_flanks=at_flanks, pose=added.argmax(axis=0), nominal=largest
     )
 
 

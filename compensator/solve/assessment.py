@@ -66,8 +66,7 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     arm, cut, plain = c.job.arm, c.cutting, c.uncompensated
     spread = spread_of_unknown(arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
     rows = np.flatnonzero(plain.cutting)
-    some = plain.path.toolpath.take(rows)
-    shares = arm.shares(some, plain.path.q[rows], plain.wrench[rows], plain.before[rows])
+    shares = arm.shares(plain.path.toolpath.take(rows), plain.path.q[rows], plain.wrench[rows], plain.before[rows])
     direction = tool_direction(plain.path, c.job.placement.conditions.gravity)
     q = c.command.q if corrected else c.path.q
     motion = motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3)

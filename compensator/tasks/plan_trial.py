@@ -153,7 +153,8 @@ def _circles(
     order = TraceOrder(center=(x, y, z), radius=radius, dry=True)
     about = [f"circle {k}: {c.shape.words}, centre and radius below" for k, c in enumerate(plan.circles, 1)]
     trace = _trace(BALLBAR, order, names, ["Fill in the column radius of the samples, mm.", *about])
-    sentence = f"{len(plan.circles)} circles about {x:.0f}, {y:.0f}, {z:.0f} mm tell joints {_told(report, 'circle')}"
+    circles = "one circle" if len(plan.circles) == 1 else f"{len(plan.circles)} circles"
+    sentence = f"{circles} about {x:.0f}, {y:.0f}, {z:.0f} mm: joints told: {_told(report, 'circle')}"
     return _Made(trial=trial, trace=trace, samples=csv_text(columns), report=report, sentence=sentence)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +23,10 @@ _CALL = re.compile(r"^ *\w+_run_(\d{3,});", re.M)
 def read_back(path: Path) -> ReadBack:
     """Poses, feeds (mm/s as printed, in m/s), configuration (cfx) and start of the program at ``path``."""
     main = text_of(path)
-    parts = [main] + [text_of(path.with_name(f"{path.stem}_{i}{path.suffix}")) for i in _CALL.findall(main)]
-    numbers, feeds = zip(*(_moves(text) for text in parts), strict=True)
-    rows = np.concatenate(numbers)
+    parts = (text_of(path.with_name(f"{path.stem}_{i}{path.suffix}")) for i in _CALL.findall(main))
+    moves = [_moves(text) for text in chain([main], parts)]  # one text at a time in memory
+    rows, feed = np.concatenate([r for r, _ in moves]), np.concatenate([f for _, f in moves])
+    del moves
     start = _START.search(main)
     if start is None or len(rows) == 0:
         raise WriteError(f"{path}: no moves found in the written program")
@@ -32,7 +34,7 @@ def read_back(path: Path) -> ReadBack:
         position=rows[:, :3] * 1e-3,
         rotation=matrix_from_quaternion(rows[:, 3:7]),
         start_joints=np.radians([float(a) for a in start[1].split(",")]),
-        feed=np.concatenate(feeds),
+        feed=feed,
         configuration=rows[:, 10].astype(np.int32),
     )
 
