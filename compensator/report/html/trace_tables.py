@@ -62,7 +62,9 @@ def reversals(report: Report) -> PageTable:
         for _, where, r in sorted(found, key=lambda f: -f[0])[:LISTED]
     ]  # fmt: skip
     head = ["joint", "its angle, deg", "circle", "at, deg", "step measured, um", "step predicted, um"]
-    return PageTable(rows, head, right=(1, 3, 4, 5), caption="Reversals of joints, and the step of the radius there")
+    most = f": the {LISTED} largest of {len(found):,}" if len(found) > LISTED else ""
+    caption = f"Reversals of joints, and the step of the radius there{most}"
+    return PageTable(rows, head, right=(1, 3, 4, 5), caption=caption)
 
 
 def stretches(fits: Sequence[SessionFit], before: Sequence[SessionFit]) -> PageTable:
