@@ -36,17 +36,20 @@ Floats = npt.NDArray[np.float64]
 FEED_ROUNDS = 3  # of lowering feeds to what the joints can follow; each leaves a reserve, so that one or two do
 
 
-def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Compensation:
+def compensate(
+    job: Job, path: PlannedPath, *, rapids_stay: bool = False, load: ProcessLoad | None = None
+) -> Compensation:
     """Solve a planned path; poses are put in where flanks change.
 
     Args:
         rapids_stay: rapids are commanded as the toolpath has them, as in a program that is filtered in place; else the
             correction fades in and out along them.
+        load: of the process along ``path``, where it is known.
 
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    path, result = _with_some_turn(job, path, rapids_stay=rapids_stay)
+    path, result = _with_some_turn(job, path, rapids_stay=rapids_stay, load=load)
     for _ in range(FEED_ROUNDS):
         slower = with_feeds_in_limits(job, result.path, result.command.q)
         if slower is result.path:
@@ -57,17 +60,19 @@ def compensate(job: Job, path: PlannedPath, *, rapids_stay: bool = False) -> Com
     return result
 
 
-def _with_some_turn(job: Job, path: PlannedPath, *, rapids_stay: bool) -> tuple[PlannedPath, Compensation]:
+def _with_some_turn(
+    job: Job, path: PlannedPath, *, rapids_stay: bool, load: ProcessLoad | None
+) -> tuple[PlannedPath, Compensation]:
     """The path, or the next best where no commands agree with the joint states that they cause, and its commands."""
     while True:
         try:
-            result = _compensated(job, path, rapids_stay=rapids_stay)
+            result = _compensated(job, path, rapids_stay=rapids_stay, load=load)
             refuse_unsafe(result)
             return path, result
         except (PathError, SolveError):
             if path.instead is None:
                 raise
-            path = with_feeds_in_limits(job, path.instead, path.instead.q)
+            path, load = with_feeds_in_limits(job, path.instead, path.instead.q), None
 
 
 def _with_feeds_of(finer: PlannedPath, path: PlannedPath) -> PlannedPath:
@@ -78,13 +83,16 @@ def _with_feeds_of(finer: PlannedPath, path: PlannedPath) -> PlannedPath:
     return replace(path, toolpath=replace(path.toolpath, feed=feed), programmed=programmed)
 
 
-def _compensated(job: Job, path: PlannedPath, *, rapids_stay: bool) -> Compensation:
+def _compensated(
+    job: Job, path: PlannedPath, *, rapids_stay: bool, load: ProcessLoad | None = None
+) -> Compensation:
     """As ``compensate``, at the feeds of the path, and not yet looked at for what no robot may be sent."""
-    job, load = touched_off(job, path), _sound_load(job, path)
+    job, load = touched_off(job, path), _sound(path, load_along(job, path) if load is None else load)
     result = _solved(job, path, load, rapids_stay=rapids_stay)
     finer = with_flank_poses(result)
     if finer is not None:
-        near, finer_load = _carried_over(result, finer), _sound_load(job, finer, result)
+        near, finer_load = _carried_over(result, finer), load_along(job, finer, (path.toolpath, result.load))
+        _sound(finer, finer_load)
         del result  # a million poses of it are half a gigabyte
         result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
         del near
@@ -128,13 +136,12 @@ def as_it_is(
     )  # fmt: skip
 
 
-def _sound_load(job: Job, path: PlannedPath, coarse: Compensation | None = None) -> ProcessLoad:
-    """What the process does along ``path``.
+def _sound(path: PlannedPath, load: ProcessLoad) -> ProcessLoad:
+    """The load as it is.
 
     Raises:
         SolveError: the process found an error; all that it found is listed.
     """
-    load = load_along(job, path, None if coarse is None else (coarse.path.toolpath, coarse.load))
     if any(f.level == ERROR for f in load.findings):
         listed = "\n".join(f"  {f}" for f in load.findings)
         raise SolveError(f"{path.toolpath.source}: the process is refused:\n{listed}")

@@ -8,18 +8,20 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.external_axes import workobject_along
 from compensator.process.milling.kernels.stock_distance import BOX, KIND, MESH, SIZE
 from compensator.process.milling.milling import MillingProcess, Shop
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.process.milling.stock import Stock, box_stock, cylinder_stock
+from compensator.process.process import ToolMotion
 from compensator.solve.compensation import Compensation
-from compensator.solve.load_along import load_along
 from toolpaths.finding import NOTE, WARNING, Finding
 
 Floats = npt.NDArray[np.float64]
 Moved = Callable[[Floats], float]
 
 MORE_STOCK = 1e-3  # m, all over
+COARSER = 2.0  # than the grid of the cut: what is asked for is worth no more digits
 WIDE = 0.25  # share of the force that a standard deviation is: above it, the material is to be measured
 
 
@@ -31,7 +33,7 @@ def cut_worths(c: Compensation, rows: npt.NDArray[np.intp], moved: Moved) -> Ite
     """
     if isinstance(c.load, MillingLoad):
         yield from _material(c.load, rows, moved)
-        yield from _stock(c, rows, moved)
+        yield from _stock(c, c.load, rows, moved)
 
 
 def _material(load: MillingLoad, rows: npt.NDArray[np.intp], moved: Moved) -> Iterator[tuple[Finding, float]]:
@@ -49,14 +51,17 @@ def _material(load: MillingLoad, rows: npt.NDArray[np.intp], moved: Moved) -> It
     yield Finding(level, f"material {material.name}", what, remedy, kind="process"), size
 
 
-def _stock(c: Compensation, rows: npt.NDArray[np.intp], moved: Moved) -> Iterator[tuple[Finding, float]]:
+def _stock(
+    c: Compensation, load: MillingLoad, rows: npt.NDArray[np.intp], moved: Moved
+) -> Iterator[tuple[Finding, float]]:
     process, placement = c.job.placement.process, c.job.placement
     larger = None if not isinstance(process, MillingProcess) else _larger(process.shop)
     if larger is None or not isinstance(process, MillingProcess):
         return
     other = replace(process, shop=replace(process.shop, stock=larger))
-    job = replace(c.job, placement=replace(placement, process=other))
-    size = moved(load_along(job, c.path).wrench[rows])
+    work = workobject_along(placement, c.path.toolpath)
+    motion = ToolMotion(c.path.toolpath, work, c.path.tcp)
+    size = moved(other.wrench_at(motion, rows, COARSER * load.cell))
     what = f"the stock: were it {MORE_STOCK * 1e3:g} mm larger all over"
     yield Finding(NOTE, f"{placement.source}: process.stock", what, "Measure it, or probe it", kind="process"), size
 

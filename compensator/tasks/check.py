@@ -185,7 +185,7 @@ def _path(table: Cell, source: Toolpath, found: _Collected, say: Say) -> tuple[W
     judged = found.step("solve", lambda: assessed(plain, corrected=False))
     found.add("cell", () if judged is None else judged.findings)
     say("solving")
-    found.step("solve", lambda: compensate(job, plan))
+    found.step("solve", lambda: compensate(job, plan, load=plain.load))
     say("looking at what is assumed")
     return found.step("solve", lambda: worths(plain)) or ()
 

@@ -19,6 +19,7 @@ from compensator.tasks.run_files import STDOUT
 from compensator.tasks.say import Say
 from compensator.terminal.time_left import TimeLeft, left_words, size_of
 from toolpaths.finding import NOTE, WARNING
+from toolpaths.steps import heard_by
 
 SHORT = 2.0  # s: a run that is over by then needs no percent
 MOST_NOTES = 2  # on a terminal, without --verbose
@@ -33,7 +34,7 @@ def progress(verbose: bool) -> Iterator[Say]:
         yield lambda text: console.print(text, highlight=False)
     elif console.is_terminal:
         shown = _Doing(_clock_of_verb())
-        with console.status(shown):
+        with console.status(shown), heard_by(shown.clock.step):
             yield shown.say
         if shown.clock.elapsed > SHORT:
             shown.clock.keep()

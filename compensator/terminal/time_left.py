@@ -41,6 +41,7 @@ class TimeLeft:
         self._expected = _scaled(_recorded().get(verb, {}), self._size) or dict(USUAL.get(verb, OTHER))
         self._begun = self._stage_begun = clock()
         self._stage = ""
+        self._rest: float | None = None  # s, of the loop that tells its steps
         self._done: Seconds = {}
         self._shown = 0.0
 
@@ -57,7 +58,12 @@ class TimeLeft:
         now = self._clock()
         if self._stage:
             self._done[self._stage] = self._done.get(self._stage, 0.0) + now - self._stage_begun
-        self._stage, self._stage_begun = (text.split() or [""])[0], now
+        self._stage, self._stage_begun, self._rest = (text.split() or [""])[0], now, None
+
+    def step(self, done: int, of: int) -> None:
+        """A loop of the stage at hand is so far; what it will take is better known by that than by any record."""
+        within = self._clock() - self._stage_begun
+        self._rest = within * (of - done) / done if 0 < done < of else None
 
     def now(self) -> tuple[float, float]:
         """Share done, which never falls, and s left."""
@@ -69,7 +75,8 @@ class TimeLeft:
         names = list(self._expected)
         at = names.index(self._stage) if self._stage in names else -1
         later = pace * sum(self._expected[name] for name in names[at + 1 :] if name not in gone)
-        left = max(own - within, LEAST * max(own, within)) + later
+        rest = own - within if self._rest is None else self._rest
+        left = max(rest, LEAST * max(own, within)) + later
         elapsed = max(self.elapsed, 1e-9)
         self._shown = min(max(self._shown, elapsed / (elapsed + left)), LARGEST)
         return self._shown, left

@@ -13,7 +13,7 @@ from compensator.process.milling.grid import empty_field, grown
 from compensator.process.milling.kernels.chip import AP, AREA, ENTRY, EXIT, OUT_COLUMNS, PEAK, SUMS, VOLUME
 from compensator.process.milling.kernels.field import DONE, Field
 from compensator.process.milling.kernels.hits import SIDEWAYS
-from compensator.process.milling.kernels.walk import Tools, walk
+from compensator.process.milling.kernels.walk import IDLE, Tools, walk
 from compensator.process.milling.kernels.writing import room_for, write_move
 from compensator.process.milling.outline import envelope_of, lattice_for
 from compensator.process.milling.path import MillingPath, prepared
@@ -86,16 +86,20 @@ class Cut:
 
 
 def mill(
-    path: MillingPath, stock: Stock, coefficients: Floats, *, cell: float, progress: Progress | None = None
-) -> Cut:
+    path: MillingPath, stock: Stock, coefficients: Floats, *, cell: float,
+    only: npt.NDArray[np.intp] | None = None, progress: Progress | None = None,
+) -> Cut:  # fmt: skip
     """Cut a stock along a path.
 
     Args:
         coefficients: (6,) ktc, krc, kac N/m2, kte, kre, kae N/m.
         cell: m, spacing of the grid.
+        only: poses where the engagement is asked for; None: all.
         progress: called with the number of poses that are done, and of all.
     """
     ready = prepared(path, cell)
+    if only is not None:
+        ready.poses.kind[np.setdiff1d(np.arange(len(path)), only)] = IDLE
     out, hits = np.zeros((len(path), OUT_COLUMNS)), np.zeros(len(path), dtype=np.int32)
     remains = None
     if len(ready.moves):

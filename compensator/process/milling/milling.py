@@ -25,6 +25,7 @@ from compensator.process.milling.stock import Stock
 from compensator.process.milling.used_tools import Spindle, used_cutters, used_spindle
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion
 from toolpaths.finding import ERROR, WARNING, Finding, of_kind
+from toolpaths.steps import tell
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -118,7 +119,7 @@ class MillingProcess(Process):
         if self.shop.stock_file:
             refuse_apart(path, stock, self.shop.stock_file, self.shop.units)
         cell = cell_for(path.cutters, stock, self.shop.grid, source)
-        cut = mill(path, stock, material.coefficients, cell=cell)
+        cut = mill(path, stock, material.coefficients, cell=cell, progress=tell)
         stopped = np.asarray((motion.toolpath.spindle == 0.0) & ~path.rapid)
         findings = (
             *found,
@@ -134,6 +135,15 @@ class MillingProcess(Process):
             turned @ material.coefficients, findings, _columns(cut, stopped), wall=_wall(cut, rotation),
             cut=_without(cut, stopped), material=material, key=self.material.source, cell=cell, shares=turned,
         )  # fmt: skip
+
+    def wrench_at(self, motion: ToolMotion, rows: npt.NDArray[np.intp], cell: float) -> Floats:
+        """(K, 6) N, N*m of some poses alone, on a grid of ``cell`` m, base frame; cheap where the grid is coarse."""
+        path, _ = self.milling_path(motion)
+        coefficients = self.material.at(_mean_feed_per_tooth(path)).coefficients
+        cut = mill(path, self.shop.stock, coefficients, cell=cell, only=rows, progress=tell)
+        rotation = (motion.workobject.rotation @ cut.axes)[rows]
+        turned = np.einsum("kij,kaj->kai", rotation, cut.wrench[rows].reshape(-1, 2, 3))
+        return np.where(motion.toolpath.spindle[rows, None] == 0.0, 0.0, turned.reshape(-1, 6))
 
     def milling_path(self, motion: ToolMotion) -> tuple[MillingPath, list[Finding]]:
         """The path as the cutter goes along it in the work object, and what is noteworthy about its feeds and speeds.

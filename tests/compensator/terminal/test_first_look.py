@@ -20,6 +20,7 @@ from compensator.cli import main
 from compensator.terminal.time_left import TimeLeft, left_words
 from compensator.verb_examples import EXAMPLES
 from tests.compensator.small_job import files
+from toolpaths.steps import heard_by, tell
 
 
 @pytest.mark.parametrize("verb", sorted(main.commands))
@@ -138,6 +139,22 @@ def test_percent_and_time_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert again.now()[0] <= 0.99
     words = [left_words(s) for s in (0.2, 30.0, 300.0)]
     assert words == ["almost done", "about 30 s left", "about 5 min left"]
+
+
+def test_a_loop_that_tells_its_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a record the first run of a long stage is known by how far its loop is; the next stage forgets it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    now = [0.0]
+    clock = TimeLeft("preview", 1000, lambda: now[0])
+    clock.stage("predicting")
+    with heard_by(clock.step):
+        for done in (100, 250, 500):
+            now[0] = 400.0 * done / 1000
+            tell(done, 1000)
+            assert clock.now()[1] == pytest.approx(400 - now[0], rel=0.05)
+    tell(1, 2)  # nobody listens
+    clock.stage("drawing")
+    assert clock.now()[1] < 60
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"preview": 3}', '{"preview": {"solving": "long"}}'])

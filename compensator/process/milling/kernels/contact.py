@@ -48,7 +48,7 @@ def _turn_to(turn: Floats, limit: float, columns: int) -> None:
 def depth_at(f: Field, stand: Stand, point: Point, exact: bool) -> float:
     """The field less NONE, the move under way included; away from a surface only its sign, unless ``exact``. m."""
     d = 0.0 if exact else near_depth(f, point)
-    if -4.0 * NONE < d <= 0.0:  # a bound this small does not tell whether the depth counts
+    if -4.0 * NONE < d <= NONE:  # a bound this small does not tell whether the depth counts
         d = exact_depth(f, point)
     if d < -NONE and stand.part >= 0:
         d = max(d, -sweep_distance(f.moves, stand.part, point, stand.share)[0])

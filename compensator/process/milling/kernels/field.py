@@ -76,8 +76,12 @@ def near_depth(f: Field, point: Point) -> float:
         return g
     if b == UNTOUCHED:
         return _of_stock(f, (i >> BITS, j >> BITS, k >> BITS), point)
-    x, y, z = x - i, y - j, z - k
-    return _sure(f.value[b, node_at(i, j, k), 0], (sqrt(x * x + y * y + z * z) + 1e-6) * g)
+    x, y, z, n = x - i, y - j, z - k, node_at(i, j, k)
+    bound = _sure(f.value[b, n, 0], (sqrt(x * x + y * y + z * z) + 1e-6) * g)
+    who = f.writer[b, n, 0]
+    if bound == 0.0 and who >= 0:  # one move that took the point away decides
+        bound = max(-sweep_distance(f.moves, who, point, 1.0)[0], 0.0)
+    return bound
 
 
 @compiled

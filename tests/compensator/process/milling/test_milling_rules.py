@@ -202,3 +202,16 @@ def test_removal_over_a_long_move_that_leaves_the_stock() -> None:
     # the last move leaves the block at x = 80: what is left of the slot is removed, the rest is air
     assert c.removed.sum() == pytest.approx(80 * 20 * 3 * 1e-9, rel=0.02)
     assert FLAT20.radius == 0.01
+
+
+def test_the_engagement_of_some_poses_alone() -> None:
+    """As in the whole walk, on the same grid; on twice as coarse a one within a hundredth of the force."""
+    points = np.concatenate([along_x(-12, 60, 0.5, z=-3), along_x(60, 20, 0.5, y=8, z=-5)])
+    whole, rows = cut(points), np.array([40, 100, 190, 220])
+    assert (whole.area[rows] > 0).all()
+    some = mill(path(points), STOCK, K7075, cell=CELL, only=rows)
+    np.testing.assert_array_equal(some.wrench[rows], whole.wrench[rows])
+    assert not np.delete(some.area, rows).any()
+    coarse = mill(path(points), STOCK, K7075, cell=2 * CELL, only=rows).wrench[rows]
+    size = np.linalg.norm(whole.wrench[rows, :3], axis=1)
+    assert (np.linalg.norm(coarse - whole.wrench[rows], axis=1) < 0.01 * size).all()
