@@ -1,6 +1,6 @@
 """Searched numbers: what shapes the memory of a joint and no derivative leads to: a switching torque, a side.
 
-Each is a number of a joint's memory alone, so a value on trial costs one prediction of the readings. Chi-square is
+Each is a number of a joint's memory alone, so a value on trial costs no equilibrium of the arm. Chi-square is
 compared with all other numbers refitted, in the model linearised at the fit: a profile of the likelihood, which gives
 the value that explains most and the interval that the readings leave (Venzon & Moolgavkar, Appl. Statist. 37, 1988).
 """
@@ -18,7 +18,7 @@ from scipy import stats
 from stiffness.diagnosis.added_effects import Addition
 from stiffness.effects.effect import Parameter
 from stiffness.identification.fit import Fit
-from stiffness.identification.problem import States
+from stiffness.identification.memory_trials import MemoryTrials
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,11 +41,11 @@ class _Range:
 
 def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Addition] | None:
     """Additions with searched numbers that leave less chi-square; None where there are none to move."""
-    out, found, states = list(additions), False, fit.states
+    out, found, trials = list(additions), False, MemoryTrials(fit.problem, fit.solution.vector, fit.states)
     for k, a in enumerate(additions):
         for p, index in _searched(a, fit.unknowns.joints):
-            now, states = _chi2(fit, states, every=out, a=out[k])
-            profile, states = _profile(fit, states, every=out, a=out[k], p=p, index=index)
+            now = _chi2(fit, trials, every=out, a=out[k])
+            profile = _profile(fit, trials, every=out, a=out[k], p=p, index=index)
             best = min(profile, key=lambda r: r.chi2, default=None)
             if best is not None and best.chi2 < now * (1 - 1e-9):
                 out[k], found = with_number(out[k], p.name, index, best.value), True
@@ -56,10 +56,10 @@ def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, di
     """Standard deviations of the searched numbers of additions, by effect and parameter, 0 for all others: half the
     interval of the profile likelihood over NORMAL."""
     out: dict[str, dict[str, Floats]] = {}
-    states = fit.states
+    trials = MemoryTrials(fit.problem, fit.solution.vector, fit.states)
     for a in additions:
         for p, index in _searched(a, fit.unknowns.joints):
-            profile, states = _profile(fit, states, every=additions, a=a, p=p, index=index)
+            profile = _profile(fit, trials, every=additions, a=a, p=p, index=index)
             if not profile:
                 continue
             limit = float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2
@@ -85,21 +85,21 @@ def _searched(a: Addition, joints: int) -> Iterator[tuple[Parameter, int]]:
 
 
 def _profile(
-    fit: Fit, states: States, *, every: Sequence[Addition], a: Addition, p: Parameter, index: int
-) -> tuple[list[_Range], States]:
+    fit: Fit, trials: MemoryTrials, *, every: Sequence[Addition], a: Addition, p: Parameter, index: int
+) -> list[_Range]:
     """Chi-square of values all over their range, then more finely where it is least; ``every``: all that is added."""
     out: list[_Range] = []
 
-    def look(ranges: Sequence[tuple[float, float, float]], states: States) -> States:
+    def look(ranges: Sequence[tuple[float, float, float]]) -> None:
         for low, value, high in ranges:
-            chi2, states = _chi2(fit, states, every=every, a=with_number(a, p.name, index, value))
+            chi2 = _chi2(fit, trials, every=every, a=with_number(a, p.name, index, value))
             out.append(_Range(low, value, high, chi2))
-        return states
 
     if p.trials_of != "torque":
-        return out, look([(t, t, t) for t in p.trials], states)
+        look([(t, t, t) for t in p.trials])
+        return out
     torque = _torques(fit, index)
-    states = look(_between(torque), states)
+    look(_between(torque))
     for _ in range(FINER if out else 0):  # a joint that nothing loads has no torque to switch at
         out.sort(key=lambda r: r.low)
         best = min(range(len(out)), key=lambda k: out[k].chi2)
@@ -108,8 +108,8 @@ def _profile(
         if len(inner) <= 4:
             break
         out[max(best - 1, 0) : best + 2] = []
-        states = look(_between(inner), states)
-    return out, states
+        look(_between(inner))
+    return out
 
 
 def _torques(fit: Fit, joint: int) -> Floats:
@@ -125,7 +125,7 @@ def _between(torque: Floats) -> list[tuple[float, float, float]]:
     return [(low, 0.5 * (low + high), high) for low, high in pairwise(edges) if high > low]
 
 
-def _chi2(fit: Fit, states: States, *, every: Sequence[Addition], a: Addition) -> tuple[float, States]:
+def _chi2(fit: Fit, trials: MemoryTrials, *, every: Sequence[Addition], a: Addition) -> float:
     """With the memory's numbers of all additions, those of ``a`` as given, and all other numbers refitted."""
     others = {b.effect.name: b.values for b in every}
-    return fit.problem.lowest_with({**fit.fixed, **others, a.effect.name: a.values}, fit.solution.vector, states)
+    return trials.chi2({**fit.fixed, **others, a.effect.name: a.values})

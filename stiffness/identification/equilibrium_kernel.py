@@ -60,21 +60,24 @@ class EquilibriumKernel:
     def __repr__(self) -> str:
         return f"EquilibriumKernel({self.m} coordinates, slopes by {sum(self.widths)} numbers)"
 
-    def run(self, inputs: Sequence[Floats], x: Floats) -> tuple[Floats, Floats, list[Floats]]:
+    def run(
+        self, inputs: Sequence[Floats], x: Floats, steps: int = STEPS
+    ) -> tuple[Floats, Floats, list[Floats]]:
         """Coordinates (N, m), torques (N, n), and slopes (N, m, width) of coordinates by every wanted input.
 
         Args:
-            inputs: (N, width) or (width,) each. x: (N, m) start.
+            inputs: (N, width) or (width,) each. x: (N, m) start. steps: of Newton at most; torques and slopes are those
+                where the last one began.
         """
         pieces = [slice(a, a + PIECE) for a in range(0, max(len(x), 1), PIECE)]
-        found = [self._piece([v[rows] if v.ndim == 2 else v for v in inputs], x[rows]) for rows in pieces]
+        found = [self._piece([v[rows] if v.ndim == 2 else v for v in inputs], x[rows], steps) for rows in pieces]
         out, torque, by = (np.concatenate(part) for part in zip(*found, strict=True))
         return out, torque, np.split(by, np.cumsum(self.widths)[:-1], axis=2)
 
-    def _piece(self, inputs: Sequence[Floats], x: Floats) -> tuple[Floats, Floats, Floats]:
+    def _piece(self, inputs: Sequence[Floats], x: Floats, steps: int) -> tuple[Floats, Floats, Floats]:
         """Coordinates, torques, and all slopes (N, m, sum of widths) of a few arms."""
         x, width = x.copy(), sum(self.widths)
-        for _ in range(STEPS):
+        for _ in range(steps):
             new, torque, nonzero = self.kernel.run(*inputs, x)
             slopes = np.zeros((len(x), self.m, width + self.m))
             slopes[:, self.row, self.column] = nonzero

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
 from stiffness.identification.arm_loads import ArmEquilibria, pieces_of_links
+from stiffness.identification.equilibrium_kernel import STEPS
 from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
@@ -87,6 +88,28 @@ class PredictedReadings:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
+class SettledReadings:
+    """Arms at rest, and their readings in the base before memory changes slopes.
+
+    Attributes:
+        memory: (N, k) joint states; torque, x: of every reading, where the solution ended.
+        position: (N, 3) m; by_number, by_wrench, by_state: its derivatives; link: (N, 3, 3) rotations.
+    """
+
+    memory: Floats
+    torque: Floats
+    x: Floats
+    position: Floats
+    by_number: ReadingSlopes
+    by_wrench: Floats
+    by_state: Floats
+    link: Floats
+
+    def __repr__(self) -> str:
+        return f"SettledReadings({len(self.position)})"
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class SessionPredictor:
     """A session, the layout of the free numbers, and the values of all others.
 
@@ -140,43 +163,71 @@ class SessionPredictor:
 
     def predict(self, state: SessionState, p: Floats, own: Floats) -> PredictedReadings:
         """Readings for parameters ``p`` (P,) and the session's own numbers ``own`` (S,), started from ``state``."""
-        data, effects = self.data, self.unknowns.effects
+        return self._read(self.settled(state, p, own), state, p, own)
+
+    def settled(self, state: SessionState, p: Floats, own: Floats) -> SettledReadings:
+        """Arms at rest for the same arguments as of ``predict``."""
         values = self.unknowns.values(p, self.fixed)
-        places = data.station.reflectors(own)
         x, torque = state.x, state.torque
-        memory = data.history.state(effects, values, torque, self.resting)
+        memory = self._memory(values, torque)
         for _ in range(MEMORY_ROUNDS if memory.shape[1] else 1):
-            arms, of, x, torque = self._equilibria(p, places, memory, x)
-            new = data.history.state(effects, values, torque, self.resting)
+            at = self._at_rest(p, own, memory, x, steps=STEPS)
+            new = self._memory(values, at.torque)
             if np.allclose(new, memory, atol=1e-6):
                 break
-            memory = new
+            memory, x = new, at.x
+        return replace(at, memory=memory)
+
+    def predict_near(
+        self, settled: SettledReadings, state: SessionState, p: Floats, own: Floats
+    ) -> PredictedReadings:
+        """As ``predict`` of arms that settled with other joint states: one Newton step from there, and their torques;
+        gaps are ten-thousandths of a radian, their squares nothing."""
+        memory = self._memory(self.unknowns.values(p, self.fixed), settled.torque)
+        at = self._at_rest(p, own, memory, settled.x, steps=1)
+        return self._read(replace(at, torque=settled.torque), state, p, own)
+
+    def _at_rest(self, p: Floats, own: Floats, memory: Floats, x: Floats, steps: int) -> SettledReadings:
+        """Arms with given joint states."""
+        places = self.data.station.reflectors(own)
+        arms, of, x, torque = self._equilibria(p, places, memory, x, steps)
         base, by_number, by_w, by_state, link = self._positions(p, arms, of, places)
-        if memory.shape[1]:
+        return SettledReadings(
+            memory, torque, x, position=base, by_number=by_number, by_wrench=by_w, by_state=by_state, link=link
+        )
+
+    def _memory(self, values: Mapping[str, Numbers], torque: Floats) -> Floats:
+        """(N, k) joint states."""
+        return self.data.history.state(self.unknowns.effects, values, torque, self.resting)
+
+    def _read(self, at: SettledReadings, state: SessionState, p: Floats, own: Floats) -> PredictedReadings:
+        """What the tracker reads of arms at rest."""
+        data, by_number = self.data, at.by_number
+        if at.memory.shape[1]:
             moved = data.history.slopes(
-                effects=effects,
-                values=values,
-                torque=torque,
+                effects=self.unknowns.effects,
+                values=self.unknowns.values(p, self.fixed),
+                torque=at.torque,
                 resting=self.resting,
-                state=memory,
+                state=at.memory,
                 only={(u.effect, u.parameter.name) for u in self.unknowns.free},
             )
-            by_number = self._with_memory(by_number, by_state, moved)
-        poses = data.station.placed(base) if state.poses is None else state.poses
-        read, back, by_station = data.station.seen(own, base, poses)
+            by_number = self._with_memory(by_number, at.by_state, moved)
+        poses = data.station.placed(at.position) if state.poses is None else state.poses
+        read, back, by_station = data.station.seen(own, at.position, poses)
         by_reflector = data.station.reflector_derivative(own)[data.samples.reflector]
         seen = PredictedReadings(
             position=read,
             by_number=by_number.turned(back),
-            by_station=by_station + back @ (link @ by_reflector),
-            by_wrench=back @ by_w,
+            by_station=by_station + back @ (at.link @ by_reflector),
+            by_wrench=back @ at.by_wrench,
             back=back,
-            state=replace(state, x=x, torque=torque, poses=poses),
+            state=replace(state, x=at.x, torque=at.torque, poses=poses),
         )
         return self._shown(p, seen)
 
     def _equilibria(
-        self, p: Floats, places: Floats, memory: Floats, x: Floats
+        self, p: Floats, places: Floats, memory: Floats, x: Floats, steps: int
     ) -> tuple[ArmEquilibria, Index, Floats, Floats]:
         """Arms at rest, one for all readings that share load and posture; which of them every reading is (N,); and
         elastic coordinates and torques of every reading."""
@@ -186,7 +237,7 @@ class SessionPredictor:
         for kind, rows in self.data.kinds.items():
             some = np.flatnonzero(rows[first])
             at = first[some]
-            parts.append((some, self.model.equilibria(kind, p, loads.take(at), x[at])))
+            parts.append((some, self.model.equilibria(kind, p, loads.take(at), x[at], steps)))
         arms = ArmEquilibria.gathered(parts)
         return arms, of, arms.x[of], arms.torque[of]
 

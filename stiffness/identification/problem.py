@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -18,7 +18,7 @@ from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import EXACT, Ending, Solution, lowest, solve
+from stiffness.numerics.least_squares import EXACT, Ending, Solution, solve
 from stiffness.numerics.whitened import Whitened
 
 Floats = npt.NDArray[np.float64]
@@ -126,7 +126,7 @@ class Problem:
             held: (K, V) combinations of the numbers that stay at the mean of the prior, in standard deviations.
             ending: what ends the iteration.
         """
-        low, high = self._bounds()
+        low, high = self.bounds()
         infinite = np.full(len(self.start), np.inf)
         return solve(
             self.blocks,
@@ -142,15 +142,7 @@ class Problem:
             spent=sum(o.spent(s) for o, s in zip(self.observations, states, strict=True)),
         )
 
-    def lowest_with(self, fixed: Mapping[str, Numbers], vector: Floats, states: States) -> tuple[float, States]:
-        """Chi-square, prior included, with other values of numbers that only the rules of joint memories read, all free
-        numbers refitted in the model linearised at ``vector`` (V,): a profile of the likelihood."""
-        problem = self.with_memory_values(fixed)
-        parts, states = problem.blocks(vector, states)
-        low, high = self._bounds()
-        return lowest(parts, vector, prior=problem.start, prior_sd=problem.sd, low=low, high=high), states
-
-    def _bounds(self) -> tuple[Floats, Floats]:
+    def bounds(self) -> tuple[Floats, Floats]:
         """(V,) what the effects allow."""
         low, high = self.unknowns.bounds()
         free = np.full(len(self.start) - len(low), np.inf)
@@ -174,13 +166,6 @@ class Problem:
                 own.setdefault(setup, []).append(b)
             out += own.values()
         return out
-
-    def with_memory_values(self, fixed: Mapping[str, Numbers]) -> Problem:
-        """The same with other values of numbers that only the rules of joint memories read."""
-        observations = tuple(
-            o.with_memory_values(fixed) if isinstance(o, SessionObservations) else o for o in self.observations
-        )
-        return replace(self, fixed=fixed, observations=observations)
 
 
 def loose_sd(layout: Unknowns, inverse: float = LOOSE) -> Floats:

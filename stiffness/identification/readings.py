@@ -18,7 +18,7 @@ import numpy.typing as npt
 from stiffness.effects.effect import Effect, Numbers, ProgrammedWrench, ShownWrench, Values, acting_wrench
 from stiffness.identification.angle_tables import AngleTables
 from stiffness.identification.arm_loads import ArmEquilibria, ArmLoads, LoadKind
-from stiffness.identification.equilibrium_kernel import EquilibriumKernel
+from stiffness.identification.equilibrium_kernel import STEPS, EquilibriumKernel
 from stiffness.identification.unknowns import Unknowns, every_number, start_values
 from stiffness.numerics.kernel import Kernel
 from stiffness.robot.robot import Robot
@@ -97,14 +97,16 @@ class ReadingModel:
         """Its kinematics."""
         return PointMotion(self.statics)
 
-    def equilibria(self, kind: LoadKind, p: Floats, loads: ArmLoads, x: Floats) -> ArmEquilibria:
+    def equilibria(
+        self, kind: LoadKind, p: Floats, loads: ArmLoads, x: Floats, steps: int = STEPS
+    ) -> ArmEquilibria:
         """Equilibria under loads of one kind, for parameters ``p`` (P,) as the solver sees them, started from ``x``
-        (N, n_x)."""
+        (N, n_x); ``steps``: of Newton at most."""
         values = self.unknowns.values(p, self.fixed)
         error = self.tables.error(loads.q, p)
         inputs = (loads.q, loads.wrench, loads.point, loads.state, loads.payload, loads.warm, error)
         given = [*inputs, self._every.start(values), loads.axes]
-        new, torque, by = equilibrium_kernel(self.sweep, kind).run(given, x)
+        new, torque, by = equilibrium_kernel(self.sweep, kind).run(given, x, steps)
         by[0] = by[0][:, :, self._own]
         return ArmEquilibria(loads.q, new, torque, *by)
 

@@ -24,11 +24,18 @@ def misses(row: Row) -> list[str]:
     if sort(row) == "unknown":
         out = [] if row.verdict == "unexplained" else [f"verdict {row.verdict}"]
         return out + _first(row)
+    if lost(row) and row.verdict == "adequate" and not row.named:
+        return []
     out = [] if row.verdict in ("explained", "parameters-changed") else [f"verdict {row.verdict}"]
     out += named(row)
     if row.told is not None and row.after > CLOSE * row.told:
         out.append(f"{row.after / row.told:.2f} x told")
     return out
+
+
+def lost(row: Row) -> bool:
+    """Whether springs that a data sheet leaves open take the cause up: less than the noise is left of it."""
+    return row.flow == "sheet" and row.left < 1.0
 
 
 def named(row: Row) -> list[str]:

@@ -57,6 +57,7 @@ LAG = replace(
         (replace(GOOD, named=(Named("backlash", ("joint-2",), ()),)), "backlash named in joint-2"),
         (replace(GOOD, named=(*GOOD.named, Named("payload", ("tool",), ()))), "payload tool invented"),
         (replace(GOOD, truth=(), verdict="adequate"), "backlash joint-1 invented"),
+        (replace(GOOD, flow="sheet", verdict="adequate"), "verdict adequate"),
         (replace(LAG, points_at=(("link-1", 0.9, ""),)), "points at link-1 first, not joint-1"),
         (replace(LAG, points_at=(("joint-1", 0.9, "angle of joint 1"),)), "follows angle of joint 1, not its speed"),
         (replace(LAG, verdict="explained"), "verdict explained"),
@@ -68,5 +69,8 @@ def test_what_misses_the_target(row: Row, why: str) -> None:
 
 
 def test_what_meets_it() -> None:
+    lost = replace(GOOD, flow="sheet", left=0.3, verdict="adequate", named=(), after=1e-3)
+    assert misses(lost) == []
+    assert misses(replace(lost, flow="healthy")) != []
     group = replace(GOOD, named=(Named("joint-stiffness", ("joint-2",), ("backlash",), True),))
     assert [misses(r) for r in (GOOD, LAG, group)] == [[], [], []]

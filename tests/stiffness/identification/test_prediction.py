@@ -190,6 +190,22 @@ def test_numbers_of_the_memory_alone_need_no_new_kernels(session: Session) -> No
     assert np.abs(a.position - settled(of, p, own).position).max() > 1e-6
 
 
+def test_other_joint_states_take_one_step(session: Session) -> None:
+    """Arms that settled with other flanks, moved by one step: as if they had settled anew, slopes included."""
+    of = predictor(session, "backlash")
+    p, own = of.unknowns.start(of.fixed), np.zeros(of.data.station.size)
+    torque = np.array([0.0, 0.0, 5.0, 1.0, 2.0, 0.5])
+    other = of.with_memory_values({**of.fixed, "backlash": {**of.fixed["backlash"], "breakaway_nm": torque}})
+    before, scale = settled(of, p, own), of.unknowns.scale
+    near = other.predict_near(of.settled(before.state, p, own), before.state, p, own)
+    anew = settled(other, p, own, before.state)
+    moved = np.abs(anew.position - before.position).max()
+    assert moved > 1e-5
+    assert np.abs(near.position - anew.position).max() < 1e-3 * moved
+    changed = np.abs((anew.by_parameter - before.by_parameter) * scale).max()  # m per typical size
+    assert np.abs((near.by_parameter - anew.by_parameter) * scale).max() < 0.01 * changed
+
+
 def test_observations_take_their_numbers_out_of_the_whole_vector(session: Session) -> None:
     layout, fixed = many_sided.free()
     observations: SessionObservations = many_sided.observed(session, layout, fixed)
