@@ -89,7 +89,8 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     bare = replace(fits, base=own.base, given=own.given, ending=ROUGH)
     alone = _alone(bare, model, base) if enough and not own.known else None
     if alone is not None and alone.better:
-        bare, found = alone.fits, _of_process(alone, base)
+        say("70 %: looking for what else would explain it")
+        bare, found = alone.fits, _of_process(alone, base, imitating(fits, model, base))
     else:
         found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
     fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
@@ -186,9 +187,11 @@ def _alone(fits: ModelFits, model: ComplianceModel, base: Fit) -> ProcessAlone |
     return process_alone(fits, model, base, len(moved))
 
 
-def _of_process(alone: ProcessAlone, base: Fit) -> _Found:
-    """Effects of the process, which the numbers of the robot would imitate."""
+def _of_process(alone: ProcessAlone, base: Fit, others: Sequence[str]) -> _Found:
+    """Effects of the process, which the numbers of the robot, or ``others`` of its effects, would imitate."""
     imitated = {e.name: base for e in alone.fits.base if e.is_base and base.solution.misfit < CLEAR}
+    own = {a.effect.name for a in alone.additions}
+    imitated |= {name: base for name in others if name not in own}
     found = [Alternatives(a, alone.explains, imitated) for a in alone.additions]
     return _Found(Judged(alone.fit, alone.additions, Structure(False, [])), alternatives=tuple(found))
 
