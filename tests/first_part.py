@@ -110,6 +110,11 @@ def cut(bench: Bench, toolpath: Path, cause: Cause, name: str) -> Ran:
     """Compensate with the model of the cell, and let the plant cut."""
     program = bench.folder / f"{name}.csv"
     compensate_file(toolpath, bench.folder / "cell.toml", program)
+    return ran(bench, program, cause)
+
+
+def ran(bench: Bench, program: Path, cause: Cause) -> Ran:
+    """The plant cuts by a program."""
     table = Table.read(program)
     walk = bench.plant(**cause.plant).walk(table.q, cause.force * table.wrench, start=bench.q_start)
     return Ran(bench, program, table, walk)
@@ -122,19 +127,32 @@ def part(ran: Ran, normal: Array) -> Part:
     return Part(ran.table.nominal[rows, :3, 3] / MM, normal[rows], off[rows])
 
 
+def toolpath_of(folder: Path) -> tuple[Path, Array, Array]:
+    """path.csv, the contour both ways round; (R, 3) mm its poses and their outward normals."""
+    place, normal = walls()
+    there, side = np.vstack([place, place[::-1]]), np.vstack([normal, normal[::-1]])
+    rows = [[*p.round(6), 0, 0, 1, 1000.0, "cut" if k else "rapid"] for k, p in enumerate(there)]
+    return write_poses(folder / "path.csv", rows), there, side
+
+
+def measured(one: Ran, there: Array, side: Array) -> Path:
+    """part.toml and part-samples.csv of a part that was cut."""
+    return surface(one, NOISE, _at(one, there, side), name="part")
+
+
+def refined(cell_file: Path) -> None:
+    """The cell, with the model that diagnose wrote."""
+    cell_file.write_text(cell_file.read_text().replace('"model.toml"', '"refined.toml"'))
+
+
 def loop(folder: Path, cause: Cause) -> Loop:
     """First part, measurement, diagnosis, second part."""
     bench = cell(folder)
     bench.cell()
-    place, normal = walls()
-    there, side = np.vstack([place, place[::-1]]), np.vstack([normal, normal[::-1]])
-    rows = [[*p.round(6), 0, 0, 1, 1000.0, "cut" if k else "rapid"] for k, p in enumerate(there)]
-    toolpath = write_poses(folder / "path.csv", rows)
+    toolpath, there, side = toolpath_of(folder)
     one = cut(bench, toolpath, cause, "first")
-    trace = surface(one, NOISE, _at(one, there, side), name="part")
-    done = diagnose_files([trace], folder / "model.toml", folder / "refined.toml")
-    text = (folder / "cell.toml").read_text().replace('"model.toml"', '"refined.toml"')
-    (folder / "cell.toml").write_text(text)
+    done = diagnose_files([measured(one, there, side)], folder / "model.toml", folder / "refined.toml")
+    refined(folder / "cell.toml")
     two = cut(bench, toolpath, cause, "second")
     return Loop(
         cause=cause,

@@ -1,84 +1,34 @@
-"""Commands of the pages: every line is one that the program takes, and those of most pages run on a small job."""
+"""Commands of the pages: every line is one that the program takes, and all of them run on a small job."""
 
 from __future__ import annotations
 
+import _thread
+import json
+import os
 import re
-import shlex
-from dataclasses import dataclass, field
+import shutil
+import subprocess
+import sys
+import tomllib
+import urllib.request
+import webbrowser
 from pathlib import Path
-from shutil import copytree
 
 import pytest
 from click.testing import CliRunner
 
 from compensator.cli import main
-from tests import verb_jobs
-from tests.compensator import small_job
-from tests.compensator.api.test_python_page import PART
-from tests.oracles.robot_programs import RAPID
-
-DOCS = Path(__file__).parents[1] / "docs"
-ELSEWHERE = {
-    "command-line": "tests/compensator/terminal",
-    "first-part": "tests/test_first_part.py",
-    "init": "tests/compensator/tasks/test_init_files.py",
-    "own-effect": "tests/test_own_effect.py",
-    "traces": "tests/compensator/trace",
-    "traces-from-devices": "tests/compensator/devices",
-    "toolpaths-in": "tests/toolpaths/languages/krl",
-    "tutorial": "tests/test_blind_walk.py",
-    "view": "tests/compensator/report/test_view_in_browser.py",
-}
-"""Pages whose commands need files of their own, or a minute; and the tests that run the like."""
-MINUTES = {"measure-in-a-day", "place", "plan"}
-"""Pages whose commands take minutes: plans of 20 set-ups, hundreds of placements; verb and options are looked at."""
-
-
-@dataclass(frozen=True)
-class PageJob:
-    """What stands for the words of a page.
-
-    Attributes:
-        files: word of the page -> file of the small job.
-        count: how many commands the page has.
-    """
-
-    count: int
-    files: dict[str, str] = field(default_factory=dict)
-
-
-PART_NC, MODEL = {"part.nc": "path.csv"}, {"stiffness.toml": "model.toml"}
-JOBS = {
-    "axis-map": PageJob(1, {"TOOLPATH": "path.csv", "CELL.toml": "cell.toml"}),
-    "check": PageJob(2, PART_NC),
-    "clamped": PageJob(1, {"READINGS.csv": "readings.csv", "ROBOT": "geared.toml"}),
-    "compare": PageJob(2, {"before.json": "one.json", "after.json": "other.json"}),
-    "compensate": PageJob(2, PART_NC),
-    "cutting": PageJob(3, {**PART_NC, "cell.toml": "mill.toml"}),
-    "datasheet": PageJob(1, {"ROBOT": "geared.toml"}),
-    "diagnose": PageJob(1, MODEL),
-    "filter": PageJob(1, {"PART.mod": "plain/part.mod", "cell.toml": "plain/cell.toml"}),
-    "identify": PageJob(2, {"other.toml": "session.toml"}),
-    "stiffness-map": PageJob(1, {"MODEL.toml": "model.toml"}),
-    "verify": PageJob(2, {"part.mod": "program.mod", **PART_NC}),
-}
-
-
-def commands(page: str) -> list[list[str]]:
-    """Words of every command of a page; what may be left out is given, but for "more of the same"."""
-    text = (DOCS / f"{page}.md").read_text(encoding="utf-8").replace("\\\n", " ")
-    lines = re.findall(r"^ *compensator +([a-z-][^\n]*)$", text, re.M)
-    plain = (re.sub(r"\[more [^\]]*\]", "", re.split(r" [|>#] ?", line)[0]) for line in lines)
-    return [shlex.split(re.sub(r"\[([^\]]*)\]", r"\1", line)) for line in plain]
-
-
-PAGES = sorted(p.stem for p in DOCS.glob("*.md") if commands(p.stem))
+from compensator.tasks import plan
+from tests.pages import page_folders as folders
+from tests.pages.page_commands import DOCS, PAGES, commands, outputs, shell_lines, steps
+from tests.pages.page_jobs import IN_A_SHELL, JOBS, POSTURES, PageJob
 
 
 def test_every_page_with_commands_is_known() -> None:
-    """A new page is run here, or it stands where its commands are run."""
-    assert sorted({*JOBS, *ELSEWHERE, *MINUTES}) == PAGES
-    assert [place for place in ELSEWHERE.values() if not (DOCS.parent / place).exists()] == []
+    """A new page is run here, and no command hides behind another one in its line."""
+    assert sorted({*JOBS, *IN_A_SHELL}) == PAGES
+    hidden = re.compile(r"^[^`|>]*[;&|] *compensator [a-z]", re.M)
+    assert [page.name for page in DOCS.glob("*.md") if hidden.search(page.read_text(encoding="utf-8"))] == []
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -89,30 +39,110 @@ def test_the_program_takes_verb_and_options(page: str) -> None:
                 assert context.command.name == verb
 
 
+@pytest.mark.parametrize("page", sorted(JOBS))
+def test_what_stands_for_words_stands_for_words_of_the_page(page: str) -> None:
+    lines = commands(page)
+    job = JOBS[page]
+    assert len(lines) == job.count
+    assert {*job.files, *job.fewer} <= {word for line in lines for word in line}
+    assert {*job.more} <= {line[0] for line in lines} and {*job.before} <= {*range(1, job.count)}
+
+
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("inputs")
-    verb_jobs.write_inputs(folder)
-    (folder / "part.nc").write_text(PART)
-    (folder / "plain").mkdir()
-    small_job.files(folder / "plain")
-    (folder / "plain" / "part.mod").write_bytes(RAPID.replace("\n", "\r\n").encode())
+    folder = tmp_path_factory.mktemp("inputs") / "all"
+    folders.everything(folder)
     return folder
+
+
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The pages that a browser was told to open; it reads them, and the user interrupts."""
+    pages: list[str] = []
+
+    def opened(url: str) -> None:
+        try:
+            with urllib.request.urlopen(url, timeout=60) as page:
+                pages.append(page.read().decode())
+        finally:
+            _thread.interrupt_main()
+
+    monkeypatch.setattr(webbrowser, "open", opened)
+    return pages
+
+
+def stamp(file: Path) -> tuple[int, int] | None:
+    """What changes where a file is written."""
+    return (file.stat().st_ino, file.stat().st_mtime_ns) if file.exists() else None
+
+
+def holds_something(file: Path) -> bool:
+    """Whether a file is not empty, and of the form that its name says."""
+    content = file.read_bytes()
+    if file.suffix in (".json", ".toml"):
+        return bool({".json": json.loads, ".toml": tomllib.loads}[file.suffix](content.decode()))
+    return bool(content)
+
+
+def run(job: PageJob, verb: str, *words: str) -> None:
+    """A command ends well, and everything that it names is there and new."""
+    given = job.given(verb, words)
+    named = outputs(verb, given)
+    before = [stamp(file) for file in named]
+    done = CliRunner().invoke(main, [verb, *given], input=job.typed)
+    assert done.exit_code == 0, (verb, given, done.output)
+    assert [file for file, old in zip(named, before, strict=True) if stamp(file) in (None, old)] == []
+    assert [file for file in named if not holds_something(file)] == []
 
 
 @pytest.mark.parametrize("page", sorted(JOBS))
 def test_the_commands_of_a_page_run(
-    page: str, inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: str, inputs: Path, seen: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One after the other, in a folder with the files that they name: each ends well and writes what it is told to."""
     folder, job = tmp_path / page, JOBS[page]
-    copytree(inputs, folder)
+    if job.folder is None:
+        shutil.copytree(inputs, folder)
+    else:
+        job.folder(folder)
     monkeypatch.chdir(folder)
-    lines = commands(page)
-    assert len(lines) == job.count
-    for verb, *words in lines:
-        given = [job.files.get(word, word) for word in words]
-        done = CliRunner().invoke(main, [verb, *given])
-        assert done.exit_code == 0, (verb, given, done.output)
-        written = [given[k + 1] for k, word in enumerate(given) if word in verb_jobs.outputs(verb)]
-        assert [name for name in written if not Path(name).stat().st_size] == []
+    monkeypatch.setattr(plan, "POSTURES", POSTURES)
+    done = 0
+    for program, *words in steps(page):
+        if program == "mkdir":
+            subprocess.run([program, *words], check=True)
+            continue
+        job.before.get(done, lambda _: None)(folder)
+        run(job, *words)
+        done += 1
+    assert ["the cell at work" in text for text in seen] == [True] * (page == "view")
+
+
+def shell(folder: Path) -> dict[str, str]:
+    """The environment of a user whose home is a folder, with the program on the path."""
+    program = folder / "bin" / "compensator"
+    program.parent.mkdir()
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m compensator "$@"\n')
+    program.chmod(0o755)
+    env = {k: v for k, v in os.environ.items() if not k.startswith(("PYTEST", "PYTHON", "COV", "MAN"))}
+    paths = {"PATH": f"{program.parent}:{env['PATH']}", "PYTHONPATH": f"{folder}:{DOCS.parent}"}
+    return {**env, **paths, "HOME": str(folder), "OPENBLAS_NUM_THREADS": "1"}
+
+
+@pytest.mark.parametrize("page", sorted(IN_A_SHELL))
+def test_the_lines_of_a_page_run_in_a_shell(page: str, tmp_path: Path) -> None:
+    """As they stand, pipes, home and comments included; man is stood for by cat where it is not installed."""
+    folder = tmp_path / page
+    IN_A_SHELL[page](folder)
+    env = shell(folder)
+    if shutil.which("man") is None:
+        (folder / "bin" / "man").symlink_to(shutil.which("cat") or "")
+    lines = shell_lines(page, "compensator", "mkdir")
+    assert len(lines) >= 3
+    for line in (one.replace("SESSION.toml", "session.toml") for one in lines):
+        script = ["bash", "-e", "-o", "pipefail", "-c", line]
+        done = subprocess.run(script, cwd=folder, env=env, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, (line, done.stderr)
+        written = [folder / word.replace("~", str(folder)) for word in re.findall(r"(?: > | -o )(\S+)", line)]
+        assert [file for file in written if not file.stat().st_size] == []
+        assert done.stdout or written or line.startswith("mkdir"), line

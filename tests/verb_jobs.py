@@ -20,6 +20,7 @@ from tests.stiffness.bench_lab import Lab
 from tests.stiffness.model.test_clamped import cycle, lines, written
 from tests.stiffness.model.test_datasheet import BARE, robot_text
 
+RAN = "index,kind,q1_deg\n0,cut,1\n1,cut,2\n"
 WRENCHES = "index,fx,fy,fz,mx,my,mz\n" + "".join(f"{k},-300,200,250,5,-4,3\n" for k in range(len(small_job.ROWS)))
 
 
@@ -156,7 +157,7 @@ def write_inputs(folder: Path) -> None:
     (folder / "geared.toml").write_text(robot_text(*[BARE] * 6).replace('name = "arm"', 'name = "geared"'))
     written(folder, lines(cycle()))
     (folder / "points.csv").write_text("index,x_mm,y_mm,z_mm\n0,1,2,3\n1,2,3,4\n")
-    (folder / "ran.csv").write_text("index,kind,q1_deg\n0,cut,1\n1,cut,2\n")
+    (folder / "ran.csv").write_text(RAN)
     compensate_file(folder / "path.csv", folder / "cell.toml", folder / "program.mod")
     for name, error in (("one", 0.25), ("other", 0.5)):
         summary = {"schema": "path-summary/1", "findings": [], "predicted_error_mm": {"before": {"max": error}}}

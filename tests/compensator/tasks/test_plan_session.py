@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from importlib import resources
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +13,8 @@ from compensator.cli import main
 from compensator.tasks.identify import identify_files
 from stiffness.errors import StiffnessError
 from stiffness.session.session import load_session
-from tests.compensator.small_job import ABB, STIFFNESS, files
-from tests.plant import Arm, Plant, Tool
-from tests.plant.lab import Form, Noise, Setup, Step, Target, measure
+from tests.compensator.filled_session import fill_in, rows_of
+from tests.compensator.small_job import STIFFNESS, files
 
 WIDE = {"effects": {"joint-stiffness": {"k_nm_per_rad": STIFFNESS, "sd_nm_per_rad": [0.5 * k for k in STIFFNESS]}}}
 TRUE = [1.3 * k for k in STIFFNESS]
@@ -33,47 +29,15 @@ def plan(tmp_path: Path, name: str, *more: str) -> tuple[Path, Result]:
     return day, CliRunner().invoke(main, [str(w) for w in (*words, "--count", 5, "--force", 600, *more)])
 
 
-def rows_of(file: Path) -> list[dict[str, str]]:
-    with file.open(newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
 def test_filled_in_it_is_identified(tmp_path: Path) -> None:
     """Readings of the plant, 30 % stiffer than the model, put into the empty csv: every joint within 5 %."""
     day, done = plan(tmp_path, "drive.mod")
     assert done.exit_code == 0, done.output
     with pytest.raises(StiffnessError, match=r"samples\.csv"):
         load_session(day / "session.toml")  # nothing was measured yet
-    rows = rows_of(day / "samples.csv")
-    by_setup = [list(g) for _, g in groupby(rows, lambda r: r["setup"])]
-    setups = []
-    for of in by_setup:
-        q = np.radians([float(of[0][f"q{k}"]) for k in range(1, 7)])
-        side = np.array([float(of[0][f"approach{k}"]) for k in range(1, 7)])
-        loads = [[float(r[key]) for key in ("fx", "fy", "fz", "mx", "my", "mz")] for r in of if r["reflector"] == "tcp"]
-        setups.append(Setup(q, np.radians(3.0) * side, [Step(w[:3], w[3:]) for w in loads]))
-    data = resources.files("stiffness") / "robot" / "data" / f"{ABB}.toml"
-    held = Tool(np.array([0.03, -0.02, 0.24]), np.radians([0.0, 25.0, 0.0]), 30.0, np.array([0.01, 0.0, 0.11]))
-    plant = Plant(Arm.load(Path(str(data)), tool=held), stiffness=np.array(TRUE), gravity_on=True)
-    session = load_toml(day / "session.toml")
-    targets = [Target(name, r["link"], np.array(r["position"]) / 1e3) for name, r in session["reflectors"].items()]
-    read = measure(plant, setups, targets, noise=Noise(), form=Form(registered=False), seed=3).rows
-    read_at = {(str(r["setup"]), str(r["state"]), r["reflector"]): r for r in read}
-    with (day / "samples.csv").open("w", newline="") as stream:
-        out = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-        out.writeheader()
-        for row in rows:
-            seen = read_at[row["setup"], row["state"], row["reflector"]]
-            out.writerow({**row, **{key: seen[key] for key in ("x", "y", "z", "fx", "fy", "fz", "mx", "my", "mz")}})
+    fill_in(day, TRUE)
     found = identify_files([day / "session.toml"], tmp_path / "found.toml", effects=["joint-stiffness"]).report
     assert found["stiffness_nm_per_rad"] == pytest.approx(TRUE, rel=0.05)
-
-
-def load_toml(file: Path) -> dict[str, dict[str, dict[str, object]]]:
-    import tomllib
-
-    table: dict[str, dict[str, dict[str, object]]] = tomllib.loads(file.read_text())
-    return table
 
 
 @pytest.mark.parametrize(
