@@ -45,7 +45,12 @@ class Walk(HTMLParser):
 
 def figures_in(text: str) -> dict[str, Any]:
     """The figures of a page; a number that is not finite is refused."""
-    found = re.search(r'<script type="application/json" id="figures">(.*?)</script>', text, re.DOTALL)
+    return data_in(text, "figures")
+
+
+def data_in(text: str, name: str) -> dict[str, Any]:
+    """What a page carries under a name: "figures", "scene"."""
+    found = re.search(rf'<script type="application/json" id="{name}">(.*?)</script>', text, re.DOTALL)
     assert found is not None
     return json.loads(found[1], parse_constant=_refused)  # type: ignore[no-any-return]
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from compensator.process.milling.mill import Cut
+from compensator.process.milling.path import MillingPath
 from compensator.solve.compensation import Compensation
 
 MODEL = """
@@ -51,14 +54,19 @@ def prepared(folder: Path) -> Path:
 def taken(c: Compensation, rows: np.ndarray) -> Compensation:
     """The poses of ``rows`` as a longer path; figures do not care that they repeat."""
 
+    def of_rows(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return value[rows] if len(value) == len(c) else value
+        if isinstance(value, Mapping):
+            return {name: of_rows(column) for name, column in value.items()}
+        return picked(value) if isinstance(value, Cut | MillingPath) else value
+
     def picked(record: Any) -> Any:
-        arrays = {f.name: getattr(record, f.name) for f in fields(record)}
-        per_pose = {
-            name: a[rows] for name, a in arrays.items() if isinstance(a, np.ndarray) and len(a) == len(c)
-        }
-        return replace(record, **per_pose)
+        return replace(record, **{f.name: of_rows(getattr(record, f.name)) for f in fields(record)})
 
     path = replace(picked(c.path), toolpath=c.path.toolpath.take(rows), tcp=c.path.tcp.take(rows))
     names = ("command", "load", "target")
     parts = {name: picked(getattr(c, name)) for name in names}
+    if c.plain is not None and len(c.plain) == len(c):
+        parts["plain"] = taken(c.plain, rows)
     return replace(picked(c), path=path, state=c.state.take(rows), **parts)  # type: ignore[no-any-return]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,11 @@ import pytest
 from compensator.report.html.path import path_page
 from compensator.report.scene.posed_bodies import posed_bodies
 from compensator.report.scene.scene import path_scene
-from compensator.tasks.compensate import preview_file
+from compensator.report.scene.stock_stages import MOST_FACES
+from compensator.tasks.compensate import compensate_file, preview_file
 from tests.compensator import small_job
+from tests.compensator.report.page_reader import data_in
+from tests.compensator.report.small_path import taken
 from tests.compensator.report.test_scene import unpacked
 
 
@@ -54,3 +58,33 @@ def test_cutter_stock_and_what_is_left(tmp_path: Path) -> None:
     colours = {c["key"]: unpacked(c["value"]) for c in scene["path"]["colours"]}
     assert np.nanmax(colours["depth"]) == pytest.approx(float(done.result.load.columns["ap_mm"].max()), rel=1e-5)
     assert np.nanmax(colours["band"]) > 0 and np.isnan(colours["band"][~done.result.cutting]).all()
+
+
+def layers(count: int, lines: int) -> list[list[Any]]:
+    """Rows of a csv toolpath that cuts a block down in layers of so many lines, every one to and fro."""
+    rows: list[list[Any]] = [[-20, -30, 60, 0, 0, 1, 0, "rapid"]]
+    for layer in range(1, count + 1):
+        for k, y in enumerate(np.linspace(-30, 90, lines).round(3)):
+            there = [[x, y, -2 * layer, 0, 0, 1, 1200, "cut"] for x in (-20, 130)]
+            rows += there[:: -1 if k % 2 else 1]
+    x, y = rows[-1][:2]
+    return [*rows, [x, y, 60, 0, 0, 1, 0, "rapid"]]
+
+
+def test_a_milled_page_of_a_hundred_thousand_poses_is_below_ten_megabytes(tmp_path: Path) -> None:
+    """Compensated, with every colour; its stock changes everywhere: the stages have as many faces as they may."""
+    job = small_job.files(tmp_path, {"process": small_job.milling(tmp_path, stock={"grid": 2.5})}, rows=layers(9, 7))
+    done = compensate_file(job.toolpath, job.cell, tmp_path / "out.csv")
+    c, judged = done.result, done.judged
+    rows = np.sort(np.random.default_rng(3).integers(0, len(c), 100_000))
+    long = taken(c, rows)
+    sd = np.zeros(len(c))
+    sd[c.cutting] = judged.open.sd
+    of_all = replace(judged, open=replace(judged.open, sd=sd[rows][long.cutting]))
+    text = path_page(long, done.report, np.zeros(len(long)), judged=of_all)
+    assert len(text.encode()) < 10e6
+    scene = data_in(text, "scene")
+    (left,) = (body for body in scene["bodies"] if body["kind"] == "left")
+    assert 0.9 * MOST_FACES < sum(left["stages"]["runs"][::3]) <= MOST_FACES
+    assert unpacked(left["stages"]["stage"], "u1").max() > 10
+    assert {"left", "depth", "engagement", "band"} <= {colour["key"] for colour in scene["path"]["colours"]}
