@@ -14,7 +14,8 @@ from stiffness.effects.effect import Effect, Numbers
 from stiffness.identification.coherence import hidden_bias
 from stiffness.identification.gauge import Gauge
 from stiffness.identification.learned_numbers import learned_numbers
-from stiffness.identification.prediction import PredictedReadings, SessionPredictor
+from stiffness.identification.predicted_readings import PredictedReadings
+from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.problem import Problem, States, loose_sd
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.setup_statistics import SetupStatistics, moved_within_setups

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from stiffness.identification.outliers import ENOUGH, FALSE_ALARM, UPPER
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 from stiffness.identification.scores import sensor_variance
 from stiffness.session.session import Session
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
 from stiffness.identification.observations import SessionObservations
-from stiffness.identification.prediction import SettledReadings
+from stiffness.identification.predicted_readings import SettledReadings
 from stiffness.identification.problem import Problem, States
 from stiffness.numerics.least_squares import lowest
 from stiffness.numerics.whitened import Whitened

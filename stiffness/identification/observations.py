@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
-from stiffness.identification.prediction import PredictedReadings, SessionPredictor, SessionState, SettledReadings
+from stiffness.identification.predicted_readings import PredictedReadings, SessionState, SettledReadings
+from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.reading_slopes import Slopes
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns

@@ -17,10 +17,10 @@ import numpy.typing as npt
 from stiffness.effects.effect import Numbers
 from stiffness.identification.arm_loads import ArmEquilibria, pieces_of_links
 from stiffness.identification.equilibrium_kernel import STEPS
+from stiffness.identification.predicted_readings import PredictedReadings, SessionState, SettledReadings
 from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
-from stiffness.identification.station import TrackerPoses
 from stiffness.identification.unknowns import Unknowns
 from stiffness.memory.state_columns import state_columns
 from stiffness.numerics.kernel import Kernel
@@ -30,83 +30,6 @@ Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
 MEMORY_ROUNDS = 5
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class SessionState:
-    """Where the fit of a session stands.
-
-    Attributes:
-        x: (N, n_x) elastic coordinates that the next equilibria start from.
-        torque: (N, n) N*m of the joints that the next load histories start from.
-        poses: first guess of the tracker poses; None before the first prediction, which makes it.
-        used: (N,) readings that take part. allowed: (N,) readings that may: no search for outliers brings others back.
-    """
-
-    x: Floats
-    torque: Floats
-    poses: TrackerPoses | None
-    used: Bools
-    allowed: Bools
-
-    def __repr__(self) -> str:
-        return f"SessionState({int(self.used.sum())} of {len(self.used)} readings used)"
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class PredictedReadings:
-    """Predicted readings of a session.
-
-    Attributes:
-        position: (N, 3) m, as read.
-        by_number: derivatives by the P free numbers. by_station, by_wrench: (N, 3, S), (N, 3, 6).
-        back: (N, 3, 3) rotation, base -> axes of the reading.
-        state: where the prediction ended.
-    """
-
-    position: Floats
-    by_number: ReadingSlopes
-    by_station: Floats
-    by_wrench: Floats
-    back: Floats
-    state: SessionState
-
-    @property
-    def by_parameter(self) -> Floats:
-        """(N, 3, P) derivatives by all free numbers."""
-        return self.by_number.whole()
-
-    @property
-    def x(self) -> Floats:
-        """(N, n_x) elastic coordinates."""
-        return self.state.x
-
-    @property
-    def torque(self) -> Floats:
-        """(N, n) N*m."""
-        return self.state.torque
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class SettledReadings:
-    """Arms at rest, and their readings in the base before memory changes slopes.
-
-    Attributes:
-        memory: (N, k) joint states; torque, x: of every reading, where the solution ended.
-        position: (N, 3) m; by_number, by_wrench, by_state: its derivatives; link: (N, 3, 3) rotations.
-    """
-
-    memory: Floats
-    torque: Floats
-    x: Floats
-    position: Floats
-    by_number: ReadingSlopes
-    by_wrench: Floats
-    by_state: Floats
-    link: Floats
-
-    def __repr__(self) -> str:
-        return f"SettledReadings({len(self.position)})"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -187,10 +110,10 @@ class SessionPredictor:
         at = self._at_rest(p, own, memory, settled.x, steps=1)
         return self._read(replace(at, torque=settled.torque), state, p, own)
 
-    def _at_rest(self, p: Floats, own: Floats, memory: Floats, x: Floats, steps: int) -> SettledReadings:
+    def _at_rest(self, p: Floats, own: Floats, memory: Floats, x: Floats, *, steps: int) -> SettledReadings:
         """Arms with given joint states."""
         places = self.data.station.reflectors(own)
-        arms, of, x, torque = self._equilibria(p, places, memory, x, steps)
+        arms, of, x, torque = self._equilibria(p, places, memory, x, steps=steps)
         base, by_number, by_w, by_state, link = self._positions(p, arms, of, places)
         return SettledReadings(
             memory, torque, x, position=base, by_number=by_number, by_wrench=by_w, by_state=by_state, link=link
@@ -227,7 +150,7 @@ class SessionPredictor:
         return self._shown(p, seen)
 
     def _equilibria(
-        self, p: Floats, places: Floats, memory: Floats, x: Floats, steps: int
+        self, p: Floats, places: Floats, memory: Floats, x: Floats, *, steps: int
     ) -> tuple[ArmEquilibria, Index, Floats, Floats]:
         """Arms at rest, one for all readings that share load and posture; which of them every reading is (N,); and
         elastic coordinates and torques of every reading."""
@@ -237,7 +160,7 @@ class SessionPredictor:
         for kind, rows in self.data.kinds.items():
             some = np.flatnonzero(rows[first])
             at = first[some]
-            parts.append((some, self.model.equilibria(kind, p, loads.take(at), x[at], steps)))
+            parts.append((some, self.model.equilibria(kind, p, loads.take(at), x[at], steps=steps)))
         arms = ArmEquilibria.gathered(parts)
         return arms, of, arms.x[of], arms.torque[of]
 

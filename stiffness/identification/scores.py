@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]

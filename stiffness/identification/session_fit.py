@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.identification.observations import SessionObservations
-from stiffness.identification.prediction import PredictedReadings, SessionState
+from stiffness.identification.predicted_readings import PredictedReadings, SessionState
 from stiffness.numerics.whitened import Whitened
 from stiffness.session.samples import Samples
 from stiffness.session.session import Session

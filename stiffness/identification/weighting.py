@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 from stiffness.identification.reading_slopes import ReadingSlopes, Slopes
 from stiffness.numerics.whitened import Whitened, deletion_statistics, whitened
 from stiffness.rotation import skew

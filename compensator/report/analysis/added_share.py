@@ -8,7 +8,7 @@ import numpy as np
 
 from compensator.report.analysis.session_residuals import Floats, Index, SessionResiduals, in_base
 from compensator.report.analysis.state_motion import lever_of
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from compensator.report.analysis.predicted import PredictedSession
 from stiffness.identification import scores
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 from stiffness.identification.scores import Score
 from stiffness.session.session import Session
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stiffness.identification.evaluate import predicted_rigid
 from stiffness.identification.fit import Fit
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 from stiffness.identification.session_fit import SessionFit
 
 

@@ -11,7 +11,7 @@ from compensator.report.analysis.undeflected import UndeflectedArm, undeflected
 from stiffness.diagnosis.result import Diagnosis
 from stiffness.identification.evaluate import predicted_by
 from stiffness.identification.fit import Fit
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session
 

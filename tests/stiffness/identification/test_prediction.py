@@ -10,7 +10,8 @@ import pytest
 
 from stiffness.effects import BASE
 from stiffness.identification.observations import SessionObservations
-from stiffness.identification.prediction import PredictedReadings, SessionPredictor, SessionState
+from stiffness.identification.predicted_readings import PredictedReadings, SessionState
+from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.readings import equilibrium_kernel
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import Unknowns

@@ -11,7 +11,7 @@ import pytest
 from stiffness.effects import BASE
 from stiffness.identification import weighting
 from stiffness.identification.observations import SessionObservations
-from stiffness.identification.prediction import PredictedReadings
+from stiffness.identification.predicted_readings import PredictedReadings
 from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.unknowns import unknowns
