@@ -54,7 +54,8 @@ def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Additio
 
 def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, dict[str, Floats]]:
     """Standard deviations of the searched numbers of additions, by effect and parameter, 0 for all others: half the
-    interval of the profile likelihood over NORMAL."""
+    interval of the profile likelihood over NORMAL; of a value that no torque of the readings reaches, down to where
+    they begin to tell."""
     out: dict[str, dict[str, Floats]] = {}
     trials = MemoryTrials(fit.problem, fit.solution.vector, fit.states)
     for a in additions:
@@ -64,7 +65,8 @@ def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, di
                 continue
             limit = float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2
             inside = [r for r in profile if r.chi2 <= min(r.chi2 for r in profile) + limit]
-            width = max(r.high for r in inside) - min(r.low for r in inside)
+            low, high, value = min(r.low for r in inside), max(r.high for r in inside), a.values[p.name][index]
+            width = 2 * (value - low) if value > high else high - low  # beyond: no torque of the readings reaches it
             numbers = out.setdefault(a.effect.name, {}).setdefault(p.name, np.zeros(p.count(fit.unknowns.joints)))
             numbers[index] = width / (2 * NORMAL)
     return out

@@ -256,6 +256,17 @@ def test_where_nothing_switches_there_is_nothing_to_search() -> None:
     assert with_better_numbers(fit, found) is None
 
 
+def test_a_torque_that_no_reading_reaches_is_known_from_below() -> None:
+    """No torque carries the gap: the interval of the breakaway torque goes down to the largest torque, not further."""
+    ill = sick("backlash joint-5 no torque carries")
+    found = [addition("backlash", "joint-5")]
+    found[0].values["breakaway_nm"][4] = 1e5
+    fit = ill.fits.fit(found, ill.base)
+    sd = searched_deviations(fit, at_values_of(fit, found))["backlash"]["breakaway_nm"][4]
+    largest = np.abs(fit.sessions[0].predicted.torque[:, 4]).max()
+    assert 0.0 <= 1e5 - 1.96 * sd < 1.01 * largest
+
+
 def test_the_interval_of_a_searched_number_is_that_of_refits() -> None:
     """Half the range of breakaway torques whose refit is within 3.84 of the best chi-square, over 1.96."""
     ill = sick("backlash joint-3")
