@@ -105,6 +105,9 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
             say("85 %: looking for what else would move these numbers so")
             group += [name for name in imitating(fits, model, base) if name not in group]
         changed = [replace(c, confused_with=tuple(group)) for c in changed]
+    if known and len(news) == 1 and all(s.path is not None for s in sessions):
+        say("85 %: looking for what else would explain all of it")
+        found = _grouped(found, news[0].effect.name, imitating(fits, model, fit))
     other = bool(news or found.removed)
     verdict, more = _verdict(
         sessions=sessions, enough=enough, structure=structure, other=other, changed=changed, base=base
@@ -194,6 +197,16 @@ def _of_process(alone: ProcessAlone, base: Fit, others: Sequence[str]) -> _Found
     imitated |= {name: base for name in others if name not in own}
     found = [Alternatives(a, alone.explains, imitated) for a in alone.additions]
     return _Found(Judged(alone.fit, alone.additions, Structure(False, [])), alternatives=tuple(found))
+
+
+def _grouped(found: _Found, name: str, others: Sequence[str]) -> _Found:
+    """With ``others`` in the group of an effect: by themselves, on the model as it was, they explain what the effect
+    and numbers of the model that went with it do."""
+    more = {other: found.judged.fit for other in others if other != name}
+    alternatives = tuple(
+        replace(a, fits={**more, **a.fits}) if a.addition.effect.name == name else a for a in found.alternatives
+    )
+    return replace(found, alternatives=alternatives)
 
 
 def _as_it_is(base: Fit, known: Sequence[Addition]) -> _Found:
