@@ -17,7 +17,7 @@ from compensator.cell.cell_file import load_cell as _load_cell
 from compensator.cell.named_files import named_files
 from compensator.errors import CompensatorError
 from compensator.program.filter_in_place import filter_of
-from compensator.program.maker import refuse_kept_feeds, refuse_study_frame
+from compensator.program.maker import refuse_study_frame, refuse_what_is_kept
 from compensator.program.provenance import provenance_of
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.diagnosis import diagnosis_report
@@ -127,7 +127,7 @@ def compensate(
     filtered, made_from = _filtered(files, source, language), provenance_of(table, source)
     job, path = job_for(table, source, with_rapids=filtered is None)
     refuse_study_frame(job)
-    refuse_kept_feeds(job, filtered is not None)
+    refuse_what_is_kept(job, filtered is not None)
     source = with_joint_poses(job.placement, job.arm.robot, source)
     if files is not None and filtered is not None:
         filter_of(files, source, filtered)  # refuses what no filter can keep, before anything is solved

@@ -12,6 +12,7 @@ from docs.make_axis_map import CELL
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "path-turn.md"
 BEGIN, END = "<!-- numbers: python -m docs.make_path_turn -->", "<!-- end of numbers -->"
+LEANING = "<!-- numbers of leaning: python -m docs.make_path_turn -->"
 UPSIDE = ('xyz = [1500.0, -100.0, 800.0]', 'xyz = [1700.0, 0.0, 700.0]\nrpy = [180.0, 0.0, 0.0]')
 PATHS = (
     (ROOT / "examples" / "wave.nc", False),
@@ -24,35 +25,53 @@ HEAD = (
     "| cost, µm², constant | chosen |\n"
     "| --- | ---: | ---: | ---: | ---: | ---: | ---: |\n"
 )
+LEANING_HEAD = (
+    "| path | standard deviation, µm, upright | leaning | reversals in the cut, upright | leaning "
+    "| cost, µm², upright | leaning | mean lean, ° | largest |\n"
+    "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n"
+)
 
 
-def report_of(toolpath: Path, upside: bool) -> dict[str, Any]:
+def report_of(toolpath: Path, upside: bool, *solve: str) -> dict[str, Any]:
     """The JSON report of a path with a chosen turn."""
     with tempfile.TemporaryDirectory() as folder:
         text = CELL.replace(*UPSIDE) if upside else CELL
         cell = Path(folder) / "cell.toml"
-        cell.write_text(text + '\n[solve]\nturn = "path"\n')
+        cell.write_text(text + "\n".join(["\n[solve]", 'turn = "path"', *solve, ""]))
         return compensate_file(toolpath, cell, Path(folder) / "out.csv").report
 
 
 def row(toolpath: Path, upside: bool) -> str:
-    """A line of the table."""
+    """A line of the table of turns."""
     turn = report_of(toolpath, upside)["turn"]
-    one, other = turn["constant"], turn["chosen"]
+    return _row(toolpath, turn["constant"], turn["chosen"])
+
+
+def leaning_row(toolpath: Path, upside: bool) -> str:
+    """A line of the table of leans: without and with."""
+    turn = report_of(toolpath, upside, "lean = 5.0")["turn"]
+    lean = turn.get("lean", {"upright": turn["chosen"], "mean_deg": 0.0, "max_deg": 0.0})
+    angles = tuple(f"{lean[key]:.1f}" for key in ("mean_deg", "max_deg"))
+    return _row(toolpath, lean["upright"], turn["chosen"], *angles)
+
+
+def _row(toolpath: Path, one: dict[str, Any], other: dict[str, Any], *more: str) -> str:
     cells = [f"`{toolpath.name}`"]
     for key, digits in (("deflection_sd_um", 1), ("reversals_in_cut", 0)):
         cells += [f"{of[key]:.{digits}f}" for of in (one, other)]
     cells += [f"{of['cost_um2']['sum']:.0f}" for of in (one, other)]
-    return f"| {' | '.join(cells)} |\n"
+    return f"| {' | '.join([*cells, *more])} |\n"
 
 
 def main() -> None:
-    """Fill the table of the page."""
+    """Fill the tables of the page."""
     text = PAGE.read_text(encoding="utf-8")
-    rows = "".join(row(*path) for path in PATHS if path[0].exists())
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    PAGE.write_text(f"{before}{BEGIN}\n\n{HEAD}{rows}\n{END}{after}", encoding="utf-8")
+    paths = [path for path in PATHS if path[0].exists()]
+    for begin, head, line in ((BEGIN, HEAD, row), (LEANING, LEANING_HEAD, leaning_row)):
+        before, rest = text.split(begin)
+        _, after = rest.split(END, 1)
+        text = f"{before}{begin}\n\n{head}{''.join(line(*path) for path in paths)}\n{END}{after}"
+    PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

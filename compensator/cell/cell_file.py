@@ -134,8 +134,6 @@ wrench = [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0]  # on the robot, about the TCP, N 
 
 #: Freedoms of a path that are asked for, and what is done instead.
 _NOT_BUILT = {
-    re.compile(r"solve\.lean"): "lead and tilt stay as the toolpath has them; the turn about the tool axis can be "
-    'chosen, with turn = "path"',
     re.compile(r"external\.[^.]+\.free"): "rails and tables go where the program has them",
 }
 

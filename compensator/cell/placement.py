@@ -14,6 +14,7 @@ from compensator.cell.placement_tables import ExternalAxisTable
 from compensator.cell.run_tables import ProgramTable, SamplingTable, SolveTable
 from compensator.cell.surroundings import Surroundings, surroundings_of
 from compensator.errors import CellError
+from compensator.path.lean import CutterShape
 from compensator.path.tool_set import ToolSet
 from compensator.process.process import Process, ProcessContext
 from toolpaths.frame import Frame
@@ -41,6 +42,7 @@ class Placement:
         machine: that the toolpath was posted for; None: not declared.
         solve, sampling, program: settings, in the units of the cell file.
         surroundings: what stands around and what the tools look like, as the cell file has it.
+        cutters: shapes by the number of the tool; None: of all tools.
     """
 
     source: str
@@ -58,6 +60,7 @@ class Placement:
     sampling: SamplingTable = field(default_factory=SamplingTable)
     program: ProgramTable = field(default_factory=ProgramTable)
     surroundings: Surroundings = field(default_factory=Surroundings)
+    cutters: Mapping[int | None, CutterShape] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Placement({self.source!r}, {self.tools!r})"
@@ -93,6 +96,7 @@ def placement_of(cell: Cell) -> Placement:
         sampling=cell.sampling,
         program=cell.program,
         surroundings=surroundings_of(cell),
+        cutters=cell.process.shapes(),
     )
 
 

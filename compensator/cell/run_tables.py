@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Literal
 
-from pydantic import Field, Strict, field_validator
+from pydantic import Field, Strict, field_validator, model_validator
 
 from compensator.toml_table import Number, TomlTable
 
@@ -24,6 +24,8 @@ class SolveTable(TomlTable):
     ``feed``: what happens where a joint would be too fast: the feed stays as programmed, or is lowered to the limit.
     ``turn``: about the tool axis, where it is open: one for the whole path; or chosen along it for accuracy. None: one,
     and where none serves, whatever reaches the path.
+    ``lean``: of the tool axis from that of the toolpath, at most, chosen along the path with the turn; it asks for
+    ``turn = "path"``.
     """
 
     max_correction: Number = Field(default=5.0, gt=0, le=100)
@@ -37,6 +39,13 @@ class SolveTable(TomlTable):
     max_joint_step: Number = Field(default=30.0, gt=0, le=180)
     feed: Literal["programmed", "limit"] = "programmed"
     turn: Literal["constant", "path"] | None = None
+    lean: Number = Field(default=0.0, ge=0, le=30)
+
+    @model_validator(mode="after")
+    def _lean_is_chosen_with_the_turn(self) -> SolveTable:
+        if self.lean > 0 and self.turn == "constant":
+            raise ValueError('lean is chosen along the path together with the turn: set turn = "path", or take it away')
+        return self
 
 
 class SamplingTable(TomlTable):

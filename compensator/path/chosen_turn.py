@@ -17,6 +17,7 @@ class TurnValue:
         acceleration: m2, of joint accelerations at the programmed feed.
         reversals: of all joints in the cut; a way back counts as far as it goes beyond what a joint gives anyway.
         sd: m, mean standard deviation.
+        lean: m2, the price of leaning.
     """
 
     variance: float
@@ -24,11 +25,30 @@ class TurnValue:
     acceleration: float
     reversals: float
     sd: float
+    lean: float = 0.0
 
     @property
     def cost(self) -> float:
         """m2, the sum that is made small."""
-        return self.variance + self.crossings + self.acceleration
+        return self.variance + self.crossings + self.acceleration + self.lean
+
+
+@dataclass(frozen=True)
+class LeanWorth:
+    """What leaning the tool axis was worth beside turning about it.
+
+    Attributes:
+        upright: what the path costs whose tool does not lean; None: it cannot be followed.
+        most: rad, of the lean; mean: rad, over the cut.
+        cone: rad, what the cell allows.
+        place: where the lean is largest, as messages have it.
+    """
+
+    upright: TurnValue | None
+    most: float
+    mean: float
+    cone: float
+    place: str
 
 
 @dataclass(frozen=True)
@@ -40,9 +60,11 @@ class ChosenTurn:
         chosen: what the chosen one costs.
         windows: of the refinement that led to it, and those that failed and kept their start.
         findings: of the choice.
+        lean: None: the tool does not lean.
     """
 
     constant: TurnValue | None
     chosen: TurnValue
     windows: tuple[int, int]
     findings: tuple[Finding, ...]
+    lean: LeanWorth | None = None

@@ -88,7 +88,7 @@ class Planner:
         parts: list[PlannedPath] = []
         for begin, end in self._sections(toolpath):
             some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
-            section = _Section(some, self._reference(some), begin)
+            section = _Section(some, self.reference(some), begin)
             if parts:
                 parts.append(self._after(section, parts[-1].q[-1]))
             else:
@@ -102,7 +102,7 @@ class Planner:
         parts = []
         for k, (begin, end) in zip(old, self._sections(toolpath), strict=True):
             some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
-            section = _Section(some, self._reference(some), begin)
+            section = _Section(some, self.reference(some), begin)
             parts.append(self._follow(section, turn=turn[begin:end], branch=int(path.branch[k]), seed=path.q[k]))
         return replace(_joined(toolpath, parts), programmed=path.programmed_at(toolpath.row), chosen=path.chosen)
 
@@ -115,7 +115,7 @@ class Planner:
         toolpath, parts = path.toolpath, list[PlannedPath]()
         for begin, end in self._sections(toolpath):
             some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
-            section = _Section(some, self._reference(some), begin)
+            section = _Section(some, self.reference(some), begin)
             choice = self._choice(some, parts[-1].q[-1] if parts else self.start)
             branch, seed = int(path.branch[begin]), path.q[begin]
             parts.append(self._follow(section, turn=turn[begin:end], branch=branch, seed=seed, choice=choice))
@@ -128,7 +128,7 @@ class Planner:
     def tcp(self, path: PlannedPath, toolpath: Toolpath) -> Frame:
         """(N) TCP in the base after poses were put into ``path``: same turns."""
         turn = np.interp(toolpath.row, path.toolpath.row, path.turn)
-        return about_tool_axis(self._reference(toolpath), turn)
+        return about_tool_axis(self.reference(toolpath), turn)
 
     def part(self, path: PlannedPath, toolpath: Toolpath, rows: Rows) -> PlannedPath:
         """Some poses of a path with poses put in between, each near its neighbours in ``path``."""
@@ -178,7 +178,7 @@ class Planner:
             )
         raise first
 
-    def _reference(self, toolpath: Toolpath) -> Frame:
+    def reference(self, toolpath: Toolpath) -> Frame:
         """(N) TCP in the base, before it is turned about the tool axis."""
         return self.workobject.then(Frame(reference_rotation(toolpath), toolpath.position))
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from compensator.path.added_poses import with_poses_before_corners
+from compensator.path.lean import CutterShape
 from compensator.process.path_axes import path_axes
 from compensator.toml_table import Number, TomlTable
 from toolpaths.finding import Finding
@@ -201,6 +202,16 @@ class ProcessTable(TomlTable):
         cutter = getattr(self, "cutter", None)
         return getattr(self, "material", None) or "", "" if cutter is None else cutter_name(cutter)
 
+    def shapes(self) -> dict[int | None, CutterShape]:
+        """Shapes of the cutters by the number of their tool; None: of all tools."""
+        cutters = {None: getattr(self, "cutter", None), **getattr(self, "cutters", {})}
+        return {number: _shape(cutter) for number, cutter in cutters.items() if cutter is not None}
+
     def process(self, context: ProcessContext) -> Process:
         """The process that the table describes."""
         raise NotImplementedError
+
+
+def _shape(cutter: TomlTable) -> CutterShape:
+    shape, diameter = getattr(cutter, "shape", None), getattr(cutter, "diameter", None)
+    return CutterShape(shape, None if diameter is None else diameter / 1e3)

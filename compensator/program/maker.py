@@ -57,8 +57,8 @@ def refuse_study_frame(job: Job) -> None:
         )
 
 
-def refuse_kept_feeds(job: Job, in_place: bool) -> None:
-    """Refuse to lower feeds where the program keeps those of its source.
+def refuse_what_is_kept(job: Job, in_place: bool) -> None:
+    """Refuse to lower feeds, or to lean the tool, where the program keeps those of its source.
 
     Raises:
         CellError: names the key, and what to do.
@@ -67,6 +67,11 @@ def refuse_kept_feeds(job: Job, in_place: bool) -> None:
         raise CellError(
             f'{job.placement.source}: solve.feed = "limit": a program that is filtered in place keeps its feeds; write '
             "another language, or take the key away: what is too fast is listed all the same"
+        )
+    if in_place and job.placement.solve.lean > 0:
+        raise CellError(
+            f"{job.placement.source}: solve.lean = {job.placement.solve.lean:g}: a program that is filtered in place "
+            "keeps its rapids and its tool axes; write another language, or take the key away"
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +13,15 @@ from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
 from compensator.path.failure_hints import failure_hints
+from compensator.path.lean import LeanRoom
 from compensator.path.planned_path import PlannedPath
 from compensator.scene.clearance import clearance
 from compensator.solve.agreement import agreed
 from compensator.solve.load_along import load_along
 from compensator.solve.motion_limits import within_limits
-from compensator.turn.turn_choice import turn_choice
+from compensator.turn.lean_choice import Upright, lean_choice, reached_by_leaning, upright
+from compensator.turn.turn_choice import refuse_fixed, turn_choice
+from compensator.turn.turn_grid import Clearance
 from toolpaths.resample import resample
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -31,26 +35,59 @@ def planned(job: Job, toolpath: Toolpath) -> PlannedPath:
         CellError, PathError, ToolpathError: a tool is missing, nothing cuts, or the arm cannot follow; names the pose.
     """
     path = sampled(job.placement, toolpath)
+    solve = job.placement.solve
+    room = room_to_lean(job, path) if solve.lean > 0 else None
     try:
         followed = job.planner.plan(path)
     except PathError as e:
-        raise PathError(f"{e}{failure_hints(job.planner, path, job.placement.conditions.gravity)}") from e
-    if job.placement.solve.turn == "path":
-        followed = _with_chosen_turn(job, followed)
+        begun = None if room is None else reached_by_leaning(job, path, room)
+        if begun is None:
+            raise PathError(f"{e}{failure_hints(job.planner, path, job.placement.conditions.gravity)}") from e
+        followed = _with_chosen_lean(job, begun, load_along(job, begun.path).wrench)
+    else:
+        if solve.turn == "path" or room is not None:
+            wrench = load_along(job, followed).wrench
+            followed = _with_chosen_turn(job, followed, wrench)
+            if room is not None:
+                followed = _with_chosen_lean(job, upright(followed, room), wrench)
     return with_feeds_in_limits(job, followed, followed.q)
 
 
-def _with_chosen_turn(job: Job, path: PlannedPath) -> PlannedPath:
-    """The path with the turn that costs least, by commands that are solved for."""
-    wrench = load_along(job, path).wrench
+def room_to_lean(job: Job, path: Toolpath) -> LeanRoom:
+    """Where the tool of a path may lean.
+
+    Raises:
+        CellError, PathError: nothing is open there, or leaning would cut another surface.
+    """
+    placement = job.placement
+    refuse_fixed(job, path)
+    return LeanRoom.of(float(np.radians(placement.solve.lean)), path, placement.cutters, placement.source)
+
+
+def _with_chosen_turn(job: Job, path: PlannedPath, wrench: Floats) -> PlannedPath:
+    """The path with the turn that costs least under a wrench (N, 6), by commands that are solved for."""
+    return turn_choice(job, path, wrench, _clear(job, path)).taken(_commands(job, wrench))
+
+
+def _with_chosen_lean(job: Job, begun: Upright, wrench: Floats) -> PlannedPath:
+    """The path with the lean that costs least under a wrench (N, 6), by commands that are solved for."""
+    clear, commands = _clear(job, begun.path), _commands(job, wrench)
+    return lean_choice(job, begun, wrench, clear=clear, commands=commands).taken()
+
+
+def _clear(job: Job, path: PlannedPath) -> Clearance | None:
+    return clearance(job, path.toolpath) if job.placement.surroundings.scene else None
+
+
+def _commands(job: Job, wrench: Floats) -> Callable[[PlannedPath], Floats]:
+    """(N, n) rad, commands of a path under a wrench (N, 6)."""
     none_held = np.empty(0, dtype=np.intp)
 
     def commands(one: PlannedPath) -> Floats:
         found, _, _ = agreed(job.arm, job.placement.start, one, one.tcp, wrench=wrench, near=None, held=none_held)
         return found.q
 
-    clear = clearance(job, path.toolpath) if job.placement.surroundings.scene else None
-    return turn_choice(job, path, wrench, clear).taken(commands)
+    return commands
 
 
 def with_feeds_in_limits(job: Job, path: PlannedPath, q: Floats) -> PlannedPath:

@@ -15,7 +15,7 @@ from compensator.cell.cell_file import load_cell
 from compensator.cell.job import Job
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
-from compensator.program.maker import refuse_kept_feeds, refuse_study_frame
+from compensator.program.maker import refuse_study_frame, refuse_what_is_kept
 from compensator.program.provenance import Provenance, provenance_of, seal
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
@@ -119,7 +119,7 @@ def compensate_file(
     stamp = given.provenance.stamp
     maker = filter_of(read_from, given.source, written_in, stamp) or Export(given.source, written_in, stamp)
     named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
-    refuse_kept_feeds(given.job, maker.in_place)
+    refuse_what_is_kept(given.job, maker.in_place)
     maker.check(given.job.placement, given.path, named)
     say(given.job.placement.process.preparation() or "solving")
     path = planned(given.job, given.path)

@@ -19,7 +19,7 @@ from compensator.turn.turn_cost import KeyMotion, TurnCost
 from compensator.turn.turn_grid import Clearance, refuse_without_closed_form, turn_grid
 from compensator.turn.turn_kinematics import TurnKinematics
 from toolpaths.finding import NOTE, WARNING, Finding
-from toolpaths.toolpath import CUT
+from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
@@ -117,7 +117,7 @@ def turn_choice(job: Job, path: PlannedPath, wrench: Floats, clear: Clearance | 
     Raises:
         CellError, PathError: the turn is not open, or the arm has no closed form.
     """
-    _refuse_fixed(job, path)
+    refuse_fixed(job, path.toolpath)
     rows = np.unique(np.linspace(0, len(path) - 1, min(len(path), KEYS)).round().astype(np.intp))
     cost, allowed = _cost(job, path, rows, wrench=wrench, clear=clear)
     own = path.turn[rows]
@@ -138,15 +138,21 @@ def turn_choice(job: Job, path: PlannedPath, wrench: Floats, clear: Clearance | 
     )
 
 
-def _refuse_fixed(job: Job, path: PlannedPath) -> None:
+def refuse_fixed(job: Job, toolpath: Toolpath) -> None:
+    """Refuse where no turn about the tool axis, or no lean, is open.
+
+    Raises:
+        CellError, PathError: says what holds it.
+    """
     refuse_without_closed_form(job.planner.inverse)
-    fixed = "the toolpath gives the whole orientation of the tool" if path.toolpath.quaternion is not None else ""
+    solve = job.placement.solve
+    fixed = "the toolpath gives the whole orientation of the tool" if toolpath.quaternion is not None else ""
     if not job.planner.free_tool_axis:
         fixed = "solve.free_tool_axis = false holds it"
     if fixed:
+        key = f"solve.lean = {solve.lean:g}" if solve.lean else 'solve.turn = "path"'
         raise CellError(
-            f'{job.placement.source}: solve.turn = "path": no turn about the tool axis is open: {fixed}; take one of '
-            "the two away"
+            f"{job.placement.source}: {key}: no turn about the tool axis is open: {fixed}; take one of the two away"
         )
 
 
@@ -154,15 +160,24 @@ def _cost(
     job: Job, path: PlannedPath, rows: Rows, *, wrench: Floats, clear: Clearance | None
 ) -> tuple[TurnCost, Floats]:
     """The cost at the keys, and how far joints may go between them."""
-    inverse, robot, toolpath = job.planner.inverse, job.arm.robot, path.toolpath
+    inverse = job.planner.inverse
     grid = turn_grid(inverse, job.planner.bounds, path, rows, clear=clear)
-    default = job.placement.program.default_feed / 60e3
-    feed = np.where(toolpath.kind == CUT, np.where(toolpath.feed > 0, toolpath.feed, default), 0.0)
-    motion = KeyMotion.of(path, rows, feed, inverse.tools.changes(toolpath))
-    limits = np.full(robot.n, np.nan) if robot.acceleration is None else robot.acceleration
+    motion, limits, allowed = key_motion(job, path, rows)
     kinematics = TurnKinematics.of(inverse, path, rows)
     cost = TurnCost.of(kinematics, motion, grid, reliance(job.arm, path, grid, wrench), acceleration=limits)
-    return cost, motion.allowed(robot.velocity, job.planner.bounds.max_joint_step)
+    return cost, allowed
+
+
+def key_motion(job: Job, path: PlannedPath, rows: Rows) -> tuple[KeyMotion, Floats, Floats]:
+    """The way between the keys, the acceleration (n,) rad/s2 of each joint at most, and how far (K - 1, n) rad it may
+    go from key to key."""
+    robot, toolpath = job.arm.robot, path.toolpath
+    default = job.placement.program.default_feed / 60e3
+    feed = np.where(toolpath.kind == CUT, np.where(toolpath.feed > 0, toolpath.feed, default), 0.0)
+    motion = KeyMotion.of(path, rows, feed, job.planner.inverse.tools.changes(toolpath))
+    limits = np.full(robot.n, np.inf) if robot.acceleration is None else robot.acceleration
+    allowed = motion.allowed(robot.velocity, job.planner.bounds.max_joint_step)
+    return motion, np.where(np.isnan(limits), np.inf, limits), allowed
 
 
 def _candidates(cost: TurnCost, own: Floats, allowed: Floats) -> list[_Candidate]:

@@ -117,11 +117,6 @@ class TurnCost:
         give = np.stack([_filled(part) for part in np.moveaxis(found.give, 2, 0)], axis=2)
         return cls(kinematics, motion, grid, found, acceleration=limits, sd=_filled(found.sd), give=give)
 
-    @property
-    def size(self) -> float:
-        """m of the cut."""
-        return float(max(self.motion.length.sum(), 1e-9))
-
     def deviation(self, turn: Floats, some: slice = slice(None)) -> tuple[Floats, Floats]:
         """(K,) m, the standard deviation at turns (K,) rad, and its derivative: cubics through the grid."""
         value, slope = _between(self.sd[some], *self.grid.index(turn), self.grid.step)
@@ -146,28 +141,45 @@ class TurnCost:
         Args:
             step: (K - 1, n) rad, the ways of the joints at turns (K,) rad.
         """
-        gap, windup = self.crossing(turn)
-        longest = np.maximum(runs(step, self.motion.cut), WINDUP)
-        price = gap[1:] ** 2 / np.maximum(longest, self.reliance.gap) + windup[1:] ** 2 / longest
-        return np.where(self.motion.cut[:, None], LASTS * price, 0.0)
+        return priced_travel(self.motion, step, *self.crossing(turn), width=self.reliance.gap)
 
     def value(self, turn: Floats, q: Floats | None = None) -> TurnValue:
         """What turns (K,) rad cost; ``q``: (K, n) rad, their commands, where they are solved for."""
         q = self.commands(turn)[0] if q is None else q
-        step, motion, weight = moves(q), self.motion, self.motion.weight
         sd, _ = self.deviation(turn)
-        rough = np.sum(weight * np.max(accelerations(step, motion) / self.acceleration, axis=1) ** 2)
-        gap, windup = self.crossing(turn)
-        steep = np.sum(crossings(step, motion.cut, self.reliance.gap) * gap[1:] ** 2)
-        turned = crossings(step, motion.cut, np.full(q.shape[1], WINDUP))
-        steep += np.sum(turned * windup[1:] ** 2)
-        return TurnValue(
-            variance=float(np.sum(weight * sd**2)) / self.size,
-            crossings=LASTS * float(steep) / self.size,
-            acceleration=ROUGH**2 * float(rough) / self.size,
-            reversals=float(turned.sum()),
-            sd=float(np.sum(weight * sd)) / self.size,
-        )
+        gaps = (*self.crossing(turn), self.reliance.gap)
+        return valued(self.motion, moves(q), sd, gaps=gaps, acceleration=self.acceleration)
+
+
+def valued(
+    motion: KeyMotion, step: Floats, sd: Floats, *, gaps: tuple[Floats, Floats, Floats], acceleration: Floats
+) -> TurnValue:
+    """What the ways (K - 1, n) rad between keys cost, and the standard deviation (K,) m at them.
+
+    Args:
+        gaps: (K, n) m each, what gaps and WINDUP move the cutting edge by; (n,) rad of the gaps.
+        acceleration: (n,) rad/s2, limits.
+    """
+    weight, size = motion.weight, float(max(motion.length.sum(), 1e-9))
+    rough = np.sum(weight * np.max(accelerations(step, motion) / acceleration, axis=1) ** 2)
+    gap, windup, width = gaps
+    steep = np.sum(crossings(step, motion.cut, width) * gap[1:] ** 2)
+    turned = crossings(step, motion.cut, np.full(step.shape[1], WINDUP))
+    steep += np.sum(turned * windup[1:] ** 2)
+    return TurnValue(
+        variance=float(np.sum(weight * sd**2)) / size,
+        crossings=LASTS * float(steep) / size,
+        acceleration=ROUGH**2 * float(rough) / size,
+        reversals=float(turned.sum()),
+        sd=float(np.sum(weight * sd)) / size,
+    )
+
+
+def priced_travel(motion: KeyMotion, step: Floats, gap: Floats, windup: Floats, *, width: Floats) -> Floats:
+    """(K - 1, n) m3 for each rad: ``TurnCost.travel_price``, of what gaps and WINDUP move the edge by, (K, n) m."""
+    longest = np.maximum(runs(step, motion.cut), WINDUP)
+    price = gap[1:] ** 2 / np.maximum(longest, width) + windup[1:] ** 2 / longest
+    return np.where(motion.cut[:, None], LASTS * price, 0.0)
 
 
 def accelerations(step: Floats, motion: KeyMotion) -> Floats:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from compensator.path.chosen_turn import ChosenTurn, TurnValue
+import numpy as np
+
+from compensator.path.chosen_turn import ChosenTurn, LeanWorth, TurnValue
 from compensator.report.json.text import Report
 
 
@@ -14,11 +16,23 @@ def turn_report(chosen: ChosenTurn) -> Report:
         "chosen": _value(chosen.chosen),
         "windows": windows,
         "windows_failed": failed,
+        **({} if chosen.lean is None else {"lean": _lean(chosen.lean)}),
+    }
+
+
+def _lean(lean: LeanWorth) -> Report:
+    return {
+        "upright": None if lean.upright is None else _value(lean.upright),
+        "max_deg": float(np.degrees(lean.most)),
+        "mean_deg": float(np.degrees(lean.mean)),
+        "allowed_deg": round(float(np.degrees(lean.cone)), 9),
+        "largest_at": lean.place,
     }
 
 
 def _value(v: TurnValue) -> Report:
-    parts = {"variance": v.variance, "crossings": v.crossings, "acceleration": v.acceleration, "sum": v.cost}
+    parts = {"variance": v.variance, "crossings": v.crossings, "acceleration": v.acceleration}
+    parts |= {**({"lean": v.lean} if v.lean else {}), "sum": v.cost}
     return {
         "cost_um2": {name: value * 1e12 for name, value in parts.items()},
         "deflection_sd_um": v.sd * 1e6,

@@ -31,7 +31,6 @@ CASES: list[tuple[str, dict[str, Any], str]] = [
     ("top", {"robott": "x"}, r"unknown key robott = 'x'"),
     ("tool", {"tool": {"diameter": 12.0}}, r"unknown key tool\.diameter = 12\.0"),
     # freedoms that are not built
-    ("lean", {"solve": {"lean": 5.0}}, r"solve\.lean = 5\.0 is not built: lead and tilt stay.*take the key away"),
     (
         "free rail", {"external": {"E1": {"carries": "robot", "direction": [1.0, 0.0, 0.0], "free": True}}},
         r"external\.E1\.free = True is not built: rails and tables go where the program has them",
