@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -19,8 +20,9 @@ from compensator.solve.planned import planned
 from compensator.tasks.compensate import Done, compensate_file
 from compensator.turn.lean_choice import lean_choice, upright
 from compensator.turn.lean_refinement import refined_lean
-from tests.compensator.small_job import MODEL, Files, files
-from tests.compensator.turn.test_path_turn import BENT, PROCESS, START, zigzag
+from tests.compensator.plant_bench import Bench
+from tests.compensator.small_job import AXIS, MODEL, Files, files
+from tests.compensator.turn.test_path_turn import BENT, PROCESS, START, STIFFNESS, zigzag
 from toolpaths.files import read_toolpath
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -88,6 +90,25 @@ def test_what_leaning_is_worth(ball: tuple[Done, Done]) -> None:
     assert any("balls lean about their centres" in f.what for f in ball[1].findings)
     assert "lean" not in straight and "lean" not in straight["chosen"]["cost_um2"]
     assert np.linalg.norm(ball[1].result.command.error) < 1e-6
+
+
+def test_a_leaning_ball_on_the_independent_plant(tmp_path: Path) -> None:
+    """The plant walks the program: the centre of its ball is where the toolpath has it, under load."""
+    bench = Bench(
+        tmp_path, "abb-irb6600-175-255", {"joint-stiffness": STIFFNESS}, {"xyz": [1500.0, -60.0, 800.0]},
+        {**PROCESS, "cutter": BALL}, start=START, tool=BENT, gravity="calibrated-out",
+        extra={"solve": {"lean": CONE}},
+    )  # fmt: skip
+    with open(tmp_path / "path.csv", "w", newline="") as stream:
+        csv.writer(stream).writerows([AXIS, *zigzag(2, 13)])
+    done, table = bench.compensate(tmp_path / "path.csv")
+    walk = bench.walk(bench.plant(), table)
+    at, source = walk.tcp[walk.knot], read_toolpath(tmp_path / "path.csv")
+    centre = at[:, :3, 3] - 6e-3 * at[:, :3, 2] - [1.5, -0.06, 0.8]
+    row, wanted = done.result.path.toolpath.row, source.position + 6e-3 * source.axis
+    where = np.stack([np.interp(row, np.arange(len(source)), column) for column in wanted.T], axis=1)
+    assert np.linalg.norm(centre - where, axis=1).max() < 1e-7
+    assert np.degrees(np.arccos(-at[:, 2, 2])).max() > 0.5
 
 
 def test_no_lean_is_no_change(tmp_path: Path) -> None:
