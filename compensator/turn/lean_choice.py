@@ -16,7 +16,6 @@ from compensator.path.planned_path import PlannedPath
 from compensator.turn.lean_cost import ArmRoom, LeanCost
 from compensator.turn.lean_kinematics import LeanKinematics
 from compensator.turn.lean_lattice import LeanLattice, bends, coarse_lean, stages_of, travel
-from compensator.turn.lean_refinement import refined_lean
 from compensator.turn.reliance import ToolReliance
 from compensator.turn.turn_choice import key_motion
 from compensator.turn.turn_grid import Clearance
@@ -225,6 +224,8 @@ class _Search:
 
     def rounds(self, start: _Candidate, allowed: Floats) -> Iterator[_Candidate]:
         """Refinements of a candidate, each with the flanks of the one before, until one costs more."""
+        from compensator.turn.lean_refinement import refined_lean  # takes scipy, which a preview does without
+
         one = start
         for _ in range(ROUNDS):
             made = refined_lean(replace(self.cost, offset=one.offset), one.state[self.rows], allowed)
