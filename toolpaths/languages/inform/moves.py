@@ -63,10 +63,10 @@ def _stops(program: Program) -> npt.NDArray[np.bool_]:
     A job cannot bound the rounding: without PL the controller rounds by as much as speed and acceleration
     ask, at most half a segment. So a pose is passed only where half the shorter segment would be allowed.
     """
+    radius = blending(program).radius[1:-1]  # first: it takes more room than all that follows
     step = np.linalg.norm(np.diff(program.position, axis=0), axis=1)
     shorter = np.minimum(step[:-1], step[1:])
     stop = np.ones(len(program), dtype=bool)
-    radius = blending(program).radius[1:-1]
     stop[1:-1] = (radius <= 0.0) | (radius < 0.5 * shorter * (1.0 - 1e-9))
     return stop
 
