@@ -174,7 +174,9 @@ def test_a_larger_force_and_a_softer_arm_are_a_group_of_one_part(tmp_path: Path)
     ran, normals = contour(tmp_path, force=1.3)
     report = diagnosed(surface(ran, NOISE, normals))
     (found,) = report["added"]
-    assert found["effect"] == "cutting-force" and found["confused_with"][0] == "joint-stiffness"
+    # a link that yields more, or joints that harden, leave the same on one part at one place
+    assert found["effect"] == "cutting-force"
+    assert sorted(found["confused_with"]) == ["joint-hardening", "joint-stiffness", "link-compliance"]
     assert found["parameters"]["change"]["value"] == pytest.approx([0.3] * 3, abs=0.02)
     assert any("one common change" in note for note in report["notes"])
     assert report["rms_mm"]["path"]["after"] < 1.3 * NOISE

@@ -42,3 +42,22 @@ def test_a_part_on_a_table_is_cut_as_if_it_stood_still(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.position, still.position, atol=1e-12)
     np.testing.assert_allclose(found.axis, still.axis, atol=1e-12)
     assert np.ptp(still.position, axis=0).max() > 0.05
+
+
+def test_the_wrench_of_some_poses_alone(tmp_path: Path) -> None:
+    """As of the whole path on the same grid, in axes of a base that the work object is turned in; none without a
+    spindle that turns."""
+    job = files(tmp_path, {"process": milling(tmp_path)})
+    c = preview_file(job.toolpath, job.cell).result
+    process, path_ = c.job.placement.process, c.path
+    assert isinstance(process, MillingProcess)
+    turned = Frame(matrix_from_rpy(np.array([0.4, -0.3, 1.1])), np.array([0.1, 0.2, -0.1]))
+    toolpath = path_.toolpath
+    motion = ToolMotion(toolpath, turned.then(c.job.placement.workobject), turned.then(path_.tcp))
+    load = process.load(motion)
+    rows = np.flatnonzero(np.linalg.norm(load.wrench, axis=1) > 1.0)[::3]
+    assert len(rows) > 3
+    np.testing.assert_allclose(process.wrench_at(motion, rows, load.cell), load.wrench[rows], rtol=1e-12, atol=1e-12)
+    still = replace(toolpath, spindle=np.where(np.arange(len(toolpath)) == rows[1], 0.0, toolpath.spindle))
+    stopped = process.wrench_at(replace(motion, toolpath=still), rows, load.cell)
+    assert not stopped[1].any() and np.linalg.norm(stopped[2]) > 1.0
