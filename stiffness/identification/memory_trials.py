@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
 from stiffness.identification.observations import SessionObservations
-from stiffness.identification.predicted_readings import SettledReadings
 from stiffness.identification.problem import Problem, States
 from stiffness.numerics.least_squares import lowest
 from stiffness.numerics.whitened import Whitened
@@ -36,21 +35,17 @@ class MemoryTrials:
         return f"MemoryTrials({self.problem!r})"
 
     @cached_property
-    def _settled(self) -> tuple[SettledReadings | None, ...]:
-        """Of every session among the observations."""
-        p = self.problem
-        return tuple(
-            o.settled(state, self.vector, at) if isinstance(o, SessionObservations) else None
-            for o, at, state in zip(p.observations, p.columns, self.states, strict=True)
-        )
+    def _at_rest(self) -> States:
+        """Where the arms rest at the vector."""
+        return self.problem.blocks(self.vector, self.states)[1]
 
     def chi2(self, fixed: Mapping[str, Numbers]) -> float:
         """Chi-square, prior included, with the memory's numbers of ``fixed``, all free numbers refitted in the model
         linearised at the vector: a profile of the likelihood."""
         p, parts = self.problem, list[Whitened]()
-        for o, at, state, settled in zip(p.observations, p.columns, self.states, self._settled, strict=True):
-            if isinstance(o, SessionObservations) and settled is not None:
-                parts += o.with_memory_values(fixed).blocks_near(settled, state, self.vector, at)
+        for o, at, state in zip(p.observations, p.columns, self._at_rest, strict=True):
+            if isinstance(o, SessionObservations):
+                parts += o.with_memory_values(fixed).blocks_near(state, self.vector, at)
             else:
                 parts += o.blocks(state, self.vector, at)[0]
         low, high = p.bounds()

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Numbers
-from stiffness.identification.predicted_readings import PredictedReadings, SessionState, SettledReadings
+from stiffness.identification.predicted_readings import PredictedReadings, SessionState
 from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.reading_slopes import Slopes
 from stiffness.identification.session_data import SessionData
@@ -101,15 +101,9 @@ class SessionObservations:
         """Readings for all numbers of a fit (V,)."""
         return self.predictor.predict(state, vector[: len(self.predictor.unknowns)], vector[own])
 
-    def settled(self, state: SessionState, vector: Floats, own: slice) -> SettledReadings:
-        """Arms at rest for all numbers of a fit (V,)."""
-        return self.predictor.settled(state, vector[: len(self.predictor.unknowns)], vector[own])
-
-    def blocks_near(
-        self, settled: SettledReadings, state: SessionState, vector: Floats, own: slice
-    ) -> list[Whitened]:
-        """As ``blocks``, of arms that settled with other joint states."""
-        seen = self.predictor.predict_near(settled, state, vector[: len(self.predictor.unknowns)], vector[own])
+    def blocks_near(self, state: SessionState, vector: Floats, own: slice) -> list[Whitened]:
+        """As ``blocks``, of arms that ended in ``state`` with other joint states."""
+        seen = self.predictor.predict_near(state, vector[: len(self.predictor.unknowns)], vector[own])
         return self.weighting.blocks(seen, own, len(vector))
 
     def spent(self, state: SessionState) -> int:

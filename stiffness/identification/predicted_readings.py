@@ -1,4 +1,4 @@
-"""Predicted readings: what a session is predicted to show, where its arms rest, where the next prediction starts."""
+"""Predicted readings: what a session is predicted to show, and where the next prediction starts."""
 
 from __future__ import annotations
 
@@ -67,25 +67,3 @@ class PredictedReadings:
     def torque(self) -> Floats:
         """(N, n) N*m."""
         return self.state.torque
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class SettledReadings:
-    """Arms at rest, and their readings in the base before memory changes slopes.
-
-    Attributes:
-        memory: (N, k) joint states; torque, x: of every reading, where the solution ended.
-        position: (N, 3) m; by_number, by_wrench, by_state: its derivatives; link: (N, 3, 3) rotations.
-    """
-
-    memory: Floats
-    torque: Floats
-    x: Floats
-    position: Floats
-    by_number: ReadingSlopes
-    by_wrench: Floats
-    by_state: Floats
-    link: Floats
-
-    def __repr__(self) -> str:
-        return f"SettledReadings({len(self.position)})"

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from stiffness.effects.effect import Numbers
 from stiffness.identification.arm_loads import ArmEquilibria, pieces_of_links
 from stiffness.identification.equilibrium_kernel import STEPS
-from stiffness.identification.predicted_readings import PredictedReadings, SessionState, SettledReadings
+from stiffness.identification.predicted_readings import PredictedReadings, SessionState
 from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.readings import ReadingModel
 from stiffness.identification.session_data import SessionData
@@ -86,71 +86,59 @@ class SessionPredictor:
 
     def predict(self, state: SessionState, p: Floats, own: Floats) -> PredictedReadings:
         """Readings for parameters ``p`` (P,) and the session's own numbers ``own`` (S,), started from ``state``."""
-        return self._read(self.settled(state, p, own), state, p, own)
-
-    def settled(self, state: SessionState, p: Floats, own: Floats) -> SettledReadings:
-        """Arms at rest for the same arguments as of ``predict``."""
-        values = self.unknowns.values(p, self.fixed)
+        values, places = self.unknowns.values(p, self.fixed), self.data.station.reflectors(own)
         x, torque = state.x, state.torque
         memory = self._memory(values, torque)
         for _ in range(MEMORY_ROUNDS if memory.shape[1] else 1):
-            at = self._at_rest(p, own, memory, x, steps=STEPS)
-            new = self._memory(values, at.torque)
+            arms, of, x, torque = self._equilibria(p, places, memory, x)
+            new = self._memory(values, torque)
             if np.allclose(new, memory, atol=1e-6):
                 break
-            memory, x = new, at.x
-        return replace(at, memory=memory)
+            memory = new
+        return self._read(replace(state, x=x, torque=torque), p, own, arms=arms, of=of, memory=memory)
 
-    def predict_near(
-        self, settled: SettledReadings, state: SessionState, p: Floats, own: Floats
-    ) -> PredictedReadings:
-        """As ``predict`` of arms that settled with other joint states: one Newton step from there, and their torques;
-        gaps are ten-thousandths of a radian, their squares nothing."""
-        memory = self._memory(self.unknowns.values(p, self.fixed), settled.torque)
-        at = self._at_rest(p, own, memory, settled.x, steps=1)
-        return self._read(replace(at, torque=settled.torque), state, p, own)
-
-    def _at_rest(self, p: Floats, own: Floats, memory: Floats, x: Floats, *, steps: int) -> SettledReadings:
-        """Arms with given joint states."""
-        places = self.data.station.reflectors(own)
-        arms, of, x, torque = self._equilibria(p, places, memory, x, steps=steps)
-        base, by_number, by_w, by_state, link = self._positions(p, arms, of, places)
-        return SettledReadings(
-            memory, torque, x, position=base, by_number=by_number, by_wrench=by_w, by_state=by_state, link=link
-        )
+    def predict_near(self, state: SessionState, p: Floats, own: Floats) -> PredictedReadings:
+        """As ``predict`` of arms that ended in ``state`` with other joint states: one Newton step from there, at the
+        torques that they had; gaps are ten-thousandths of a radian, their squares nothing."""
+        memory = self._memory(self.unknowns.values(p, self.fixed), state.torque)
+        arms, of, x, _ = self._equilibria(p, self.data.station.reflectors(own), memory, state.x, steps=1)
+        return self._read(replace(state, x=x), p, own, arms=arms, of=of, memory=memory)
 
     def _memory(self, values: Mapping[str, Numbers], torque: Floats) -> Floats:
         """(N, k) joint states."""
         return self.data.history.state(self.unknowns.effects, values, torque, self.resting)
 
-    def _read(self, at: SettledReadings, state: SessionState, p: Floats, own: Floats) -> PredictedReadings:
-        """What the tracker reads of arms at rest."""
-        data, by_number = self.data, at.by_number
-        if at.memory.shape[1]:
+    def _read(
+        self, state: SessionState, p: Floats, own: Floats, *, arms: ArmEquilibria, of: Index, memory: Floats
+    ) -> PredictedReadings:
+        """What the tracker reads of arms at rest, one for every reading (N,), with joint states (N, k)."""
+        data, places = self.data, self.data.station.reflectors(own)
+        base, by_number, by_w, by_state, link = self._positions(p, arms, of, places)
+        if memory.shape[1]:
             moved = data.history.slopes(
                 effects=self.unknowns.effects,
                 values=self.unknowns.values(p, self.fixed),
-                torque=at.torque,
+                torque=state.torque,
                 resting=self.resting,
-                state=at.memory,
+                state=memory,
                 only={(u.effect, u.parameter.name) for u in self.unknowns.free},
             )
-            by_number = self._with_memory(by_number, at.by_state, moved)
-        poses = data.station.placed(at.position) if state.poses is None else state.poses
-        read, back, by_station = data.station.seen(own, at.position, poses)
+            by_number = self._with_memory(by_number, by_state, moved)
+        poses = data.station.placed(base) if state.poses is None else state.poses
+        read, back, by_station = data.station.seen(own, base, poses)
         by_reflector = data.station.reflector_derivative(own)[data.samples.reflector]
         seen = PredictedReadings(
             position=read,
             by_number=by_number.turned(back),
-            by_station=by_station + back @ (at.link @ by_reflector),
-            by_wrench=back @ at.by_wrench,
+            by_station=by_station + back @ (link @ by_reflector),
+            by_wrench=back @ by_w,
             back=back,
-            state=replace(state, x=at.x, torque=at.torque, poses=poses),
+            state=replace(state, poses=poses),
         )
         return self._shown(p, seen)
 
     def _equilibria(
-        self, p: Floats, places: Floats, memory: Floats, x: Floats, *, steps: int
+        self, p: Floats, places: Floats, memory: Floats, x: Floats, *, steps: int = STEPS
     ) -> tuple[ArmEquilibria, Index, Floats, Floats]:
         """Arms at rest, one for all readings that share load and posture; which of them every reading is (N,); and
         elastic coordinates and torques of every reading."""

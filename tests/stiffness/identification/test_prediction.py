@@ -198,7 +198,7 @@ def test_other_joint_states_take_one_step(session: Session) -> None:
     torque = np.array([0.0, 0.0, 5.0, 1.0, 2.0, 0.5])
     other = of.with_memory_values({**of.fixed, "backlash": {**of.fixed["backlash"], "breakaway_nm": torque}})
     before, scale = settled(of, p, own), of.unknowns.scale
-    near = other.predict_near(of.settled(before.state, p, own), before.state, p, own)
+    near = other.predict_near(before.state, p, own)
     anew = settled(other, p, own, before.state)
     moved = np.abs(anew.position - before.position).max()
     assert moved > 1e-5
