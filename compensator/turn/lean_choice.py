@@ -229,7 +229,7 @@ class _Search:
         one = start
         for _ in range(ROUNDS):
             made = refined_lean(replace(self.cost, offset=one.offset), one.state[self.rows], allowed)
-            found = self.followed(made.state, (made.windows, made.failed))
+            found = self.followed(made.values, (made.windows, made.failed))
             if found is None:
                 return
             yield found

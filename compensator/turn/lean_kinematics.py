@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.path.tcp_inverse import TcpInverse
-from stiffness.kinematics.spherical import SphericalInverse
+from compensator.turn.turn_kinematics import configuration_signs, kernels_by_tool
 from stiffness.numerics.kernel import Kernel
 from stiffness.statics.tool import Tool
 from toolpaths.frame import Frame
@@ -43,14 +43,8 @@ class LeanKinematics:
         cls, inverse: TcpInverse, toolpath: Toolpath, reference: Frame, *, radius: Floats, branch: Ints
     ) -> LeanKinematics:
         """Of the poses of ``toolpath`` (K), in arm configurations (K,)."""
-        if not isinstance(inverse.inverse, SphericalInverse):
-            raise TypeError(f"{inverse.robot.name} has no closed form")
-        numbers = list(inverse.tools.by_number)
-        tool = np.zeros(len(toolpath), dtype=np.intp)
-        for k, number in enumerate(numbers if len(numbers) > 1 else ()):
-            tool[toolpath.tool == number] = k
-        kernels = tuple(Kernel(_leaned(inverse.inverse.function, inverse.tools.by_number[k])) for k in numbers)
-        signs = 1.0 - 2.0 * ((branch[:, None] >> np.array([2, 1, 0])) & 1)
+        tool, kernels = kernels_by_tool(inverse, toolpath.tool, _leaned)
+        signs = configuration_signs(branch)
         return cls(reference=reference, radius=radius, signs=signs, tool=tool, kernels=kernels)
 
     def angles(self, state: Floats, some: Some = slice(None)) -> tuple[Floats, Floats, Floats]:

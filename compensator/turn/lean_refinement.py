@@ -18,9 +18,16 @@ import scipy.sparse as sp
 
 from compensator.path.lean import within_cone
 from compensator.turn.lean_cost import LeanCost
-from compensator.turn.refinement import DAMPING, ENOUGH, OVERLAP, SHORTER, STILL, WINDOW
-from compensator.turn.turn_cost import ROUGH
 from compensator.turn.turn_kinematics import moves
+from compensator.turn.windows import (
+    DAMPING,
+    STILL,
+    Refined,
+    descended,
+    refined_in_windows,
+    smooth_weights,
+    travelled,
+)
 
 Floats = npt.NDArray[np.float64]
 
@@ -30,36 +37,19 @@ ONWARDS = STILL  # rad: of each way of a long run, so that rounding does not tur
 UPRIGHT = np.radians(0.01)  # leans below it are priced as their squares
 
 
-@dataclass(frozen=True, eq=False)
-class RefinedLean:
-    """States (K, 3) rad, the number of windows, and of those that failed and kept their start."""
-
-    state: Floats
-    windows: int
-    failed: int
-
-
-def refined_lean(cost: LeanCost, state: Floats, allowed: Floats) -> RefinedLean:
+def refined_lean(cost: LeanCost, state: Floats, allowed: Floats) -> Refined:
     """States that cost less than ``state`` (K, 3) rad, which is free, or the same.
 
     Args:
         allowed: (K - 1, n) rad that each joint may go from key to key.
     """
-    out, count, failed, windows = state.copy(), len(state), 0, 0
     price, runs = cost.travel(state)
-    begin = 0
-    while begin < count - 1:
-        end = min(begin + WINDOW, count)
-        ways = slice(begin, end - 1)
-        held = 0 if begin == 0 else 2
-        window = _Window(cost, slice(begin, end), held, price=price[ways], runs=runs[ways], allowed=allowed[ways])
-        found = window.solved(out[begin:end])
-        failed += found is None
-        windows += 1
-        if found is not None:
-            out[begin:end] = found
-        begin = end if end == count else end - OVERLAP
-    return RefinedLean(out, windows, failed)
+
+    def solve(part: slice, held: int, now: Floats) -> Floats | None:
+        ways = slice(part.start, part.stop - 1)
+        return _Window(cost, part, held, price=price[ways], runs=runs[ways], allowed=allowed[ways]).solved(now)
+
+    return refined_in_windows(state, solve)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,20 +66,7 @@ class _Window:
 
     def solved(self, state: Floats) -> Floats | None:
         """(m, 3) rad; None where a program failed."""
-        now = self._size(state)
-        for _ in range(STEPS):
-            step = self._step(state)
-            if step is None:
-                return None
-            tried = ((s, self._moved(state, s * step)) for s in SHORTER)
-            sized = ((one, self._size(one)) for _, one in tried)
-            better = next(((one, size) for one, size in sized if size < now), None)
-            if better is None:
-                break
-            gained, (state, now) = now - better[1], better
-            if gained < ENOUGH * now:
-                break
-        return state
+        return descended(state, size=self._size, step=self._step, moved=self._moved, steps=STEPS)
 
     def _moved(self, state: Floats, step: Floats) -> Floats:
         out = state + step
@@ -97,30 +74,21 @@ class _Window:
         out[:, 1:] = np.where(leans, within_cone(out[:, 1:], self.cost.room.cone), out[:, 1:])
         return out
 
-    def _weights(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Of the keys (m,); of accelerations (m - 2, 1), and shares (m - 2, 1) of the ways before and after in them."""
-        motion, a, b = self.cost.motion, self.part.start, self.part.stop
-        time = np.where(motion.time > 0, motion.time, 1.0)[a : b - 1, None]
-        mean = (time[1:] + time[:-1]) / 2
-        counts = motion.smooth[a + 1 : b - 1, None] * motion.weight[a + 1 : b - 1, None]
-        return motion.weight[a:b], ROUGH**2 * counts, 1 / (time[:-1] * mean), 1 / (time[1:] * mean)
-
     def _size(self, state: Floats) -> float:
         """m3, the smooth cost that steps make smaller; infinite where a key is not free."""
         if not self.cost.free(state, self.part).all():
             return np.inf
         at = self.cost.postures(state, self.part)
-        way, (weight, rough, before, after) = moves(at.commands), self._weights()
+        way, (weight, rough, before, after) = moves(at.commands), smooth_weights(self.cost.motion, self.part)
         bent = (after * way[1:] - before * way[:-1]) / self.cost.acceleration
-        travelled = self.price * (np.sqrt(way**2 + STILL**2) - STILL)
         own = weight * (at.sd**2 + self.cost.price(state))
-        return float(np.sum(own) + travelled.sum() + np.sum(rough * bent**2))
+        return float(np.sum(own) + travelled(self.price, way) + np.sum(rough * bent**2))
 
     def _step(self, state: Floats) -> Floats | None:
         """(m, 3) rad that minimises the quadratic model; None where the program failed."""
         at, g, slope = self.cost.slopes(state, self.part)
         m, n = len(state), g.shape[1]
-        way, (weight, rough, before, after) = moves(at.commands), self._weights()
+        way, (weight, rough, before, after) = moves(at.commands), smooth_weights(self.cost.motion, self.part)
         own, joints = _blocks(slope[:, None]), _blocks(g)
         ways = _difference(m, n) @ joints
         ends = sp.csr_matrix(_bend(before, after, self.cost.acceleration, n))

@@ -17,28 +17,23 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from compensator.turn.turn_cost import ROUGH, TurnCost
+from compensator.turn.turn_cost import TurnCost
 from compensator.turn.turn_grid import TurnGrid
 from compensator.turn.turn_kinematics import moves
+from compensator.turn.windows import (
+    DAMPING,
+    STILL,
+    Refined,
+    descended,
+    refined_in_windows,
+    smooth_weights,
+    travelled,
+)
 
 Floats = npt.NDArray[np.float64]
 
-WINDOW, OVERLAP = 240, 40  # keys
 STEPS = 12
 TRUST = np.radians(10.0)  # of a step
-STILL = 2e-5  # rad: travel below it costs as its square
-ENOUGH = 1e-4  # of the cost: a step that gains less is the last
-DAMPING = 1e-6  # of the largest curvature
-SHORTER = (1.0, 0.5, 0.2, 0.05)  # of a step, until one pays
-
-
-@dataclass(frozen=True, eq=False)
-class Refined:
-    """A turn (K,) rad, the number of windows, and of those that failed and kept their start."""
-
-    turn: Floats
-    windows: int
-    failed: int
 
 
 def refined(cost: TurnCost, turn: Floats, allowed: Floats) -> Refined:
@@ -47,22 +42,14 @@ def refined(cost: TurnCost, turn: Floats, allowed: Floats) -> Refined:
     Args:
         allowed: (K - 1, n) rad that each joint may go from key to key.
     """
-    out, count, failed, windows = turn.copy(), len(turn), 0, 0
     low, high = corridor(cost.grid, turn)
     price = cost.travel_price(turn, moves(cost.commands(turn)[0]))
-    begin = 0
-    while begin < count - 1:
-        end = min(begin + WINDOW, count)
-        held = 0 if begin == 0 else 2  # the turn goes on from what is decided, with its speed
-        ways = slice(begin, end - 1)
-        window = _Window(cost, slice(begin, end), held, price=price[ways], allowed=allowed[ways])
-        found = window.solved(out[begin:end], low[begin:end], high[begin:end])
-        failed += found is None
-        windows += 1
-        if found is not None:
-            out[begin:end] = found
-        begin = end if end == count else end - OVERLAP
-    return Refined(out, windows, failed)
+
+    def solve(part: slice, held: int, now: Floats) -> Floats | None:
+        ways = slice(part.start, part.stop - 1)
+        return _Window(cost, part, held, price=price[ways], allowed=allowed[ways]).solved(now, low[part], high[part])
+
+    return refined_in_windows(turn, solve)
 
 
 def corridor(grid: TurnGrid, turn: Floats) -> tuple[Floats, Floats]:
@@ -101,41 +88,26 @@ class _Window:
         """(m,) rad; None where a program failed."""
         low, high = low.copy(), high.copy()
         low[: self.held] = high[: self.held] = turn[: self.held]
-        now = self._size(turn)
-        for _ in range(STEPS):
-            step = self._step(turn, np.maximum(low - turn, -TRUST), np.minimum(high - turn, TRUST))
-            if step is None:
-                return None
-            tried = ((turn + s * step, self._size(turn + s * step)) for s in SHORTER)
-            better = next(((t, size) for t, size in tried if size < now), None)
-            if better is None:
-                break
-            gained, (turn, now) = now - better[1], better
-            if gained < ENOUGH * now:
-                break
-        return turn
-
-    def _weights(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Of the keys (m,); of accelerations (m - 2, 1), and shares (m - 2, 1) of the ways before and after in them."""
-        motion, a, b = self.cost.motion, self.part.start, self.part.stop
-        time = np.where(motion.time > 0, motion.time, 1.0)[a : b - 1, None]
-        mean = (time[1:] + time[:-1]) / 2
-        counts = motion.smooth[a + 1 : b - 1, None] * motion.weight[a + 1 : b - 1, None]
-        return motion.weight[a:b], ROUGH**2 * counts, 1 / (time[:-1] * mean), 1 / (time[1:] * mean)
+        return descended(
+            turn,
+            size=self._size,
+            step=lambda now: self._step(now, np.maximum(low - now, -TRUST), np.minimum(high - now, TRUST)),
+            moved=np.add,
+            steps=STEPS,
+        )
 
     def _size(self, turn: Floats) -> float:
         """m3, the smooth cost that steps make smaller."""
         q, _ = self.cost.commands(turn, self.part)
-        way, (weight, rough, before, after) = moves(q), self._weights()
+        way, (weight, rough, before, after) = moves(q), smooth_weights(self.cost.motion, self.part)
         sd, _ = self.cost.deviation(turn, self.part)
         bent = (after * way[1:] - before * way[:-1]) / self.cost.acceleration
-        travelled = self.price * (np.sqrt(way**2 + STILL**2) - STILL)
-        return float(np.sum(weight * sd**2) + travelled.sum() + np.sum(rough * bent**2))
+        return float(np.sum(weight * sd**2) + travelled(self.price, way) + np.sum(rough * bent**2))
 
     def _step(self, turn: Floats, low: Floats, high: Floats) -> Floats | None:
         """(m,) rad within bounds (m,) that minimises the quadratic model; None where the program failed."""
         q, g = self.cost.commands(turn, self.part)
-        way, (weight, rough, before, after) = moves(q), self._weights()
+        way, (weight, rough, before, after) = moves(q), smooth_weights(self.cost.motion, self.part)
         sd, slope = self.cost.deviation(turn, self.part)
         d0, gradient = 2 * weight * slope**2, 2 * weight * sd * slope
         d1, d2 = np.zeros(len(turn) - 1), np.zeros(max(len(turn) - 2, 0))

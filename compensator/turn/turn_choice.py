@@ -219,7 +219,7 @@ def _rounds(cost: TurnCost, turn: Floats, allowed: Floats, count: int) -> list[_
     out = []
     for _ in range(count):
         made = refined(cost, turn, allowed)
-        turn = made.turn
+        turn = made.values
         if cost.grid.free_at(turn).all():
             out.append(_Candidate(turn, cost.value(turn), (made.windows, made.failed)))
     return out

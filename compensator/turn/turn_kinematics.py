@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -18,6 +20,7 @@ from toolpaths.frame import Frame
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
+Numbers = npt.NDArray[Any]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -40,14 +43,8 @@ class TurnKinematics:
     @classmethod
     def of(cls, inverse: TcpInverse, path: PlannedPath, rows: Rows) -> TurnKinematics:
         """Of an arm with a closed form."""
-        if not isinstance(inverse.inverse, SphericalInverse):
-            raise TypeError(f"{inverse.robot.name} has no closed form")
-        numbers = list(inverse.tools.by_number)
-        tool = np.zeros(len(rows), dtype=np.intp)
-        for k, number in enumerate(numbers if len(numbers) > 1 else ()):
-            tool[path.toolpath.tool[rows] == number] = k
-        kernels = tuple(Kernel(_turned(inverse.inverse.function, inverse.tools.by_number[k])) for k in numbers)
-        signs = 1.0 - 2.0 * ((path.branch[rows][:, None] >> np.array([2, 1, 0])) & 1)
+        tool, kernels = kernels_by_tool(inverse, path.toolpath.tool[rows], _turned)
+        signs = configuration_signs(path.branch[rows])
         return cls(rows=rows, reference=reference_of(path, rows), signs=signs, tool=tool, kernels=kernels)
 
     def angles(self, turn: Floats, some: slice = slice(None)) -> tuple[Floats, Floats]:
@@ -60,6 +57,28 @@ class TurnKinematics:
             if len(at):
                 q[at], slope[at] = kernel.run(rotation[at], origin[at], turn[at, None], signs[at])
         return q, slope
+
+
+def kernels_by_tool(
+    inverse: TcpInverse, tools: Numbers, made: Callable[[ca.Function, Tool], ca.Function]
+) -> tuple[Rows, tuple[Kernel, ...]]:
+    """Which kernel each of the poses with ``tools`` (K,) takes, and the kernels, ``made`` of the closed form.
+
+    Raises:
+        TypeError: the arm has no closed form.
+    """
+    if not isinstance(inverse.inverse, SphericalInverse):
+        raise TypeError(f"{inverse.robot.name} has no closed form")
+    numbers = list(inverse.tools.by_number)
+    own = np.zeros(len(tools), dtype=np.intp)
+    for k, number in enumerate(numbers if len(numbers) > 1 else ()):
+        own[tools == number] = k
+    return own, tuple(Kernel(made(inverse.inverse.function, inverse.tools.by_number[k])) for k in numbers)
+
+
+def configuration_signs(branch: Numbers) -> Floats:
+    """(K, 3) of arm configurations (K,), as the closed form takes them."""
+    return np.asarray(1.0 - 2.0 * ((branch[:, None] >> np.array([2, 1, 0])) & 1))
 
 
 def moves(q: Floats) -> Floats:

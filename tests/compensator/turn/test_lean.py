@@ -157,9 +157,9 @@ def test_refinement_and_derivatives(tmp_path: Path) -> None:
     allowed = np.full((len(state) - 1, 6), 0.05)
     better = refined_lean(cost, state, allowed)
     assert (better.windows, better.failed) == (1, 0)
-    assert cost.value(better.state).cost < cost.value(state).cost
-    assert np.linalg.norm(better.state[:, 1:], axis=1).max() <= np.radians(CONE) + 1e-9
-    assert cost.free(better.state).all()
+    assert cost.value(better.values).cost < cost.value(state).cost
+    assert np.linalg.norm(better.values[:, 1:], axis=1).max() <= np.radians(CONE) + 1e-9
+    assert cost.free(better.values).all()
 
 
 def test_around_what_stands_in_the_way(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def test_a_failed_window_keeps_its_start(tmp_path: Path, monkeypatch: pytest.Mon
     start = np.full(len(choice.rows), 0.3)
     allowed = np.full((len(start) - 1, 6), 1.0)
     kept = refinement.refined(choice.cost, start, allowed)
-    np.testing.assert_array_equal(kept.turn, start)
+    np.testing.assert_array_equal(kept.values, start)
     assert (kept.windows, kept.failed) == (1, 1)
 
 
@@ -124,10 +124,10 @@ def test_a_refinement_costs_less_and_stays_in_its_corridor(tmp_path: Path) -> No
     cost, own = choice.cost, path.turn[choice.rows]
     allowed = np.full((len(own) - 1, 6), 0.02)
     made_of = refinement.refined(cost, own, allowed)
-    assert made_of.failed == 0 and np.ptp(made_of.turn) > 1e-3
+    assert made_of.failed == 0 and np.ptp(made_of.values) > 1e-3
     low, high = corridor(cost.grid, own)
-    assert np.all(made_of.turn >= low - 1e-12) and np.all(made_of.turn <= high + 1e-12)
-    assert cost.value(made_of.turn).variance + cost.value(made_of.turn).crossings < cost.value(own).cost
+    assert np.all(made_of.values >= low - 1e-12) and np.all(made_of.values <= high + 1e-12)
+    assert cost.value(made_of.values).variance + cost.value(made_of.values).crossings < cost.value(own).cost
     kinematics = TurnKinematics.of(job.planner.inverse, path, choice.rows)
     q, slope = kinematics.angles(own)
     np.testing.assert_allclose(q, (path.q[choice.rows] + np.pi) % (2 * np.pi) - np.pi, atol=1e-9)
