@@ -14,7 +14,7 @@ from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alte
 from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.held_out import held_out, held_out_scores
 from stiffness.diagnosis.known_effects import KnownEffects, with_known
-from stiffness.diagnosis.moved_alternatives import imitating
+from stiffness.diagnosis.moved_alternatives import imitating, traces_alone, with_imitations
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
@@ -100,12 +100,9 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     known &= alone is None or not alone.better
     changed = moved_parameters(fits=fits, model=model, base=base, fit=fit, additions=news) if known else []
     if changed and not news:
-        group = [a.effect.name for a in alone.additions] if alone is not None else []
-        if all(s.path is not None for s in sessions):
-            say("85 %: looking for what else would move these numbers so")
-            group += [name for name in imitating(fits, model, base) if name not in group]
-        changed = [replace(c, confused_with=tuple(group)) for c in changed]
-    if known and len(news) == 1 and all(s.path is not None for s in sessions):
+        say("85 %: looking for what else would move these numbers so")
+        changed = with_imitations(changed, fits, model, base=base, more=() if alone is None else alone.additions)
+    if known and len(news) == 1 and traces_alone(sessions):
         say("85 %: looking for what else would explain all of it")
         found = _grouped(found, news[0].effect.name, imitating(fits, model, fit))
     other = bool(news or found.removed)

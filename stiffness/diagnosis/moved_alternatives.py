@@ -6,15 +6,18 @@ function of its angle, and a joint that is softer, that hardens, or that stands 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from stiffness.diagnosis.added_effects import ModelFits
+from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.adoption import adopted
 from stiffness.diagnosis.alternatives import LINEAR
 from stiffness.diagnosis.linearisation import Linearisation
+from stiffness.diagnosis.result import MovedParameter
 from stiffness.diagnosis.search import ODDS, bic, like_noise, within
 from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
+from stiffness.session.session import Session
 
 # studied in tests/traces_report
 MOST = 10  # alternatives that are fitted
@@ -46,3 +49,18 @@ def imitating(fits: ModelFits, model: ComplianceModel, base: Fit) -> tuple[str, 
         if like_noise(fit) and fit.solution.chi2 + surprise < least:
             out.append((bic(fit, 1.0), chosen.terms[0].effect.name))
     return tuple(name for _, name in sorted(out))
+
+
+def traces_alone(sessions: Sequence[Session]) -> bool:
+    """Whether there are traces and no session of set-ups."""
+    return all(s.path is not None for s in sessions)
+
+
+def with_imitations(
+    changed: Sequence[MovedParameter], fits: ModelFits, model: ComplianceModel, *, base: Fit, more: Sequence[Addition]
+) -> list[MovedParameter]:
+    """Numbers that have moved, each with the effects that would move them so; ``more``: those of the process."""
+    group = [a.effect.name for a in more]
+    if traces_alone(fits.sessions):
+        group += [name for name in imitating(fits, model, base) if name not in group]
+    return [replace(c, confused_with=tuple(group)) for c in changed]
