@@ -28,7 +28,7 @@ from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import ROUGH
 from stiffness.session.processes import in_words, of_one_process, process_of
-from stiffness.session.session import Session
+from stiffness.session.session import Session, traces_alone
 
 Say = Callable[[str], None]
 
@@ -154,7 +154,7 @@ def _found(
     values = fit.values()
     whole = ModelFits.of(sessions, fit.unknowns.effects, values, [s.used for s in fit.sessions])
     fits = replace(whole, ending=ROUGH)
-    if all(s.path is not None for s in sessions):
+    if traces_alone(sessions):
         # of the geometry a trace determines a part; the rest must not imitate, far out, what the model still lacks
         drawing = {e.name: fit.fixed[e.name] for e in fit.unknowns.effects if e.unloaded}
         fits = replace(fits, values={**values, **drawing}, widened=fit.solution.misfit)

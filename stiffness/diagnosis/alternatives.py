@@ -15,6 +15,7 @@ from stiffness.diagnosis.search import ODDS, Search, bic, within
 from stiffness.diagnosis.selection import steady
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
+from stiffness.session.session import traces_alone
 
 # studied in tests/stiffness/diagnosis/test_alternatives.py, tests/effects_report
 LINEAR = 0.08  # of a gain: how far the linearised model may be off
@@ -89,8 +90,31 @@ def with_alternatives(
         explains = float(np.clip((bare.solution.chi2 - fit.solution.chi2) / above, 0, 1))
         least = bic(fit, fit.solution.misfit)
         alike = {t.name: t.fit for t in trials if bic(t.fit, fit.solution.misfit) < least + ODDS}
+        if len(a.sites) > 1 and traces_alone(s.session for s in fit.sessions):
+            alike = {**_at_one_site(search, fit, additions, a), **alike}
         out[a.effect.name] = Alternatives(a, explains, alike, *shares)
     return fit, additions, [out[a.effect.name] for a in additions if a.effect.name in out]
+
+
+def _at_one_site(search: Search, fit: Fit, additions: list[Addition], a: Addition) -> dict[str, Fit]:
+    """Effects that explain the readings as well at one of the sites of an addition, which stays at its others: a gap in
+    one joint, say, beside the friction of another."""
+    out: dict[str, Fit] = {}
+    rest, least = [b for b in additions if b is not a], bic(fit, fit.solution.misfit)
+    others = [e for e in search.effects if all(e is not b.effect for b in additions)]
+    for site in a.sites:
+        if (less := a.without(site, search.fits.joints)) is None:
+            continue
+        bare = search.fits.fit([*rest, less], fit)
+        linear = search.linearisation.at(bare, [*rest, less])
+        found = [within(linear.selector, e, site) for e in others]
+        gain = bic(bare, fit.solution.misfit) - least
+        found = [s for s in found if s.terms and s.bic_gain > gain - ODDS - LINEAR * s.fit.gain]
+        for chosen in sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST]:
+            _, trial = adopted(search.fits, linear, chosen, [*rest, less])
+            if bic(trial, fit.solution.misfit) < least + ODDS:
+                out.setdefault(chosen.terms[0].effect.name, trial)
+    return out
 
 
 @dataclass(frozen=True, repr=False, eq=False)

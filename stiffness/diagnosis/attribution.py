@@ -15,11 +15,12 @@ import numpy.typing as npt
 
 from stiffness.diagnosis.linear_fit import NormalEquations, ReducedEquations
 from stiffness.diagnosis.linearisation import normal_equations
-from stiffness.diagnosis.regressors import PROCESS, Regressors, regressors
+from stiffness.diagnosis.regressors import PROCESS, SPEED, Regressors, regressors
 from stiffness.diagnosis.selection import steady
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name
 from stiffness.identification.fit import Fit
+from stiffness.session.path_trace import PathTrace
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -69,6 +70,51 @@ def residual_sources(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[R
         if fraction > LEAST:
             out.append(ResidualSource(name if name in OF_PATH else f"column:{name}", fraction))
     return sorted(out, key=lambda s: -s.fraction)
+
+
+def by_speed(fit: Fit, sensitivities: Sequence[Sensitivities]) -> NormalEquations | None:
+    """Equations of one column per joint, which turns by its own speed; None where a joint stands still."""
+    layouts = regressors(fit.sessions)
+    n, first = fit.unknowns.joints, layouts[0]
+    own = {j: f for f, j in enumerate(first.joint) if j >= 0 and first.family[f] == f"{SPEED} {j + 1}"}
+    if len(own) < n:
+        return None
+    feature = np.array([own[j] for j in range(n)])
+    more = (
+        [_Products(o.geometry(s), np.arange(n), layout.values, feature)]
+        for s, o, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
+    )
+    return normal_equations(fit, more, n, _weak(fit))[0]
+
+
+def by_fixture(fit: Fit, sensitivities: Sequence[Sensitivities]) -> NormalEquations | None:
+    """Equations of 36 columns: the part is shifted and turns about its centre by the programmed force and its moment
+    there; None where no part was cut."""
+    if not _on_a_part(fit):
+        return None
+    n = fit.unknowns.joints
+    more = (
+        [_Products(_about(p.point.mean(axis=0), o.geometry(s)[:, :, n : n + 6]), *_of_wrench(p))]
+        for s, o in zip(fit.sessions, sensitivities, strict=True)
+        if (p := s.session.path) is not None
+    )
+    return normal_equations(fit, more, 36, _weak(fit))[0]
+
+
+def _about(centre: Floats, geometry: Floats) -> Floats:
+    """(N, 3, 6) derivatives by a shift of the base and a turn of it about a point, from those about its origin."""
+    arm = np.cross(np.eye(3), centre)  # rows: axis x centre
+    return np.concatenate([geometry[:, :, :3], geometry[:, :, 3:] - geometry[:, :, :3] @ arm.T], axis=2)
+
+
+def _of_wrench(path: PathTrace) -> tuple[Index, Floats, Index]:
+    """Coordinates (36,), force and moment (N, 6) about the centre of the part, their columns (36,)."""
+    at = path.rows.at(path.rows.position, path.index)
+    moment = np.cross(at - path.point.mean(axis=0), path.force)
+    wrench = np.concatenate([path.force, moment], axis=1)
+    size = np.sqrt(np.mean(wrench**2, axis=0))
+    coordinate, feature = np.divmod(np.arange(36), 6)
+    return coordinate, wrench / np.where(size > 0, size, 1.0), feature
 
 
 def _on_a_part(fit: Fit) -> bool:
@@ -189,5 +235,9 @@ def _equations(
         [_Products(own.geometry(s), coordinate, layout.values, feature)]
         for s, own, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
     )
-    weak = 1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300)
-    return index, normal_equations(fit, more, len(wanted), np.asarray(weak))[0]
+    return index, normal_equations(fit, more, len(wanted), _weak(fit))[0]
+
+
+def _weak(fit: Fit) -> Floats:
+    """Prior weights of the fit's own numbers, a millionth of what the readings tell of them."""
+    return np.asarray(1e-6 / np.maximum(np.diag(fit.solution.covariance), 1e-300))

@@ -14,7 +14,7 @@ from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alte
 from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.held_out import held_out, held_out_scores
 from stiffness.diagnosis.known_effects import KnownEffects, with_known
-from stiffness.diagnosis.moved_alternatives import imitating, traces_alone, with_imitations
+from stiffness.diagnosis.moved_alternatives import Imitation, imitating, with_imitations
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
@@ -35,7 +35,7 @@ from stiffness.numerics.least_squares import EXACT, ROUGH
 from stiffness.planning.next_setups import NextSetup, splitting, spread
 from stiffness.session.processes import of_one_process
 from stiffness.session.repeats import with_repeats
-from stiffness.session.session import Session
+from stiffness.session.session import Session, traces_alone
 
 Bools = npt.NDArray[np.bool_]
 ENOUGH = 6  # set-ups: one per joint
@@ -187,19 +187,24 @@ def _alone(fits: ModelFits, model: ComplianceModel, base: Fit) -> ProcessAlone |
     return process_alone(fits, model, base, len(moved))
 
 
-def _of_process(alone: ProcessAlone, base: Fit, others: Sequence[str]) -> _Found:
-    """Effects of the process, which the numbers of the robot, or ``others`` of its effects, would imitate."""
+def _of_process(alone: ProcessAlone, base: Fit, others: Sequence[Imitation]) -> _Found:
+    """Effects of the process, or the one of ``others`` that does with one kind of effect what they do with several;
+    numbers of the robot and all others would imitate it."""
+    kinds = len(alone.additions)
+    simpler = kinds > 1 and bool(others) and others[0].cost < alone.cost
+    fit, additions = (others[0].fit, others[0].additions) if simpler else (alone.fit, alone.additions)
     imitated = {e.name: base for e in alone.fits.base if e.is_base and base.solution.misfit < CLEAR}
-    own = {a.effect.name for a in alone.additions}
-    imitated |= {name: base for name in others if name not in own}
-    found = [Alternatives(a, alone.explains, imitated) for a in alone.additions]
-    return _Found(Judged(alone.fit, alone.additions, Structure(False, [])), alternatives=tuple(found))
+    imitated |= {i.name: i.fit for i in others} | {a.effect.name: alone.fit for a in alone.additions}
+    for a in additions:
+        imitated.pop(a.effect.name, None)
+    found = [Alternatives(a, alone.explained(fit), imitated) for a in additions]
+    return _Found(Judged(fit, additions, Structure(False, [])), alternatives=tuple(found))
 
 
-def _grouped(found: _Found, name: str, others: Sequence[str]) -> _Found:
+def _grouped(found: _Found, name: str, others: Sequence[Imitation]) -> _Found:
     """With ``others`` in the group of an effect: by themselves, on the model as it was, they explain what the effect
     and numbers of the model that went with it do."""
-    more = {other: found.judged.fit for other in others if other != name}
+    more = {i.name: found.judged.fit for i in others if i.name != name}
     alternatives = tuple(
         replace(a, fits={**more, **a.fits}) if a.addition.effect.name == name else a for a in found.alternatives
     )

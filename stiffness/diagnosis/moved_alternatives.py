@@ -7,53 +7,72 @@ function of its angle, and a joint that is softer, that hardens, or that stands 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.adoption import adopted
 from stiffness.diagnosis.alternatives import LINEAR
 from stiffness.diagnosis.linearisation import Linearisation
 from stiffness.diagnosis.result import MovedParameter
-from stiffness.diagnosis.search import ODDS, bic, like_noise, within
+from stiffness.diagnosis.search import NOTICED, ODDS, bic, like_noise, within
 from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
-from stiffness.session.session import Session
+from stiffness.session.session import traces_alone
 
 # studied in tests/traces_report
 MOST = 10  # alternatives that are fitted
 
 
-def imitating(fits: ModelFits, model: ComplianceModel, base: Fit) -> tuple[str, ...]:
-    """Effects that explain the readings as well as numbers of the model that have moved do in ``base``, the fewest
-    numbers first.
+@dataclass(frozen=True, repr=False, eq=False)
+class Imitation:
+    """An effect, added to a model whose numbers stay as well as it knows them, and its fit.
 
-    They are found with the numbers of the model as they were, and fitted with these held by their standard deviations:
-    a model is not known without error.
+    Attributes:
+        cost: Bayesian information criterion, what the numbers of the model moved against their deviations included.
+    """
+
+    additions: list[Addition]
+    fit: Fit
+    cost: float
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.additions[0].effect.name
+
+
+def imitating(fits: ModelFits, model: ComplianceModel, base: Fit) -> list[Imitation]:
+    """Effects that explain the readings as well as numbers of the model that have moved do in ``base``, the cheapest
+    first.
+
+    They are found with the numbers of the model as they were, or, where its standard deviations leave these open (a
+    data sheet), as they fit; and fitted with these held by their standard deviations: no model is without error.
 
     Args:
         fits: of the model, its numbers free.
     """
-    held = replace(fits, given=tuple(e.name for e in fits.base))
-    known = fits.held_by(model)
-    linearisation = Linearisation(held)
-    linear = linearisation.at(held.fit([]), [])
+    known, names = fits.held_by(model), tuple(e.name for e in fits.base)
+    chance = float(stats.chi2.isf(NOTICED, max(len(base.unknowns), 1)))  # what free numbers take up of noise
+    start = known.fit([])
+    if start.surprise_of(names) < chance:
+        linearisation = Linearisation(known)
+    else:
+        fixed = replace(fits, given=names)
+        linearisation, start = Linearisation(fixed), fixed.fit([])
+    linear = linearisation.at(start, [])
     gain = linear.fit.solution.chi2 - base.solution.chi2
     found = [s for e in linearisation.effects if (s := within(linear.selector, e)).terms]
     near = [s for s in found if s.fit.gain > gain * (1 - LINEAR) - ODDS]
-    # numbers that are free take up so much noise
-    least = base.solution.chi2 + len(base.unknowns) + ODDS
+    least = base.solution.chi2 + chance
     out = []
     for chosen in sorted(near, key=lambda s: -s.bic_gain)[:MOST]:
-        _, fit = adopted(known, linear, chosen, [])
-        surprise = fit.surprise_of(e.name for e in fits.base)
+        additions, fit = adopted(known, linear, chosen, [])
+        surprise = fit.surprise_of(names)
         if like_noise(fit) and fit.solution.chi2 + surprise < least:
-            out.append((bic(fit, 1.0), chosen.terms[0].effect.name))
-    return tuple(name for _, name in sorted(out))
-
-
-def traces_alone(sessions: Sequence[Session]) -> bool:
-    """Whether there are traces and no session of set-ups."""
-    return all(s.path is not None for s in sessions)
+            out.append(Imitation(additions, fit, bic(fit, 1.0) + surprise))
+    return sorted(out, key=lambda i: (i.cost, i.name))
 
 
 def with_imitations(
@@ -62,5 +81,5 @@ def with_imitations(
     """Numbers that have moved, each with the effects that would move them so; ``more``: those of the process."""
     group = [a.effect.name for a in more]
     if traces_alone(fits.sessions):
-        group += [name for name in imitating(fits, model, base) if name not in group]
+        group += [i.name for i in imitating(fits, model, base) if i.name not in group]
     return [replace(c, confused_with=tuple(group)) for c in changed]

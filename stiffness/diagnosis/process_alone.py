@@ -15,7 +15,7 @@ from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.linearisation import can_show
-from stiffness.diagnosis.search import NOTICED, ODDS
+from stiffness.diagnosis.search import NOTICED, ODDS, bic
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import CLEAR, Fit
@@ -30,14 +30,28 @@ class ProcessAlone:
         fits: with all numbers of the model held by their standard deviations.
         additions, fit: what explains the readings.
         better: whether this takes fewer numbers than those of the robot that would have to move.
-        explains: fraction of the chi-square above the noise.
+        without: the fit without them.
     """
 
     fits: ModelFits
     additions: list[Addition]
     fit: Fit
     better: bool
-    explains: float
+    without: Fit
+
+    @property
+    def cost(self) -> float:
+        """As of an ``Imitation``."""
+        return bic(self.fit, 1.0) + self._surprise(self.fit)
+
+    def explained(self, fit: Fit) -> float:
+        """Fraction of the chi-square above the noise that a fit takes away."""
+        left = self.without.solution.chi2 + self._surprise(self.without)
+        above = max(left - self.without.solution.freedom, 1e-9)
+        return float(np.clip((left - fit.solution.chi2) / above, 0, 1))
+
+    def _surprise(self, fit: Fit) -> float:
+        return fit.surprise_of(e.name for e in self.fits.base)
 
 
 def process_alone(fits: ModelFits, model: ComplianceModel, base: Fit, moved: int) -> ProcessAlone | None:
@@ -70,10 +84,8 @@ def process_alone(fits: ModelFits, model: ComplianceModel, base: Fit, moved: int
     if kept is None:
         return None
     additions, fit = kept
-    above = max(left - before.solution.freedom, 1e-9)
-    explains = float(np.clip((left - fit.solution.chi2) / above, 0, 1))
     better = least < base.solution.chi2 + max(moved, 1) * price
-    return ProcessAlone(fits=held, additions=additions, fit=fit, better=better, explains=explains)
+    return ProcessAlone(fits=held, additions=additions, fit=fit, better=better, without=before)
 
 
 def _combinations(effects: Sequence[Effect]) -> list[tuple[Effect, ...]]:

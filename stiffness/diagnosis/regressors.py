@@ -22,6 +22,7 @@ Feature = tuple[Floats, str, str, int]  # values (N,), family, column, joint
 # studied in tests/stiffness/diagnosis/test_attribution.py
 HARMONICS = 4
 PROCESS = "process"  # what a residual follows that goes with the programmed force
+SPEED = "speed of joint"
 TRAVELS = (1e-3, 1e-2)  # rad since a joint turned: of play, and of friction
 SILENT = 0.02  # of the largest torque: below, a torque has no sign
 
@@ -102,7 +103,7 @@ def along_the_path(path: PathTrace) -> list[Feature]:
     out: list[Feature] = []
     speed, since = path.joint_speed, path.since_turning
     for j in range(speed.shape[1]):
-        out.append((speed[:, j] / max(float(np.abs(speed[:, j]).max()), 1e-9), f"speed of joint {j + 1}", "", j))
+        out.append((speed[:, j] / max(float(np.abs(speed[:, j]).max()), 1e-9), f"{SPEED} {j + 1}", "", j))
         way = np.sign(speed[:, j])
         for travel in TRAVELS:
             name = f"distance from the last reversal of joint {j + 1}"

@@ -21,7 +21,7 @@ from stiffness.diagnosis.adoption import adopted, better, pruned
 from stiffness.diagnosis.linearisation import Linearisation, Linearised
 from stiffness.diagnosis.selection import Selection, Selector
 from stiffness.diagnosis.sensitivities import Sensitivities
-from stiffness.effects.effect import Effect
+from stiffness.effects.effect import Effect, Site
 from stiffness.identification.fit import Fit
 
 Floats = npt.NDArray[np.float64]
@@ -144,9 +144,9 @@ def _layout(additions: Sequence[Addition]) -> set[tuple[object, ...]]:
     return {(a.effect.name, a.sites, a.extras) for a in additions}
 
 
-def within(selector: Selector, effect: Effect) -> Selection:
-    """The sites of one effect that lower the BIC, one after the other."""
-    terms = [t for t in selector.terms if t.effect is effect]
+def within(selector: Selector, effect: Effect, site: Site | None = None) -> Selection:
+    """The sites of one effect, or the one ``site``, that lower the BIC, one after the other."""
+    terms = [t for t in selector.terms if t.effect is effect and site in (None, t.site)]
     own = Selector(selector.equations, terms, selector.freedom, crossed=selector.crossed)
     chosen = own.together([])
     while len(chosen.terms) < MOST_SITES:

@@ -11,6 +11,7 @@ from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.adoption import better
 from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import ResidualSource, residual_sources
+from stiffness.diagnosis.beyond_catalogue import beyond_catalogue
 from stiffness.diagnosis.search import Search, like_noise
 from stiffness.effects.effect import part_of
 from stiffness.identification.coherence import coherent
@@ -69,6 +70,11 @@ def judged(
     """Additions that stand beside what is left, and the structure that is left or, where none is, that was there."""
     search.say("80 %: looking where the rest sits")
     now = standing(search, base=base, fit=fit, additions=additions, found=found)
+    beyond = beyond_catalogue(search, base, now.fit) if now.additions and not search.known else None
+    if beyond is not None:
+        named = " and ".join(a.effect.name for a in now.additions)
+        note = f"{beyond.words}, in no catalogue, explains all of it and more simply than {named}: not added"
+        return Judged(base, [], Structure(True, _sources(search, base), (note,)))
     if now.structure.left:
         return now
     return replace(now, structure=replace(now.structure, sources=_sources(search, base)))

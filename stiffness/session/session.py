@@ -6,7 +6,7 @@ All checks stand at this door: what comes out is in SI, complete, and agrees wit
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -267,3 +267,8 @@ def _robot(label: str, file: SessionFile, folder: Path) -> Robot:
             "robot file with masses, or gravity = 'calibrated-out' if the controller knows the sag"
         )
     return robot
+
+
+def traces_alone(sessions: Iterable[Session]) -> bool:
+    """Whether there are traces and no session of set-ups."""
+    return all(s.path is not None for s in sessions)

@@ -39,21 +39,23 @@ def lost(row: Row) -> bool:
 
 
 def named(row: Row) -> list[str]:
-    """What is wrong with the names: every cause has to be there, in its place, or in the group of one that is."""
-    wrong, free = [], list(row.named)
+    """What is wrong with the names: every cause has to be there, in its place, or in the group of one that is. Of an
+    effect in several joints each joint stands for one cause."""
+    wrong, met = [], set()
+    free = [(n, place) for n in row.named for place in n.where or ("",)]
     for effect, where in row.truth:
-        own = [n for n in free if n.effect == effect]
-        mine = next((n for n in own if set(where) & set(n.where)), None) or next(
-            (n for n in free if effect in n.confused_with), None
-        )
+        own = [f for f in free if f[0].effect == effect]
+        group = [f for f in free if effect in f[0].confused_with]
+        mine = next((f for f in (*own, *group) if f[1] in where), None) or next(iter(group), None)
         if mine is not None:
             free.remove(mine)
+            met.add(mine[0])
         elif own:
-            wrong.append(f"{effect} named in {' '.join(own[0].where)}")
-            free.remove(own[0])
+            wrong.append(f"{effect} named in {' '.join(own[0][0].where)}")
+            met.add(own[0][0])
         else:
             wrong.append(f"{effect} not named")
-    return wrong + [f"{n.effect} {' '.join(n.where)} invented" for n in free if not n.moved]
+    return wrong + [f"{n.effect} {' '.join(n.where)} invented" for n in row.named if not n.moved and n not in met]
 
 
 def _first(row: Row) -> list[str]:

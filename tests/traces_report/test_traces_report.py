@@ -28,6 +28,9 @@ def named(name: str, kind: str) -> Scenario:
     ("name", "kind"),
     [
         ("unknown servo lag joint-1", "ballbar"),
+        ("unknown servo lag joint-2", "ballbar"),  # the play of two joints would explain it, with more numbers
+        ("backlash joint-1 + joint-friction joint-2", "ballbar"),  # each joint has its group
+        ("base-compliance", "surface"),  # a larger force and a smaller cutter: two effects where one does
         ("unknown fixture slip", "surface"),
         ("clean 1", "surface"),
         ("base-compliance", "positions"),  # coupled joints and other springs explain the same: it is in their group
@@ -75,3 +78,13 @@ def test_what_meets_it() -> None:
     assert misses(replace(lost, flow="healthy")) != []
     group = replace(GOOD, named=(Named("joint-stiffness", ("joint-2",), ("backlash",), True),))
     assert [misses(r) for r in (GOOD, LAG, group)] == [[], [], []]
+
+
+def test_each_joint_of_an_effect_stands_for_one_cause() -> None:
+    both = Named("backlash", ("joint-1", "joint-2"), ("joint-friction",))
+    pair = replace(GOOD, named=(both,), truth=(*GOOD.truth, ("joint-friction", ("joint-2",))))
+    assert misses(pair) == []
+    assert misses(replace(pair, named=(replace(both, where=("joint-1",)),))) == ["joint-friction not named"]
+    assert misses(replace(pair, named=(replace(both, confused_with=()),))) == ["joint-friction not named"]
+    beside = (Named("joint-hardening", ("joint-1",), ()), *GOOD.named)
+    assert misses(replace(GOOD, named=beside)) == ["joint-hardening joint-1 invented"]
