@@ -16,7 +16,8 @@ from stiffness.diagnosis.adoption import adopted
 from stiffness.diagnosis.alternatives import LINEAR
 from stiffness.diagnosis.linearisation import Linearisation
 from stiffness.diagnosis.result import MovedParameter
-from stiffness.diagnosis.search import NOTICED, ODDS, bic, like_noise, within
+from stiffness.diagnosis.search import ODDS, bic, like_noise, within
+from stiffness.diagnosis.selection import CHANCE
 from stiffness.identification.fit import Fit
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import traces_alone
@@ -54,7 +55,7 @@ def imitating(fits: ModelFits, model: ComplianceModel, base: Fit) -> list[Imitat
         fits: of the model, its numbers free.
     """
     known, names = fits.held_by(model), tuple(e.name for e in fits.base)
-    chance = float(stats.chi2.isf(NOTICED, max(len(base.unknowns), 1)))  # what free numbers take up of noise
+    chance = float(stats.chi2.isf(CHANCE, max(len(base.unknowns), 1)))  # what free numbers take up of noise
     start = known.fit([])
     if start.surprise_of(names) < chance:
         linearisation = Linearisation(known)
