@@ -16,6 +16,13 @@ Lines = npt.NDArray[np.int32]
 SAME = 1e-6  # mm or deg
 
 
+def axis_number(name: str) -> int | None:
+    """From 0, of eax_a ... eax_f and E1 ... E6, which are the same axes in two languages; None: of another group."""
+    if name.startswith("eax_"):
+        return ord(name[-1]) - ord("a")
+    return int(name[1:]) - 1 if name[:1] == "E" and name[1:].isdigit() else None
+
+
 def places(values: Floats, row: Floats) -> Floats:
     """(N,) where an axis stands at rows of a toolpath: within a move evenly on the way between its ends.
 

@@ -15,7 +15,7 @@ from toolpaths.machine import Machine
 from toolpaths.program_files import ProgramFiles, program_files
 from toolpaths.reading.source_text import refuse_absent
 from toolpaths.toolpath import Toolpath
-from toolpaths.writing.checks import common_findings, unsaid
+from toolpaths.writing.checks import common_findings, unsaid, without_axes
 from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
 from toolpaths.writing.program import Program, ReadBack
 from toolpaths.writing.staging import Staging, StagingError
@@ -133,6 +133,8 @@ def write_program(program: Program, path: str | os.PathLike[str], language: str 
     spoken = language_of(path, language)
     writer = spoken.writer
     found = list(program.findings) + list(common_findings(program))
+    if not spoken.external_axes:
+        found += without_axes([a.name for a in program.external], spoken.name)
     if not any(f.level == ERROR for f in found):
         found += writer.findings(program, target)
         found += unsaid(program, spoken.name, lambda word: re.fullmatch(spoken.machine_words, word) is not None)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.axis_ways import AxisWays
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.tool_frame import ToolFrame
@@ -116,6 +117,7 @@ class Toolpath:
         findings: what its reader has to tell about the file.
         sources: all files of a program of several, ``source`` first; else none.
         file: (N,) which of ``sources`` the line is in; None: in ``source``.
+        ways: where external axes stand along the path, that were chosen for it; None: none was.
     """
 
     source: str
@@ -135,6 +137,7 @@ class Toolpath:
     findings: tuple[Finding, ...] = ()
     sources: tuple[str, ...] = ()
     file: Ints | None = None
+    ways: AxisWays | None = None
 
     def __post_init__(self) -> None:
         n = len(self.position)
@@ -150,6 +153,11 @@ class Toolpath:
 
     def __repr__(self) -> str:
         return f"Toolpath({self.source!r}, {len(self)} poses, {int(np.sum(self.kind))} cutting)"
+
+    @property
+    def on_part(self) -> Floats:
+        """(N, 3) m, the positions as the part sees them: its ways are the feed's, whatever a rail does meanwhile."""
+        return self.position if self.ways is None else self.position - self.ways.drift_at(self.row)
 
     def where(self, pose: int) -> str:
         """File and line of a pose, as messages have them."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args
@@ -27,9 +26,11 @@ from compensator.process.process import ProcessTable
 from compensator.toml_table import Number, TomlTable
 from stiffness.schema import SchemaFinding, findings, meant
 from stiffness.text_file import toml_table
+from toolpaths.external_axes import axis_number
 from toolpaths.machine import Machine
 
 AxisName = Annotated[str, Field(pattern=r"^eax_[a-f]$|^E[1-6]$|^GP[2-8] J[1-9]$")]
+FREE_AXES = 2  # that are chosen together
 if TYPE_CHECKING:
     AnyProcessTable = ProcessTable
 else:
@@ -73,6 +74,16 @@ class Cell(TomlTable):
         names = [entry.name for entry in self.scene]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"scene: {twice[0]!r} stands twice: messages name a body by its name")
+        free = [name for name, axis in self.external.items() if axis.free]
+        if len(free) > FREE_AXES:
+            raise ValueError(f"external: {', '.join(free)} are free: {FREE_AXES} at most are chosen together")
+        slots = [axis_number(name) for name in free]
+        if None in slots:
+            name = free[slots.index(None)]
+            what = f"external.{name}.free: an axis of another group is not chosen"
+            raise ValueError(f"{what}; E1 ... E6 and eax_a ... eax_f are")
+        if len(set(slots)) < len(slots):
+            raise ValueError(f"external: {' and '.join(free)} are two names of one axis")
         return self
 
     def __repr__(self) -> str:
@@ -132,20 +143,11 @@ wrench = [-120.0, 80.0, -60.0, 0.0, 0.0, 0.0]  # on the robot, about the TCP, N 
 }
 
 
-#: Freedoms of a path that are asked for, and what is done instead.
-_NOT_BUILT = {
-    re.compile(r"external\.[^.]+\.free"): "rails and tables go where the program has them",
-}
-
-
 def _words(f: SchemaFinding) -> str:
     first, *rest = f.key.split(".")
     place = ".".join([first, *(rest[1:] if first == "process" and rest[:1] and rest[0] in PROCESSES else rest)])
     if f.kind == "unknown":
         shown = "" if isinstance(f.given, dict) else f" = {f.given!r}"
-        for key, why in _NOT_BUILT.items():
-            if key.fullmatch(place):
-                return f"{place}{shown} is not built: {why}; take the key away"
         near = meant(place.rpartition(".")[2], _KEYS, 0.75)
         return f"unknown key {place}{shown}; see docs/compensate.md for the keys and their units{near}"
     if f.kind == "missing":

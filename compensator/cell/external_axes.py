@@ -14,15 +14,16 @@ import numpy.typing as npt
 
 from compensator.cell.placement import Placement
 from compensator.cell.placement_tables import ExternalAxisTable
+from toolpaths.axis_ways import AxisWays
 from toolpaths.errors import ToolpathError
-from toolpaths.external_axes import SAME, cut_places, places, unmodelled, whole_moves
+from toolpaths.external_axes import SAME, axis_number, cut_places, places, unmodelled, whole_moves
 from toolpaths.finding import ERROR, NOTE, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
 from toolpaths.resample import MOST_POSES, in_parts
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
-from toolpaths.writing.program import Program
+from toolpaths.writing.program import ExternalAxis, Program
 
 Floats = npt.NDArray[np.float64]
 
@@ -63,14 +64,17 @@ def moved_workobject(placement: Placement, toolpath: Toolpath) -> Frame | None:
 
     As if rail and table stood at 0, the base sees a pose of the program at ``moved_workobject(...).then(pose)``.
     """
-    setting = toolpath.setting
-    axes = {} if setting is None else _axes(placement.external, setting)
-    if setting is None or not axes:
+    return _moved(placement, _stands(placement, toolpath), len(toolpath))
+
+
+def _moved(placement: Placement, stands_at: Mapping[str, Floats], n: int) -> Frame | None:
+    """As ``moved_workobject``, of axes at (n,) mm or deg."""
+    axes = _axes(placement.external, stands_at)
+    if not axes:
         return None
-    n = len(toolpath)
     turn, shift = np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3))
     for name, axis in axes.items():
-        stands = places(setting.external[name], toolpath.row)
+        stands = stands_at[name]
         if axis.carries == "robot":
             shift = shift - stands[:, None] * 1e-3 * np.array(axis.direction)
         else:
@@ -83,13 +87,59 @@ def moved_workobject(placement: Placement, toolpath: Toolpath) -> Frame | None:
 
 def rail_shift(placement: Placement, toolpath: Toolpath) -> Floats | None:
     """(N, 3) m: how the floor stands at every pose, as the base sees it, with rails at 0; None: no rail moves it."""
-    setting = toolpath.setting
-    axes = {} if setting is None else _axes(placement.external, setting)
-    rails = {name: axis for name, axis in axes.items() if axis.carries == "robot"}
-    if setting is None or not rails:
+    stands = _stands(placement, toolpath)
+    rails = {name: a for name, a in _axes(placement.external, stands).items() if a.carries == "robot"}
+    if not rails:
         return None
-    ways = [np.outer(places(setting.external[n], toolpath.row), a.direction) for n, a in rails.items()]
+    ways = [np.outer(stands[n], a.direction) for n, a in rails.items()]
     return np.asarray(-1e-3 * np.sum(ways, axis=0))
+
+
+def on_ways(placement: Placement, toolpath: Toolpath, chosen: Mapping[str, Floats]) -> Toolpath:
+    """A CAM path as the robot's base sees it with axes at ``chosen``, name -> (N,) mm or deg at its poses."""
+    rails = [(v, placement.external[name].direction) for name, v in chosen.items() if _is_rail(placement, name)]
+    drift = -1e-3 * np.sum([np.outer(v, d) for v, d in rails], axis=0) if rails else np.zeros((len(toolpath), 3))
+    ways = AxisWays(toolpath.row, dict(chosen), drift @ placement.workobject.rotation)
+    path = replace(toolpath, ways=ways)
+    moved = moved_workobject(placement, path)
+    if moved is None:
+        return path
+    if toolpath.quaternion is not None:
+        return _placed(path, moved.then(Frame(matrix_from_unit_quaternion(toolpath.quaternion), toolpath.position)))
+    return replace(path, position=moved.at(toolpath.position), axis=moved.along(toolpath.axis))
+
+
+def _is_rail(placement: Placement, name: str) -> bool:
+    return placement.external[name].carries == "robot"
+
+
+def axes_in_program(placement: Placement, toolpath: Toolpath) -> tuple[ExternalAxis, ...]:
+    """Where chosen axes stand, in the order of their numbers."""
+    stands = {} if toolpath.ways is None else toolpath.ways.at(toolpath.row)
+    units = {name: "mm" if _is_rail(placement, name) else "deg" for name in stands}
+    return tuple(ExternalAxis(n, units[n], stands[n]) for n in sorted(stands, key=lambda n: axis_number(n) or 0))
+
+
+def workobject_in_program(placement: Placement, toolpath: Toolpath) -> Frame:
+    """The work object that a new program has: where tables that were set for it hold it; rails carry the robot."""
+    stands = {} if toolpath.ways is None else toolpath.ways.at(toolpath.row[:1])
+    turned = _moved(placement, {n: v for n, v in stands.items() if not _is_rail(placement, n)}, 1)
+    return placement.workobject if turned is None else placement.workobject.then(turned.take(0))
+
+
+def printed_axes(placement: Placement, toolpath: Toolpath, printed: Floats) -> tuple[Frame, Frame, Floats]:
+    """Chosen axes where a program has them, (N, K) mm or deg.
+
+    Returns:
+        As ``moved_workobject``, what the program's poses are in, whose work object no table turns, and what the part
+        does; and how far each pose's axes are from where they were chosen, (N,) m or rad.
+    """
+    axes, still = axes_in_program(placement, toolpath), Frame.identity()
+    stands = {axis.name: column for axis, column in zip(axes, printed.T, strict=True)}
+    set_ = {axis.name: axis.places for axis in axes if not _is_rail(placement, axis.name)}
+    off = [np.abs(stands[a.name] - a.places) * (1e-3 if a.unit == "mm" else np.pi / 180.0) for a in axes]
+    poses, part = (_moved(placement, {**stands, **at}, len(toolpath)) or still for at in (set_, {}))
+    return poses, part, np.max(off, axis=0)
 
 
 def workobject_along(placement: Placement, toolpath: Toolpath) -> Frame:
@@ -100,16 +150,15 @@ def workobject_along(placement: Placement, toolpath: Toolpath) -> Frame:
 
 def _followed(placement: Placement, toolpath: Toolpath) -> Toolpath:
     """The path with points in the cuts in which a table turns: seen from the base they are no straight lines."""
-    setting = toolpath.setting
-    tables = {} if setting is None else _axes(placement.external, setting)
-    tables = {name: axis for name, axis in tables.items() if axis.carries == "part"}
-    if setting is None or not tables or len(toolpath) < 2:
+    stands = _stands(placement, toolpath)
+    tables = {name: a for name, a in _axes(placement.external, stands).items() if a.carries == "part"}
+    if not tables or len(toolpath) < 2:
         return toolpath
     sampling, work = placement.sampling, placement.workobject
     stray = min(np.radians(sampling.angle), 1.0)
     parts = np.ones(len(toolpath) - 1)
     for name, axis in tables.items():
-        turn = np.abs(np.diff(np.radians(places(setting.external[name], toolpath.row))))
+        turn = np.abs(np.diff(np.radians(stands[name])))
         lever = np.linalg.norm(work.at(toolpath.position) - np.array(axis.center) * 1e-3, axis=1)
         reach = np.fmax(np.fmax(lever[1:], lever[:-1]), 1e-3)
         stray_turn = np.sqrt(8.0 * np.minimum(stray, sampling.chord * 1e-3 / reach))
@@ -181,9 +230,17 @@ def with_external_findings(program: Program, placement: Placement, toolpath: Too
     return replace(program, findings=(*program.findings, *external_findings(placement, toolpath, language)))
 
 
-def _axes(external: Mapping[str, ExternalAxisTable], setting: Setting) -> Mapping[str, ExternalAxisTable]:
+def _stands(placement: Placement, toolpath: Toolpath) -> dict[str, Floats]:
+    """(N,) mm or deg of every axis that the cell declares and the path tells of."""
+    if toolpath.ways is not None:
+        return toolpath.ways.at(toolpath.row)
+    given = {} if toolpath.setting is None else toolpath.setting.external
+    return {name: places(v, toolpath.row) for name, v in given.items() if name in placement.external}
+
+
+def _axes(external: Mapping[str, ExternalAxisTable], stands: Mapping[str, Floats]) -> Mapping[str, ExternalAxisTable]:
     """In the order that they carry the part: the innermost table first, the outermost, then rails."""
-    used = [(n, a) for n, a in external.items() if n in setting.external and a.carries != "nothing"]
+    used = [(n, a) for n, a in external.items() if n in stands and a.carries != "nothing"]
     return dict(sorted(reversed(used), key=lambda axis: axis[1].carries == "robot"))
 
 

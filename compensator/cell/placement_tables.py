@@ -12,6 +12,7 @@ from compensator.cell.scene_tables import BodyTable
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres, refuse_radians
 from stiffness.robot.load import JOINTS
 from stiffness.robot.robot import STANDARD_GRAVITY
+from stiffness.schema import listed_numbers
 from stiffness.statics.tool import Tool
 from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_rpy
@@ -120,15 +121,43 @@ class StartTable(TomlTable):
 
 
 class ExternalAxisTable(TomlTable):
-    """What an external axis of a robot program carries; mm, base axes.
+    """What an external axis carries; mm, base axes.
 
     ``robot``: a rail, ``direction`` is the way the base goes as the value rises (mm). ``part``: a table, which turns
     about ``direction`` through ``center`` (deg). ``nothing``: it may move as it likes.
+    ``free``: where it stands is chosen for a CAM file, within ``range``; a rail may go along the path, with ``speed``
+    (mm/s) and ``acceleration`` (mm/s2) at most.
     """
 
     carries: Literal["robot", "part", "nothing"]
     direction: Three = (0.0, 0.0, 0.0)
     center: Three = (0.0, 0.0, 0.0)
+    free: Annotated[bool, Strict()] = False
+    range: Annotated[tuple[Number, Number], listed_numbers(2)] | None = None
+    speed: Number | None = Field(default=None, gt=0, le=10000)
+    acceleration: Number | None = Field(default=None, gt=0, le=20000)
+
+    @model_validator(mode="after")
+    def _freedom(self) -> ExternalAxisTable:
+        limits = [key for key in ("range", "speed", "acceleration") if getattr(self, key) is not None]
+        if not self.free:
+            if limits:
+                raise ValueError(f"{limits[0]} is of an axis that is chosen: set free = true, or take it away")
+            return self
+        if self.carries == "nothing":
+            raise ValueError('free = true of an axis that carries nothing: what is chosen carries "robot" or "part"')
+        if self.range is None:
+            raise ValueError("range is missing: the lowest and highest value, mm of a rail, deg of a table")
+        low, high = self.range
+        if not low < high:
+            raise ValueError(f"range = [{low:g}, {high:g}]: the lowest value first, and a higher one behind it")
+        if self.carries == "robot" and high - low < 20.0:
+            raise ValueError(f"range = [{low:g}, {high:g}]: {high - low:g} mm of a rail: is this in m? mm are expected")
+        if self.carries == "part" and high - low > 720.0:
+            raise ValueError(f"range = [{low:g}, {high:g}]: more than two turns of a table, deg")
+        if self.carries == "part" and len(limits) > 1:
+            raise ValueError(f"{limits[1]} is of a rail: a table is set once for the whole path")
+        return self
 
     @model_validator(mode="after")
     def _complete(self) -> ExternalAxisTable:

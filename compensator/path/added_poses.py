@@ -70,7 +70,7 @@ def with_poses_after_corners(toolpath: Toolpath, position: Floats | None = None)
 
 def sharp_corners(toolpath: Toolpath, position: Floats | None = None) -> npt.NDArray[np.bool_]:
     """(N - 2,) whether the cut turns sharply at the poses between the ends; ``position``: as above."""
-    step = np.diff(toolpath.position if position is None else position, axis=0)
+    step = np.diff(toolpath.on_part if position is None else position, axis=0)
     if len(step) < 2:
         return np.zeros(0, dtype=bool)
     unit = step / np.maximum(np.linalg.norm(step, axis=1), 1e-12)[:, None]
@@ -80,5 +80,5 @@ def sharp_corners(toolpath: Toolpath, position: Floats | None = None) -> npt.NDA
 
 def _lengths(toolpath: Toolpath, position: Floats | None) -> Floats:
     """(N - 1,) m of the moves; one at least."""
-    step = np.diff(toolpath.position if position is None else position, axis=0)
+    step = np.diff(toolpath.on_part if position is None else position, axis=0)
     return np.linalg.norm(step, axis=1) if len(step) > 1 else np.zeros(1)

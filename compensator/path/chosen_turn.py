@@ -18,6 +18,7 @@ class TurnValue:
         reversals: of all joints in the cut; a way back counts as far as it goes beyond what a joint gives anyway.
         sd: m, mean standard deviation.
         lean: m2, the price of leaning.
+        axes: m2, the price of rails that move in the cut.
     """
 
     variance: float
@@ -26,11 +27,12 @@ class TurnValue:
     reversals: float
     sd: float
     lean: float = 0.0
+    axes: float = 0.0
 
     @property
     def cost(self) -> float:
         """m2, the sum that is made small."""
-        return self.variance + self.crossings + self.acceleration + self.lean
+        return self.variance + self.crossings + self.acceleration + self.lean + self.axes
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def joint_motion(toolpath: Toolpath, q: Floats, feed: Floats) -> JointMotion:
     Args:
         q: (N, n) rad. feed: (N,) m/s of the move that ends at each pose.
     """
-    length = np.linalg.norm(np.diff(toolpath.position, axis=0, prepend=toolpath.position[:1]), axis=1)
+    length = np.linalg.norm(np.diff(toolpath.on_part, axis=0, prepend=toolpath.on_part[:1]), axis=1)
     timed = (toolpath.kind == CUT) & (length > _SHORTEST) & (feed > 0)
     timed[:1] = False
     lasts = np.divide(length, feed, out=np.full(len(length), _APART), where=timed)

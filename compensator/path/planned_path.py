@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from compensator.path.chosen_axes import ChosenAxes
 from compensator.path.chosen_turn import ChosenTurn
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
@@ -28,6 +29,7 @@ class PlannedPath:
             was.
         instead: the path with the turn that is the next best, should no commands be found for this one; None: none is.
         chosen: how the turn was chosen along the path; None: one turn serves, or the file gives it.
+        axes: how external axes were chosen for the path; None: none was.
     """
 
     toolpath: Toolpath
@@ -38,6 +40,7 @@ class PlannedPath:
     programmed: Floats | None = None
     chosen: ChosenTurn | None = None
     instead: PlannedPath | None = None
+    axes: ChosenAxes | None = None
 
     def programmed_at(self, row: Floats) -> Floats | None:
         """``programmed`` (M,) of the moves that end at rows (M,) of the file, of this path with poses put in."""

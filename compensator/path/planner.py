@@ -104,7 +104,8 @@ class Planner:
             some = toolpath if end - begin == len(toolpath) else toolpath.take(np.arange(begin, end))
             section = _Section(some, self.reference(some), begin)
             parts.append(self._follow(section, turn=turn[begin:end], branch=int(path.branch[k]), seed=path.q[k]))
-        return replace(_joined(toolpath, parts), programmed=path.programmed_at(toolpath.row), chosen=path.chosen)
+        whole, programmed = _joined(toolpath, parts), path.programmed_at(toolpath.row)
+        return replace(whole, programmed=programmed, chosen=path.chosen, axes=path.axes)
 
     def turned(self, path: PlannedPath, turn: Floats) -> PlannedPath:
         """Follow the path with other turns (N,) rad about the tool axis, in the same configuration.

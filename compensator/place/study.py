@@ -84,6 +84,9 @@ def study_of(
         CellError, PathError: the arm has no closed form; rail or table move the part.
     """
     refuse_without_closed_form(TcpInverse(job.arm.inverse, job.arm.tools))
+    if names := [name for name, axis in job.placement.external.items() if axis.free]:
+        what = f"{job.placement.source}: external.{names[0]}.free = true"
+        raise CellError(f"{what}: place ranks placements of one base and one table: take free and its range away")
     if moved_workobject(job.placement, toolpath) is not None:
         raise CellError(f"{toolpath.source}: rail or table move the part along the path: its placement is not studied")
     tcp = Frame(reference_rotation(toolpath), toolpath.position)

@@ -51,6 +51,10 @@ def wrench_doubts(motion: ToolMotion, wrench: Floats, place: str) -> Iterator[Fi
 def _shares(motion: ToolMotion, force: Floats, cut: npt.NDArray[np.bool_]) -> tuple[float, float]:
     """Mean parts along the move that ends at each cutting pose, and along the TCP's z, of the mean force."""
     moved = np.diff(motion.tcp.origin, axis=0, prepend=motion.tcp.origin[:1])
+    if motion.workobject.rotation.ndim > 2:  # rail or table: the way of the tool on the part
+        on_part = motion.tcp.relative_to(motion.workobject).origin
+        moved = np.diff(on_part, axis=0, prepend=on_part[:1])
+        moved = np.einsum("nij,nj->ni", motion.workobject.rotation, moved)
     length = np.linalg.norm(moved, axis=1)
     rows = cut & (length > 1e-9)
     total = float(np.linalg.norm(force[rows], axis=1).sum())

@@ -8,7 +8,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import moved_workobject, with_external_findings
+from compensator.cell.external_axes import (
+    axes_in_program,
+    moved_workobject,
+    with_external_findings,
+    workobject_in_program,
+)
 from compensator.cell.placement import Placement
 from compensator.path.pose_text import place
 from compensator.path.tool_set import ONE_TOOL
@@ -23,6 +28,7 @@ from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Toolpath
+from toolpaths.writing.checks import without_axes
 from toolpaths.writing.program import Program
 
 MM_MIN = 1.0 / 60000.0  # m/s
@@ -44,6 +50,9 @@ class Export(ProgramMaker):
 
     def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
         orders(toolpath, placement.program.events, placement.source)
+        if not self.language.external_axes:
+            free = [name for name, axis in placement.external.items() if axis.free]
+            refuse_errors(str(program), without_axes(free, self.language.name))
         given = placement.program.name
         found = self.language.writer.name_findings(given or program.stem, program, len(toolpath))
         wrong = [replace(f, level=ERROR) if f.place == "name" and given else f for f in found]
@@ -91,7 +100,8 @@ def program_of(c: Compensation, *, corrected: bool = True, name: str = "") -> Pr
             k: ToolFrame(t.name, Frame(t.rotation, t.position), t.mass or None, t.com if t.mass else None)
             for k, t in arm.tools.by_number.items()
         },
-        workobject=placement.workobject,
+        workobject=workobject_in_program(placement, toolpath),
+        external=axes_in_program(placement, toolpath),
         rapid_speed=placement.program.rapid_feed * MM_MIN,
         configuration=inverse.inverse.configuration(joints).astype(np.int32) if inverse.labelled else None,
         start_joints=placement.start,

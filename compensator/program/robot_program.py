@@ -49,6 +49,7 @@ def job_for(
         placement = placement_of(cell)
         found = (*rapid_findings(toolpath), *path_doubts(toolpath))
         return job_of(arm or load_arm(cell), placement, found), toolpath
+    _refuse_free_axes(cell, toolpath)
     placement = placement_of(with_program_frames(cell, toolpath, setting))
     arm = arm or load_arm(cell)
     path = _followed(arm, placement, toolpath, setting, with_rapids=with_rapids)
@@ -58,6 +59,15 @@ def job_for(
     whole = path if with_rapids else _with_all_rapids(arm, placement, toolpath, setting)
     found = (*(rapid_findings(whole) if whole else ()), *path_doubts(path))
     return job_of(arm, placement, (*external_notes(placement.external, toolpath), *found)), path
+
+
+def _refuse_free_axes(cell: Cell, toolpath: Toolpath) -> None:
+    for name, axis in cell.external.items():
+        if axis.free:
+            raise CellError(
+                f"{cell.source}: external.{name}.free = true: {toolpath.source} is a robot program, whose axes stand "
+                "where it has them; free is for CAM files: take it and its range away"
+            )
 
 
 def _followed(arm: Arm, placement: Placement, toolpath: Toolpath, setting: Setting, *, with_rapids: bool) -> Toolpath:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from compensator.cell.external_axes import rail_shift, workobject_along
 from compensator.cell.job import Job
 from compensator.scene.carrier_frames import STILL
+from compensator.scene.collider import Collider
 from compensator.scene.path_collisions import collider_of
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
@@ -19,18 +20,21 @@ Rows = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
 
-def clearance(job: Job, toolpath: Toolpath, margin: float = 0.0) -> Callable[[Rows, Floats], Bools]:
+def clearance(
+    job: Job, toolpath: Toolpath, margin: float = 0.0, collider: Collider | None = None
+) -> Callable[[Rows, Floats], Bools]:
     """A function: poses (M,) of the path, joint angles (M, T, n) rad -> (M, T) whether nothing touches there.
 
     Args:
         margin: m, as near as this counts as touching.
+        collider: of the job, where it is made.
 
     Raises:
         CellError: a mesh is refused, or a body that is declared as neighbour is not there.
     """
     if not job.placement.surroundings.settings.check:
         return lambda rows, q: np.ones(q.shape[:2], dtype=np.bool_)
-    collider, tools = collider_of(job), job.arm.tools
+    collider, tools = collider_of(job) if collider is None else collider, job.arm.tools
     work, shift = workobject_along(job.placement, toolpath), rail_shift(job.placement, toolpath)
 
     def free(rows: Rows, q: Floats) -> Bools:

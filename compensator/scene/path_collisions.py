@@ -133,7 +133,7 @@ def _active(pair: Pair, toolpath: Toolpath) -> Bools:
     if pair.tool is not None:
         active &= toolpath.tool == pair.tool
     if pair.cut:
-        step = np.diff(toolpath.position, axis=0, prepend=toolpath.position[:1])
+        step = np.diff(toolpath.on_part, axis=0, prepend=toolpath.on_part[:1])
         length = np.linalg.norm(step, axis=1)
         out = np.sum(step * toolpath.axis, axis=1) >= ALONG * length
         active &= (toolpath.kind != CUT) & ~out

@@ -75,6 +75,7 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     findings = merged((
         *of_kind("toolpath", plain.path.toolpath.findings),
         *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, shares))),
+        *of_kind("path", () if c.path.axes is None else c.path.axes.findings),
         *of_kind("path", () if c.path.chosen is None else c.path.chosen.findings),
         *of_kind("path", (*direction.findings, *motion.findings(c.path.toolpath), *lowered_findings(c.path))),
         *of_kind("path", added.findings(c) if added else ()),

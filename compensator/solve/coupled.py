@@ -125,7 +125,7 @@ def _not_settled(path: PlannedPath, residual: Floats, open_: Bools) -> list[Find
 def _where_the_force_jumps(path: PlannedPath) -> Bools:
     """(N,) poses next to a corner of the feed or an entry, and those of moves along the tool: it rides on a floor."""
     toolpath = path.toolpath
-    way = np.diff(toolpath.position, axis=0, prepend=toolpath.position[:1])
+    way = np.diff(toolpath.on_part, axis=0, prepend=toolpath.on_part[:1])
     unit = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
     bent = np.sum(unit[1:] * unit[:-1], axis=1) < CORNER  # true of moves without length, too
     begins = np.concatenate([[True], bent | (toolpath.kind[1:] != toolpath.kind[:-1])])

@@ -56,7 +56,7 @@ def with_flank_poses(c: Compensation) -> PlannedPath | None:
     toolpath, state = c.path.toolpath, c.state
     if not state.low.shape[1]:
         return None
-    length = np.linalg.norm(np.diff(toolpath.position, axis=0), axis=1)
+    length = np.linalg.norm(np.diff(toolpath.on_part, axis=0), axis=1)
     tau, q = c.command.torque[1:], c.command.q[1:]
     worth = _worth(c.job.arm, q, tau, before=state.middle[:-1], after=state.middle[1:]).any(axis=1)
     known = state.known[:-1].all(axis=1)  # from an unknown flank nothing can be located

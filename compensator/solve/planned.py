@@ -12,6 +12,7 @@ from compensator.cell.external_axes import moved_workobject
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError, PathError
+from compensator.path.chosen_axes import ChosenAxes
 from compensator.path.failure_hints import failure_hints
 from compensator.path.lean import LeanRoom
 from compensator.path.planned_path import PlannedPath
@@ -34,23 +35,49 @@ def planned(job: Job, toolpath: Toolpath) -> PlannedPath:
     Raises:
         CellError, PathError, ToolpathError: a tool is missing, nothing cuts, or the arm cannot follow; names the pose.
     """
-    path = sampled(job.placement, toolpath)
-    solve = job.placement.solve
+    path, solve = sampled(job.placement, toolpath), job.placement.solve
     room = room_to_lean(job, path) if solve.lean > 0 else None
+    if any(axis.free for axis in job.placement.external.values()):
+        from compensator.axes.axis_choice import chosen_axes  # takes scipy, which a preview does without
+
+        begun = chosen_axes(job, path, lambda one: load_along(job, one).wrench)
+        followed = _with_axes(_with_chosen(job, begun, room), begun.axes)
+    else:
+        followed = _fixed_base(job, path, room)
+    return with_feeds_in_limits(job, followed, followed.q)
+
+
+def _fixed_base(job: Job, path: Toolpath, room: LeanRoom | None) -> PlannedPath:
+    """A sampled path as the arm follows it, its turn and lean chosen where that is asked for; ``room`` to lean.
+
+    Raises:
+        CellError, PathError: the arm cannot follow.
+    """
     try:
         followed = job.planner.plan(path)
     except PathError as e:
         begun = None if room is None else reached_by_leaning(job, path, room)
         if begun is None:
             raise PathError(f"{e}{failure_hints(job.planner, path, job.placement.conditions.gravity)}") from e
-        followed = _with_chosen_lean(job, begun, load_along(job, begun.path).wrench)
-    else:
-        if solve.turn == "path" or room is not None:
-            wrench = load_along(job, followed).wrench
-            followed = _with_chosen_turn(job, followed, wrench)
-            if room is not None:
-                followed = _with_chosen_lean(job, upright(followed, room), wrench)
-    return with_feeds_in_limits(job, followed, followed.q)
+        return _with_chosen_lean(job, begun, load_along(job, begun.path).wrench)
+    return _with_chosen(job, followed, room)
+
+
+def _with_chosen(job: Job, path: PlannedPath, room: LeanRoom | None) -> PlannedPath:
+    """The path with its turn, and with ``room`` its lean, chosen along it where that is asked for."""
+    if job.placement.solve.turn != "path" and room is None:
+        return path
+    wrench = load_along(job, path).wrench
+    turned = _with_chosen_turn(job, path, wrench)
+    return turned if room is None else _with_chosen_lean(job, upright(turned, room), wrench)
+
+
+def _with_axes(path: PlannedPath, axes: ChosenAxes | None) -> PlannedPath:
+    """The path, and what would stand in for it, with what was chosen before it was followed."""
+    if axes is None:
+        return path
+    instead = None if path.instead is None else _with_axes(path.instead, axes)
+    return replace(path, axes=axes, instead=instead)
 
 
 def room_to_lean(job: Job, path: Toolpath) -> LeanRoom:

@@ -31,7 +31,7 @@ def faded_targets(
         return target
     cutting = np.where(cut[edges], edges, edges + 1)
     shift = command.position[cutting] - _unloaded(arm, path, state, cutting).position
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.tcp.origin, axis=0), axis=1))])
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.toolpath.on_part, axis=0), axis=1))])
     # an edge lies at the pose before it: the end of a rapid, or of a cut that a rapid leaves
     edge_at = along[edges]
     position = target.origin.copy()

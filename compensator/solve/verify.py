@@ -8,7 +8,7 @@ from pathlib import Path as File
 import numpy as np
 import numpy.typing as npt
 
-from compensator.cell.external_axes import moved_workobject
+from compensator.cell.external_axes import axes_in_program, moved_workobject, printed_axes
 from compensator.errors import SolveError
 from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
@@ -67,12 +67,12 @@ def verify(c: Compensation, path: File, language: str) -> Verified:
     Raises:
         SolveError: the file does not hold what was solved.
     """
-    tcp, off, turned = _printed(c, path, language)
+    printed, off, turned = _printed(c, path, language)
     if not np.all(np.maximum(off, turned) <= PRINTED):
         k = int(np.argmax(np.where(np.isfinite(off), np.maximum(off, turned), np.inf)))
         size = f"{off[k] * 1e6:.1f} um and {turned[k] * 1e6:.1f} urad"
         raise SolveError(f"{place(c.path.toolpath, k)}: {path} prints a pose that is {size} from the solved one")
-    return Verified(_error(c, tcp), float(off.max()))
+    return Verified(_error(c, printed), float(off.max()))
 
 
 def simulated(c: Compensation, path: File, language: str) -> SimulatedProgram:
@@ -81,18 +81,26 @@ def simulated(c: Compensation, path: File, language: str) -> SimulatedProgram:
     Raises:
         SolveError: it has another number of poses, or one that the arm cannot reach.
     """
-    tcp, off, turned = _printed(c, path, language)
-    return SimulatedProgram(_error(c, tcp), off, turned)
+    printed, off, turned = _printed(c, path, language)
+    return SimulatedProgram(_error(c, printed), off, turned)
 
 
-def _printed(c: Compensation, path: File, language: str) -> tuple[Frame, Floats, Floats]:
-    """(N) TCP in the work object as printed, and how far it is from the solved one: (N,) m, entries of the rotation."""
+@dataclass(frozen=True, repr=False, eq=False)
+class _Printed:
+    """(N) TCP in the work object as printed; ``target`` (N, 3) m, base, where it has to be to meet the part."""
+
+    tcp: Frame
+    target: Floats
+
+
+def _printed(c: Compensation, path: File, language: str) -> tuple[_Printed, Floats, Floats]:
+    """What is printed, and how far it is from the solved one: (N,) m, entries of the rotation."""
     text = read_back(path, language)
-    toolpath = c.path.toolpath
     if len(text.position) != len(c):
         raise SolveError(f"{path}: {len(text.position)} poses stand in the program, {len(c)} were solved")
     work, printed = c.job.placement.workobject, Frame(text.rotation, text.position)
-    if on_axes := moved_workobject(c.job.placement, toolpath):
+    on_axes, target, astray = _axes(c, text.external, path)
+    if on_axes:
         printed = on_axes.then(printed)
     if not text.turn_known:
         printed = Frame(printed.rotation.copy(), printed.origin)
@@ -104,14 +112,29 @@ def _printed(c: Compensation, path: File, language: str) -> tuple[Frame, Floats,
         tcp = work.then(printed.take(b))
         off[b] = np.linalg.norm(tcp.origin - c.command.position[b], axis=1)
         turned[b] = np.abs(tcp.rotation - c.command.rotation[b]).max(axis=(1, 2))
-    return printed, off, turned
+    return _Printed(printed, target), np.maximum(off, astray), turned
 
 
-def _error(c: Compensation, printed: Frame) -> Floats:
-    """(N,) m: where commands for these poses (N) in the work object lead, to the target."""
-    error, start, q = np.empty(len(c)), c.job.placement.start, _joint_angles(c, printed)
+def _axes(c: Compensation, external: Floats | None, path: File) -> tuple[Frame | None, Floats, Floats]:
+    """The work object as the poses of the program have it, the target (N, 3) m where its axes bring the part, and how
+    far these are from where they were chosen, (N,)."""
+    placement, toolpath = c.job.placement, c.path.toolpath
+    names, chosen = [a.name for a in axes_in_program(placement, toolpath)], moved_workobject(placement, toolpath)
+    if not names or chosen is None:
+        return chosen, c.target.origin, np.zeros(len(c))
+    if external is None or external.shape != (len(toolpath), len(names)):
+        raise SolveError(f"{path}: the program does not have {', '.join(names)} at every pose")
+    poses, part, astray = printed_axes(placement, toolpath, external)
+    work = placement.workobject
+    on_part = work.then(chosen).inward(c.target.origin)
+    return poses, work.then(part).at(on_part), astray
+
+
+def _error(c: Compensation, printed: _Printed) -> Floats:
+    """(N,) m: where commands for printed poses lead, to the target."""
+    error, start, q = np.empty(len(c)), c.job.placement.start, _joint_angles(c, printed.tcp)
     for rows, found, _ in equilibria(c.job.arm, start, c.path.toolpath, q=q, wrench=c.wrench, guess=c.state):
-        error[rows] = np.linalg.norm(found.position - c.target.origin[rows], axis=1)
+        error[rows] = np.linalg.norm(found.position - printed.target[rows], axis=1)
     return error
 
 

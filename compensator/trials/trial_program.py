@@ -54,6 +54,9 @@ def trial_job(cell: Cell) -> Job:
     job = job_of(load_arm(cell), placement_of(cell.model_copy(update={"process": AIR})))
     if len(job.placement.tools.by_number) > 1:
         raise CellError(f"{cell.source}: several tools; a plan is for one: give a cell with one [tool]")
+    if free := [name for name, axis in cell.external.items() if axis.free]:
+        what = f"{cell.source}: external.{free[0]}.free = true"
+        raise CellError(f"{what}: a test program is for the arm where it stands: take free and its range away")
     return job
 
 

@@ -40,7 +40,7 @@ class AxisMap:
     @property
     def position(self) -> Floats:
         """(M,) m along the path, rapids included."""
-        step = np.linalg.norm(np.diff(self.path.toolpath.position, axis=0), axis=1)
+        step = np.linalg.norm(np.diff(self.path.toolpath.on_part, axis=0), axis=1)
         return np.asarray(np.append(0.0, np.cumsum(step))[self.grid.rows])
 
     @property

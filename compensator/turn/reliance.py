@@ -9,7 +9,7 @@ Effects that are no joint laws are left out, and where the controller takes the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import casadi as ca
@@ -61,21 +61,33 @@ class Reliance:
         return f"Reliance({self.sd.shape[0]} poses x {self.sd.shape[1]} turns)"
 
 
-def reliance(arm: EquippedArm, path: PlannedPath, grid: TurnGrid, wrench: Floats) -> Reliance:
+def tool_reliances(arm: EquippedArm) -> dict[int, ToolReliance]:
+    """Of every tool, by its number: made once where many grids are looked at."""
+    return {tool: ToolReliance.of(arm, predictor) for tool, predictor in arm.predictors.items()}
+
+
+def reliance(
+    arm: EquippedArm,
+    path: PlannedPath,
+    grid: TurnGrid,
+    wrench: Floats,
+    *,
+    tools: Mapping[int, ToolReliance] | None = None,
+) -> Reliance:
     """The fields of a grid.
 
     Args:
         wrench: (N, 6) of the process along ``path``, on the robot, base axes, about the TCP; it does not turn with
             the tool.
+        tools: as ``tool_reliances``, where they are made.
     """
     n = arm.robot.n
     deflection, sd = np.full(grid.status.shape, np.nan), np.full(grid.status.shape, np.nan)
     crossing, lever, give = (np.full((*grid.status.shape, n), np.nan) for _ in range(3))
     gap, where = np.zeros(n), np.argwhere(grid.free)
     number = path.toolpath.tool[grid.rows[where[:, 0]]]
-    for tool, predictor in arm.predictors.items():
+    for tool, at in (tool_reliances(arm) if tools is None else tools).items():
         cells = where if arm.tools.any_number else where[number == tool]
-        at = ToolReliance.of(arm, predictor)
         for begin in range(0, len(cells), CELLS):
             i, k = cells[begin : begin + CELLS].T
             rows = grid.rows[i]

@@ -59,7 +59,7 @@ class KeyMotion:
     def of(cls, path: PlannedPath, rows: npt.NDArray[np.intp], feed: Floats, changes: list[int]) -> KeyMotion:
         """Of the poses ``rows`` (K,); ``feed`` (N,) m/s of cuts; ``changes``: poses that another tool goes to."""
         toolpath = path.toolpath
-        step = np.linalg.norm(np.diff(toolpath.position, axis=0), axis=1)
+        step = np.linalg.norm(np.diff(toolpath.on_part, axis=0), axis=1)
         cutting = (toolpath.kind[1:] == CUT) & (feed[1:] > 0)
         cutting[[k - 1 for k in changes]] = False
         time = np.divide(step, feed[1:], out=np.zeros_like(step), where=cutting)

@@ -51,6 +51,7 @@ class Language:
         short_remarks: a remark is too short for the marker of what this project wrote: it takes two of them.
         stops: whether ``stops.py`` writes programs that drive to postures and wait there.
         table: rows of numbers: a pose is a row, and no robot runs them.
+        external_axes: whether its programs have places of rails and tables beside a pose.
         machine_words: what a command of G-code matches that its programs have a word for.
     """
 
@@ -64,6 +65,7 @@ class Language:
     short_remarks: bool = False
     table: bool = False
     stops: bool = False
+    external_axes: bool = False
     machine_words: str = "M0|M6"  # robots: a halt, and the data of a tool
 
     def read(
@@ -139,10 +141,11 @@ class Language:
 
 _ROBOTS = (
     Language(name="rapid", reads=(".mod", ".modx", ".prg", ".pgf"), writes=".mod", filtered=True, stops=True,
-             several=True, parts=(".sys", ".sysx")),
+             several=True, parts=(".sys", ".sysx"), external_axes=True),
     Language(name="krl", reads=(".src",), writes=".src", filtered=True, stops=True, several=True,
-             parts=(".dat",)),
-    Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, stops=True, short_remarks=True),
+             parts=(".dat",), external_axes=True),
+    Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, stops=True, short_remarks=True,
+             external_axes=True),
     Language(name="urscript", reads=(".script", ".urscript"), writes=".script", filtered=True, stops=True),
     Language(name="val3", reads=(".pgx",), writes=".pgx"),
     Language(name="inform", reads=(".jbi",), writes=".jbi"),
@@ -157,7 +160,7 @@ _CAM = (
     Language(name="siemens", reads=(".mpf", ".spf", ".arc"), on_a_machine=True),
     Language(name="heidenhain", reads=(".h",), on_a_machine=True),
     Language(name="apt", reads=(".apt", ".aptsource", ".cl", ".cls", ".clsf", ".cldata", ".ncl")),
-    Language(name="csv", reads=(".csv",), writes=".csv", table=True, machine_words=".*"),
+    Language(name="csv", reads=(".csv",), writes=".csv", table=True, machine_words=".*", external_axes=True),
 )
 
 #: By name.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,9 @@ def _numbers(program: Program) -> Iterator[Finding]:
             yield from _at(program, bad, f"{name} is not a finite number", "report this as a defect")
     if not np.isfinite(program.workobject.matrix).all():
         yield Finding(ERROR, "workobject", "not a finite number")
+    for axis in program.external:
+        bad = np.ones(len(program), dtype=bool) if len(axis.places) != len(program) else ~np.isfinite(axis.places)
+        yield from _at(program, bad, f"external axis {axis.name} is not a finite number", "report this as a defect")
     if program.start_joints is not None and not np.isfinite(program.start_joints).all():
         yield Finding(ERROR, "start_joints", "not a finite number")
     for number, tool in program.tools.items():
@@ -137,3 +140,12 @@ def _at(program: Program, bad: npt.NDArray[np.bool_], what: str, remedy: str = "
         yield Finding(
             level=ERROR, place=program.place(int(np.argmax(bad))), what=what, remedy=remedy, count=int(bad.sum())
         )
+
+
+def without_axes(names: Sequence[str], language: str) -> list[Finding]:
+    """An error where a program has external axes, and its language no word for them."""
+    if not names:
+        return []
+    what = f"a program in {language} has no place for external axes, and {', '.join(names)} would be lost"
+    remedy = "write RAPID, KRL, Fanuc TP or csv, or take free = true away"
+    return [Finding(ERROR, f"external.{names[0]}", what, remedy)]

@@ -42,6 +42,22 @@ class Order:
     source: str = ""
 
 
+@dataclass(frozen=True, repr=False, eq=False)
+class ExternalAxis:
+    """Where a rail or a table stands at every pose.
+
+    Attributes:
+        name: as the cell calls it, such as E1 or eax_a. unit: mm or deg. places: (N,) in that unit.
+    """
+
+    name: str
+    unit: str
+    places: Floats
+
+    def __repr__(self) -> str:
+        return f"ExternalAxis({self.name}, {self.places.min():g} ... {self.places.max():g} {self.unit})"
+
+
 @dataclass(frozen=True, repr=False)
 class Program:
     """Moves of one robot in the order of execution; every array has N rows.
@@ -74,6 +90,7 @@ class Program:
         nominal_joints: (N, n) rad, of the nominal pose, in the same turns as ``joints``; None: not known.
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
+        external: rails and tables that were chosen with the path; none where the program has none.
         stamp: comments for the head of the program, of at most 30 characters each: what it was made from.
         heading: what it is, in the first comment of its head; of another than HEADING nothing is compensated.
         findings: of whoever made the program.
@@ -102,6 +119,7 @@ class Program:
     nominal_joints: Floats | None = None
     wrench: Floats | None = None
     deflection: Floats | None = None
+    external: tuple[ExternalAxis, ...] = ()
     stamp: tuple[str, ...] = ()
     heading: str = HEADING
     findings: tuple[Finding, ...] = field(default=())
@@ -153,6 +171,7 @@ class ReadBack:
         start_joints: (n,) rad of the joint move to the start, or None.
         feed: (N,) m/s, NaN where none is printed.
         configuration: (N,) bits as in Program, or None where the language has none.
+        external: (N, K) of K external axes, in their order in the program, mm or deg; None: it has none.
         turn_known: whether the turn about the tool is printed; where it is not, that of ``rotation`` is any.
     """
 
@@ -163,6 +182,7 @@ class ReadBack:
     feed: Floats | None = None
     configuration: Ints | None = None
     turn_known: bool = True
+    external: Floats | None = None
 
     def __repr__(self) -> str:
         return f"ReadBack({len(self.position)} poses)"

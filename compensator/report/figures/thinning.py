@@ -36,7 +36,7 @@ def thin(columns: Floats, limit: int = LIMIT) -> Index:
 
 def path_length(c: Compensation) -> Floats:
     """(N,) m along the nominal path, rapids included."""
-    step = np.linalg.norm(np.diff(c.path.toolpath.position, axis=0), axis=1)
+    step = np.linalg.norm(np.diff(c.path.toolpath.on_part, axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(step)])
 
 

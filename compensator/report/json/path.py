@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from compensator.process.milling.milling_load import MillingLoad
 from compensator.report.analysis.turnarounds import reversals, sign_changes
+from compensator.report.json.axes import axes_report
 from compensator.report.json.collisions import collisions_report
 from compensator.report.json.findings import findings_report
 from compensator.report.json.motion import motion_report
@@ -56,6 +57,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         "reversals": [t.as_dict() for t in reversals(c, q)],
         "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
         **({} if c.path.chosen is None else {"turn": turn_report(c.path.chosen)}),
+        **({} if c.path.axes is None else {"external": axes_report(c.path.axes)}),
         "motion": motion_report(a.motion, c.path, a.added),
         "solve": {"iterations_max": c.iterations, "unconverged": int(np.sum(~c.command.converged))},
         "inserted_poses": c.inserted,

@@ -12,8 +12,8 @@ def turn_report(chosen: ChosenTurn) -> Report:
     """What the choice was worth; ``constant`` is null where no constant turn serves."""
     windows, failed = chosen.windows
     return {
-        "constant": None if chosen.constant is None else _value(chosen.constant),
-        "chosen": _value(chosen.chosen),
+        "constant": None if chosen.constant is None else value_report(chosen.constant),
+        "chosen": value_report(chosen.chosen),
         "windows": windows,
         "windows_failed": failed,
         **({} if chosen.lean is None else {"lean": _lean(chosen.lean)}),
@@ -22,7 +22,7 @@ def turn_report(chosen: ChosenTurn) -> Report:
 
 def _lean(lean: LeanWorth) -> Report:
     return {
-        "upright": None if lean.upright is None else _value(lean.upright),
+        "upright": None if lean.upright is None else value_report(lean.upright),
         "max_deg": float(np.degrees(lean.most)),
         "mean_deg": float(np.degrees(lean.mean)),
         "allowed_deg": round(float(np.degrees(lean.cone)), 9),
@@ -30,9 +30,11 @@ def _lean(lean: LeanWorth) -> Report:
     }
 
 
-def _value(v: TurnValue) -> Report:
+def value_report(v: TurnValue) -> Report:
+    """Of a path: the parts of its cost and what they come from."""
     parts = {"variance": v.variance, "crossings": v.crossings, "acceleration": v.acceleration}
-    parts |= {**({"lean": v.lean} if v.lean else {}), "sum": v.cost}
+    parts |= {name: price for name, price in (("lean", v.lean), ("axes", v.axes)) if price}
+    parts["sum"] = v.cost
     return {
         "cost_um2": {name: value * 1e12 for name, value in parts.items()},
         "deflection_sd_um": v.sd * 1e6,

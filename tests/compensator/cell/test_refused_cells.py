@@ -12,7 +12,7 @@ from compensator.cell.cell_file import load_cell
 from compensator.errors import CompensatorError
 from compensator.tasks.compensate import compensate_file
 from stiffness.errors import StiffnessError
-from tests.compensator.small_job import ABB, Files, files
+from tests.compensator.small_job import ABB, Files, files, merged
 from toolpaths.errors import ToolpathError
 
 REFUSALS = (CompensatorError, StiffnessError, ToolpathError)
@@ -26,15 +26,34 @@ def refusal(job: Files) -> str:
     return str(caught.value)
 
 
+FREE = {"carries": "robot", "direction": [1.0, 0.0, 0.0], "free": True, "range": [-900.0, 900.0]}
+
+
+def free(**changes: Any) -> dict[str, Any]:
+    """A free rail, E1, with changes; None takes a key away."""
+    return {"external": {"E1": merged(FREE, changes)}}
+
+
 CASES: list[tuple[str, dict[str, Any], str]] = [
     # unknown keys, at every depth
     ("top", {"robott": "x"}, r"unknown key robott = 'x'"),
     ("tool", {"tool": {"diameter": 12.0}}, r"unknown key tool\.diameter = 12\.0"),
-    # freedoms that are not built
-    (
-        "free rail", {"external": {"E1": {"carries": "robot", "direction": [1.0, 0.0, 0.0], "free": True}}},
-        r"external\.E1\.free = True is not built: rails and tables go where the program has them",
-    ),
+    # free axes
+    ("free rail", free(range=None), r"external\.E1: range is missing: the lowest and highest value, mm of a rail"),
+    ("free backwards", free(range=[900.0, -900.0]), r"range = \[900, -900\]: the lowest value first"),
+    ("free nowhere", free(range=[900.0, 900.0]), r"range = \[900, 900\]: the lowest value first"),
+    ("free infinite", free(range=[0.0, float("inf")]), r"external\.E1\.range.*item 2 is not finite"),
+    ("free in m", free(range=[0.0, 2.0]), r"2 mm of a rail: is this in m"),
+    ("free number", free(range=900.0), r"external\.E1\.range = 900.*expected 2 numbers in brackets"),
+    ("free nothing", free(carries="nothing", direction=[0.0] * 3), r"free = true of an axis that carries nothing"),
+    ("free word", free(free="yes"), r"external\.E1\.free = 'yes'"),
+    ("range alone", free(free=False), r"range is of an axis that is chosen: set free = true"),
+    ("speed alone", free(free=None, range=None, speed=10.0), r"speed is of an axis that is chosen: set free = true"),
+    ("standing speed", free(speed=0.0), r"external\.E1\.speed = 0\.0"),
+    ("fast table", free(carries="part", center=[0.0] * 3, range=[-90.0, 90.0], speed=9.0), r"speed is of a rail"),
+    ("free thrice", {"external": {f"E{k}": FREE for k in (1, 2, 3)}}, r"E1, E2, E3 are free: 2 at most"),
+    ("free twice", {"external": {"E2": FREE, "eax_b": FREE}}, r"E2 and eax_b are two names of one axis"),
+    ("free group", {"external": {"GP2 J1": FREE}}, r"external\.GP2 J1\.free: an axis of another group"),
     ("workobject", {"workobject": {"rpx": [0.0, 0.0, 0.0]}}, r"unknown key workobject\.rpx"),
     ("process", {"process": {"kind": "constant", "frame": "base", "wrench": [0.0] * 6, "file": "a.csv"}},
      r"unknown key process\.file = 'a\.csv'"),

@@ -18,16 +18,19 @@ def read_back(path: Path) -> ReadBack:
     with open(path, encoding="ascii", newline="") as stream:
         header = next(csv.reader([stream.readline()]), [])
         n = sum(name.startswith("q") and name.endswith("_deg") for name in header)
-        if tuple(header) != columns(n):
+        external = tuple(header[len(columns(n)) :])
+        if tuple(header) != columns(n, external):
             raise WriteError(f"{path}: the header is not that of a program as csv")
         last = 2 + 7 + n
-        text = np.loadtxt(stream, delimiter=",", dtype=np.float64, usecols=range(2, last), ndmin=2)
+        wanted = [*range(2, last), *range(len(columns(n)), len(header))]
+        text = np.loadtxt(stream, delimiter=",", dtype=np.float64, usecols=wanted, ndmin=2)
     with open(path, encoding="ascii", newline="") as stream:
         stream.readline()
         feed = np.array([float(row.split(",", last + 1)[last] or "nan") for row in stream]) / 6e4
     return ReadBack(
         position=text[:, :3] * 1e-3,
         rotation=matrix_from_quaternion(text[:, 3:7]),
-        joints=np.radians(text[:, 7:]),
+        joints=np.radians(text[:, 7 : 7 + n]),
         feed=feed,
+        external=text[:, 7 + n :] if external else None,
     )

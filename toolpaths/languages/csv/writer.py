@@ -18,11 +18,11 @@ _DEFLECTION = ("dx_mm", "dy_mm", "dz_mm")
 _KINDS = ("rapid", "cut")
 
 
-def columns(n_joints: int) -> tuple[str, ...]:
-    """Names of the columns for an arm of n joints."""
+def columns(n_joints: int, external: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Names of the columns for an arm of n joints, and of external axes, such as E1_mm."""
     joints = tuple(f"q{i + 1}_deg" for i in range(n_joints))
     nominal = tuple(f"nominal_{c}" for c in _POSE)
-    return ("index", "kind", *_POSE, *joints, "feed_mm_min", *nominal, *_WRENCH, *_DEFLECTION, "source_line")
+    return ("index", "kind", *_POSE, *joints, "feed_mm_min", *nominal, *_WRENCH, *_DEFLECTION, "source_line", *external)
 
 
 def findings(program: Program, path: Path) -> Iterator[Finding]:
@@ -42,13 +42,13 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
 
 def _text(program: Program) -> Iterator[str]:
     n = program.joints.shape[1]
-    yield ",".join(columns(n)) + "\n"
+    yield ",".join(columns(n, tuple(f"{axis.name}_{axis.unit}" for axis in program.external))) + "\n"
     joints = ",".join(["%.9f"] * n)
     position, quaternion = "%.6f,%.6f,%.6f", "%.10f,%.10f,%.10f,%.10f"
     wrench = ",".join(["%.6f"] * 6) if program.wrench is not None else "," * 5
     deflection = ",".join(["%.7f"] * 3) if program.deflection is not None else "," * 2
     pose = f"{position},{quaternion}"
-    row = f"%d,%s,{pose},{joints},%s,{pose},{wrench},{deflection},%d\n"
+    row = f"%d,%s,{pose},{joints},%s,{pose},{wrench},{deflection},%d{',%.6f' * len(program.external)}\n"
     for block in program.blocks():
         yield row * (block.stop - block.start) % tuple(chain.from_iterable(_rows(program, block)))
 
@@ -69,7 +69,8 @@ def _rows(program: Program, block: slice) -> Iterator[tuple[object, ...]]:
     kinds = [_KINDS[k] for k in program.kind[block].tolist()]
     return zip(
         range(block.start, block.stop), kinds, *(command + 0.0).T.tolist(), feeds,
-        *(rest + 0.0).T.tolist(), program.line[block].tolist(), strict=True,
+        *(rest + 0.0).T.tolist(), program.line[block].tolist(),
+        *((axis.places[block] + 0.0).tolist() for axis in program.external), strict=True,
     )  # fmt: skip
 
 

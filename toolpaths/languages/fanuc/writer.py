@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpaths.external_axes import axis_number
 from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.fanuc.config import config_texts, controller_joints
@@ -22,6 +23,7 @@ from toolpaths.languages.fanuc.speeds import FASTEST, SPEED_ERROR, speed_texts, 
 from toolpaths.rotation import fanuc_from_matrix
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
+from toolpaths.writing.axes import printed_places
 from toolpaths.writing.checks import six_joints
 from toolpaths.writing.lines import Between, lines_at_start, lines_before, with_crlf
 from toolpaths.writing.names import is_legal, plain
@@ -59,11 +61,12 @@ DEFAULT_GROUP	= 1,*,*,*,*;
 CONTROL_CODE	= 00000000 00000000;
 /MN
 """
+EXTENDED = 3  # axes of group 1 beside those of the arm
 _POSITION = (
     "P[%d]{\n   GP1:\n"
     f"\tUF : {FRAME}, UT : {FRAME},\t\tCONFIG : '%s',\n"
     "\tX = %10.4f  mm,\tY = %10.4f  mm,\tZ = %10.4f  mm,\n"
-    "\tW = %10.5f deg,\tP = %10.5f deg,\tR = %10.5f deg\n};\n"
+    "\tW = %10.5f deg,\tP = %10.5f deg,\tR = %10.5f deg%s\n};\n"
 )
 JOINT_POSITION = (
     "P[%d]{\n   GP1:\n"
@@ -89,6 +92,10 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
         what = "no spherical wrist: the CONFIG of its positions is not known"
         yield Finding(ERROR, robot, what, "write CSV for this arm")
     yield from name_findings(program.name, path, len(program))
+    for axis in program.external:
+        if (axis_number(axis.name) or 0) >= EXTENDED:
+            what = f"external axis {axis.name}: group 1 of a TP program has E1 to E{EXTENDED}"
+            yield Finding(ERROR, f"external.{axis.name}", what, "call it by the number that it has on this controller")
     if program.start_joints is not None:
         what = "J3 of the start is written as q3 - q2: Fanuc counts J3 from the horizontal"
         yield Finding(WARNING, "start", what, "run the first move slowly; the model needs Fanuc's signs and zeros")
@@ -235,7 +242,8 @@ def _text(program: Program, name: str, lines: list[str], block: slice, start: in
     for b in program.blocks(4096, block.start, block.stop):
         yield _POSITION * (b.stop - b.start) % tuple(chain.from_iterable(_rows(program, b, block.start)))
     if start is not None and program.start_joints is not None:
-        yield JOINT_POSITION % (start, *printed(np.degrees(controller_joints(program.start_joints)), 6).tolist())
+        text = JOINT_POSITION % (start, *printed(np.degrees(controller_joints(program.start_joints)), 6).tolist())
+        yield text.replace("\n};", f"{_axes(program, slice(0, 1))[0]}\n}};")
     yield "/END\n"
 
 
@@ -245,4 +253,15 @@ def _rows(program: Program, block: slice, first: int) -> Iterator[tuple[object, 
     branch = program.configuration
     configs = config_texts(program.joints[block], None if branch is None else branch[block])
     numbers = range(block.start - first + 1, block.stop - first + 1)
-    return zip(numbers, configs, *position.T.tolist(), *angles.T.tolist(), strict=True)
+    return zip(numbers, configs, *position.T.tolist(), *angles.T.tolist(), _axes(program, block), strict=True)
+
+
+def _axes(program: Program, block: slice) -> list[str]:
+    """E1 ... E3 behind each position; empty where there are none."""
+    columns = []
+    for axis in program.external:
+        name = f"E{(axis_number(axis.name) or 0) + 1}"
+        columns.append([f"\t{name}= {text:>10}  {axis.unit}" for text in printed_places(axis, block)])
+    if not columns:
+        return [""] * (block.stop - block.start)
+    return [",\n" + ",".join(row) for row in zip(*columns, strict=True)]

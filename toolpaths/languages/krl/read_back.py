@@ -9,16 +9,17 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_kuka
+from toolpaths.writing.axes import places_of
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
 _WORD = re.compile(
-    r"^ *(?:LIN \{X ([^,]*),Y ([^,]*),Z ([^,]*),A ([^,]*),B ([^,]*),C ([^,}]*)(?:,S (\d+),T (\d+))?\}"
+    r"^ *(?:LIN \{X ([^,]*),Y ([^,]*),Z ([^,]*),A ([^,]*),B ([^,]*),C ([^,}]*)(?:,S (\d+),T (\d+))?((?:,E\d [^,}]*)*)\}"
     r"|\$VEL\.CP=(\S+))",
     re.M,
 )
-_START = re.compile(r"^ *PTP \{AXIS: (.*?)\}", re.M)
+_START = re.compile(r"^ *PTP \{(?:E6)?AXIS: (.*?)(?:,E\d.*?)?\}", re.M)
 _CALL = re.compile(r"^ *(\w+_\d{3,})\(\)", re.M)
 
 
@@ -26,7 +27,8 @@ def read_back(path: Path) -> ReadBack:
     """Poses, feeds, configuration (from S) and start of the program at ``path``."""
     main = text_of(path)
     parts = [main] + [text_of(path.with_name(name + path.suffix)) for name in _CALL.findall(main)]
-    poses, feeds, status = zip(*(_moves(text) for text in parts), strict=True)
+    poses, feeds, status, external = zip(*(_moves(text) for text in parts), strict=True)
+    axes = [some for some in external if some is not None]
     rows, s = np.concatenate(poses), np.concatenate(status)
     start = _START.search(main)
     if start is None or len(rows) == 0:
@@ -37,23 +39,26 @@ def read_back(path: Path) -> ReadBack:
         start_joints=np.radians([float(a.split()[1]) for a in start[1].split(",")]),
         feed=np.concatenate(feeds),
         configuration=_configuration(s) if (s >= 0).all() else None,
+        external=np.concatenate(axes) if axes else None,
     )
 
 
-def _moves(text: str) -> tuple[Floats, Floats, Floats]:
-    """(M, 6) numbers of the LINs, (M,) m/s, (M,) S or -1."""
+def _moves(text: str) -> tuple[Floats, Floats, Floats, Floats | None]:
+    """(M, 6) numbers of the LINs, (M,) m/s, (M,) S or -1, and external axes (M, K) where there are some."""
     rows: list[str] = []
     feeds: list[float] = []
     status: list[float] = []
+    axes: list[list[str]] = []
     speed = float("nan")
     for found in _WORD.findall(text):
-        if found[8]:
-            speed = float(found[8])
+        if found[9]:
+            speed = float(found[9])
         else:
             rows.append(",".join(found[:6]))
             feeds.append(speed)
             status.append(float(found[6] or -1))
-    return numbers_of(rows, 6), np.array(feeds), np.array(status)
+            axes.append([part.split(" ")[1] for part in found[8].split(",")[1:]])
+    return numbers_of(rows, 6), np.array(feeds), np.array(status), places_of(axes)
 
 
 def _configuration(status: Floats) -> np.ndarray[tuple[int], np.dtype[np.int32]]:

@@ -20,6 +20,7 @@ from toolpaths.frame import Frame
 from toolpaths.rotation import kuka_from_matrix
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
+from toolpaths.writing.axes import named
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings, six_joints, too_fast
 from toolpaths.writing.lines import Between, lines_at_start, lines_before, with_crlf
@@ -50,7 +51,7 @@ RESERVED = words_of(
 _DISTANCES = (5e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 5e-3)
 _TURNS = (0.01, 0.03, 0.1)
 _APO = ("", *(" C_DIS" for _ in _DISTANCES), *(" C_ORI" for _ in _TURNS))
-_LIN = "%s  LIN {X %.4f,Y %.4f,Z %.4f,A %.5f,B %.5f,C %.5f%s}%s\n"
+_LIN = "%s  LIN {X %.4f,Y %.4f,Z %.4f,A %.5f,B %.5f,C %.5f%s%s}%s\n"
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ def files(program: Program, path: Path) -> Iterator[tuple[str, Iterator[str]]]:
         line=lambda line: f"  {line}\n",
         halt=lambda text: f"  ; {plain(text)}\n  HALT\n",
         mount=lambda tool: _mount(program.tools[tool]),
-        go=lambda pose: _joint_move(program.joints[pose]),
+        go=lambda pose: _joint_move(program, program.joints[pose], pose),
     )
     apo = np.where(turn > 0, len(_DISTANCES) + turn, distance)
     words = _Words(apo, lines_before(program, between), lines_at_start(program, between))
@@ -133,14 +134,16 @@ def _main(program: Program, words: _Words, name: str, body: Callable[[], Iterato
     yield "  $IPO_MODE=#BASE\n  $ORI_TYPE=#VAR\n  $ADVANCE=5\n  BAS(#VEL_PTP,20)\n"
     yield words.at_start
     for q in (*(() if program.start_joints is None else (program.start_joints,)), program.joints[0]):
-        yield _joint_move(q)
+        yield _joint_move(program, q, 0)
     yield from body()
     yield words.before.get(len(program), "") + "END\n"
 
 
-def _joint_move(q: Floats) -> str:
+def _joint_move(program: Program, q: Floats, pose: int) -> str:
+    """To joint angles, external axes where they stand at a pose; an AXIS has none, an E6AXIS has."""
+    kind, axes = "E6AXIS" if program.external else "AXIS", named(program, slice(pose, pose + 1))[0]
     angles = ",".join(f"A{i + 1} {a:.6f}" for i, a in enumerate(printed(np.degrees(q), 6).tolist()))
-    return f"  PTP {{AXIS: {angles}}}\n"
+    return f"  PTP {{{kind}: {angles}{axes}}}\n"
 
 
 def _part(program: Program, words: _Words, name: str, block: slice) -> Iterator[str]:
@@ -201,7 +204,8 @@ def _rows(program: Program, words: _Words, block: slice, before: list[str]) -> I
     position = printed(program.position[block] * 1e3, 4)
     angles = printed(np.degrees(kuka_from_matrix(program.rotation[block])), 5)
     apo = [_APO[i] for i in words.apo[block].tolist()]
-    return zip(before, *position.T.tolist(), *angles.T.tolist(), _branches(program, block), apo, strict=True)
+    axes = named(program, block)
+    return zip(before, *position.T.tolist(), *angles.T.tolist(), _branches(program, block), axes, apo, strict=True)
 
 
 def _branches(program: Program, block: slice) -> list[str]:

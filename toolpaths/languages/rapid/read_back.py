@@ -10,11 +10,12 @@ import numpy as np
 
 from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_quaternion
+from toolpaths.writing.axes import places_of
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack
 
-_MOVE = re.compile(r"^ *MoveL \[\[([-+.\d,\[\]]*)\],\[9E9(?:,9E9){5}\]\],([^,]*),", re.M)
+_MOVE = re.compile(r"^ *MoveL \[\[([-+.\d,\[\]]*)\],\[([^\]]*)\]\],([^,]*),", re.M)
 _START = re.compile(r"^ *MoveAbsJ \[\[(.*?)\],", re.M)
 _SPEED = re.compile(r"speeddata (\w+):=\[([0-9.]+),")
 _CALL = re.compile(r"^ *\w+_run_(\d{3,});", re.M)
@@ -25,7 +26,8 @@ def read_back(path: Path) -> ReadBack:
     main = text_of(path)
     parts = (text_of(path.with_name(f"{path.stem}_{i}{path.suffix}")) for i in _CALL.findall(main))
     moves = [_moves(text) for text in chain([main], parts)]  # one text at a time in memory
-    rows, feed = np.concatenate([r for r, _ in moves]), np.concatenate([f for _, f in moves])
+    rows, feed = np.concatenate([m[0] for m in moves]), np.concatenate([m[1] for m in moves])
+    external = [m[2] for m in moves if m[2] is not None]
     del moves
     start = _START.search(main)
     if start is None or len(rows) == 0:
@@ -36,16 +38,19 @@ def read_back(path: Path) -> ReadBack:
         start_joints=np.radians([float(a) for a in start[1].split(",")]),
         feed=feed,
         configuration=rows[:, 10].astype(np.int32),
+        external=np.concatenate(external) if external else None,
     )
 
 
-def _moves(text: str) -> tuple[Floats, Floats]:
-    """(M, 11) numbers of the robtargets and (M,) m/s."""
+def _moves(text: str) -> tuple[Floats, Floats, Floats | None]:
+    """(M, 11) numbers of the robtargets, (M,) m/s, and external axes (M, K) where there are some."""
     found = _MOVE.findall(text)
-    rows = numbers_of([pose.replace("],[", ",") for pose, _ in found], 11)
+    rows = numbers_of([pose.replace("],[", ",") for pose, _, _ in found], 11)
     declared = {name: float(v) * 1e-3 for name, v in _SPEED.findall(text)}
-    feeds = {speed: _feed(speed, declared) for speed in {speed for _, speed in found}}
-    return rows, np.array([feeds[speed] for _, speed in found], dtype=np.float64)
+    feeds = {speed: _feed(speed, declared) for speed in {speed for _, _, speed in found}}
+    parts = {axes: [v for v in axes.split(",") if v != "9E9"] for axes in {axes for _, axes, _ in found}}
+    external = places_of([parts[axes] for _, axes, _ in found])
+    return rows, np.array([feeds[speed] for _, _, speed in found], dtype=np.float64), external
 
 
 def _feed(speed: str, declared: dict[str, float]) -> float:

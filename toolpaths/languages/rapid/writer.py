@@ -21,6 +21,7 @@ from toolpaths.frame import Frame
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
+from toolpaths.writing.axes import eax
 from toolpaths.writing.blending import blending, steps_within
 from toolpaths.writing.checks import load_findings, six_joints
 from toolpaths.writing.lines import Between, lines_at_start, lines_before, with_crlf
@@ -41,7 +42,7 @@ RESERVED = words_of(
     "NOSTEPIN NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN STEP SYSMODULE TASK TEST THEN TO TRAP "
     "TRUE TRYNEXT UNDO VAR VIEWONLY WHILE WITH XOR MAIN USER BASE"
 )
-_NO_AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
+_NO_AXES = "9E9,9E9,9E9,9E9,9E9,9E9"
 #: Zone names and radii, m, rising. z0, z1 and z5 are ABB's own (0.3, 1 and 5 mm; z5 turns within 8 mm).
 _ZONES = (
     ("zc5", 5e-6), ("zc10", 1e-5), ("zc30", 3e-5), ("zc100", 1e-4),
@@ -50,7 +51,7 @@ _ZONES = (
 #: Zones of turns on the spot, deg.
 _TURNS = (("zt10", 0.01), ("zt30", 0.03), ("zt100", 0.1))
 _ZONE_NAMES = ("fine", *(z for z, _ in _ZONES), *(z for z, _ in _TURNS))
-_MOVE = "%s    MoveL [[%.4f,%.4f,%.4f],[%.8f,%.8f,%.8f,%.8f],[%d,%d,%d,%d]," + _NO_AXES + "],%s;\n"
+_MOVE = "%s    MoveL [[%.4f,%.4f,%.4f],[%.8f,%.8f,%.8f,%.8f],[%d,%d,%d,%d],[%s]],%s;\n"
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def _words(program: Program) -> _Words:
         line=lambda line: f"    {line}\n",
         halt=lambda text: f"    ! {plain(text)}\n    Stop;\n",
         mount=lambda tool: "",
-        go=lambda pose: _joint_move(program.joints[pose], tools[int(program.tool[pose])], module),
+        go=lambda pose: _joint_move(program, program.joints[pose], pose, module=module),
     )
     return _Words(
         module=module, tools=tools, zone=_zones(program), speed=speed, speeds=speeds, declared=declared,
@@ -135,9 +136,11 @@ def _words(program: Program) -> _Words:
     )  # fmt: skip
 
 
-def _joint_move(q: Floats, tool: str, module: str) -> str:
+def _joint_move(program: Program, q: Floats, pose: int, *, module: str) -> str:
+    """To joint angles, with the tool of a pose, external axes where they stand there."""
+    axes, tool = eax(program, slice(pose, pose + 1))[0], f"{module}_t{int(program.tool[pose])}"
     angles = ",".join(f"{a:.6f}" for a in printed(np.degrees(q), 6).tolist())
-    return f"    MoveAbsJ [[{angles}],{_NO_AXES}],vrapid,fine,{tool}\\WObj:={module}_wobj;\n"
+    return f"    MoveAbsJ [[{angles}],[{axes}]],vrapid,fine,{tool}\\WObj:={module}_wobj;\n"
 
 
 def _zones(program: Program) -> npt.NDArray[np.intp]:
@@ -190,7 +193,7 @@ def _to_start(program: Program, words: _Words) -> Iterator[str]:
     yield words.at_start
     starts = () if program.start_joints is None else (program.start_joints,)
     for q in (*starts, program.joints[0]):
-        yield _joint_move(q, words.tools[int(program.tool[0])], words.module)
+        yield _joint_move(program, q, 0, module=words.module)
 
 
 def _part(program: Program, words: _Words, i: int, block: slice) -> Iterator[str]:
@@ -239,8 +242,9 @@ def _rows(program: Program, words: _Words, block: slice) -> Iterator[tuple[objec
     quaternion = printed(quaternion_from_matrix(program.rotation[block]), 8)
     branch = None if program.configuration is None else program.configuration[block]
     conf = confdata(program.joints[block], branch)
+    axes = eax(program, block) if program.external else [_NO_AXES] * n
     return zip(
-        before, *position.T.tolist(), *quaternion.T.tolist(), *conf.T.tolist(), _tails(program, words, block),
+        before, *position.T.tolist(), *quaternion.T.tolist(), *conf.T.tolist(), axes, _tails(program, words, block),
         strict=True,
     )  # fmt: skip
 

@@ -1,0 +1,121 @@
+"""The choice: where rails and tables stand along a path; one place each, or a smooth way of the rails.
+
+A lattice of places, turns and arm configurations gives the starts; the path is followed with each of them as it would
+be run, and the declared cost decides. A rail moves where no fixed place serves, or where that costs clearly less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.axes.axis_curve import CurveBasis, smoothed
+from compensator.axes.axis_refinement import refined_rails
+from compensator.axes.axis_search import AxisSearch, AxisStart, axis_search
+from compensator.axes.axis_trial import AxisTrial, FollowedAxes, TurnAlong
+from compensator.axes.axis_words import axis_uses, choice_findings
+from compensator.axes.free_axes import FreeAxes
+from compensator.cell.job import Job
+from compensator.errors import PathError
+from compensator.path.chosen_axes import ChosenAxes
+from compensator.path.planned_path import PlannedPath
+from toolpaths.toolpath import Toolpath
+
+Floats = npt.NDArray[np.float64]
+
+ROUNDS = 3  # of refinement, as long as they gain
+PAYS = 0.9  # of the cost of the best fixed places: what gains less than a tenth is not worth moving tons for
+CURVES, EVERY = (6, 320), 0.25  # coefficients of the curve of a rail, one for so many m of path
+SHORTER = (1.0, 0.5, 0.2)  # of a refinement, until it can be followed between its keys too, and pays
+ENOUGH = 0.99  # of the cost: a round that gains less is the last
+
+
+def chosen_axes(job: Job, toolpath: Toolpath, wrench: Callable[[PlannedPath], Floats]) -> PlannedPath:
+    """A CAM path with axes where they cost least, as the arm follows it.
+
+    Args:
+        wrench: of the process along a path, (N, 6), base axes, about the TCP; its joint angles are not looked at.
+
+    Raises:
+        PathError: the arm has no closed form, or no place and no way serves; says which poses.
+    """
+    free = FreeAxes.of(job.placement)
+    if free is None:
+        raise PathError(f"{job.placement.source}: no external axis is free")
+    search = axis_search(job, free, toolpath, wrench)
+    trial = AxisTrial(job, free, toolpath, stages=search.stages, wrench=search.wrench)
+    taken = fixed = _fixed(search, trial)
+    moving, said = _moving(search, trial, fixed) if free.rail.any() else (None, ())
+    if moving is not None and (fixed is None or moving.value.cost < PAYS * fixed.value.cost):
+        taken = moving
+    if taken is None:
+        raise PathError(search.refusal(trial.refused))
+    return replace(taken.path, axes=_told(free, taken, fixed, said))
+
+
+def _told(free: FreeAxes, taken: FollowedAxes, fixed: FollowedAxes | None, said: tuple[str, ...]) -> ChosenAxes:
+    uses = axis_uses(free, taken.path.toolpath, taken.places)
+    return ChosenAxes(
+        uses=uses,
+        constant=None if fixed is None else fixed.value,
+        constant_places={} if fixed is None else free.by_name(fixed.places[0]),
+        chosen=taken.value,
+        windows=taken.windows,
+        findings=tuple(choice_findings(free, uses, taken, fixed=fixed, said=said)),
+    )
+
+
+def _fixed(search: AxisSearch, trial: AxisTrial) -> FollowedAxes | None:
+    """The best of the best few fixed places."""
+    found = [one for start in search.fixed_places() if (one := trial.fixed(start)) is not None]
+    return min(found, key=lambda one: one.value.cost, default=None)
+
+
+def _moving(
+    search: AxisSearch, trial: AxisTrial, fixed: FollowedAxes | None
+) -> tuple[FollowedAxes | None, tuple[str, ...]]:
+    """The best way of the rails: refined from that over the lattice, and from the best fixed places; and what is to be
+    said of starts that led nowhere."""
+    length = float(np.linalg.norm(np.diff(trial.toolpath.on_part, axis=0), axis=1).sum())
+    count = int(np.clip(length / EVERY, *CURVES))
+    basis = CurveBasis.of(float(trial.time[-1]), count)
+    found, said = list[FollowedAxes](), list[str]()
+    if fixed is not None:
+        start = np.tile(fixed.places[0], (count, 1))
+        found += _refined(trial, basis, start, (fixed.path.turn, fixed.path.branch))
+    way = search.way()
+    if way is not None:
+        curve = smoothed(trial.free, basis, way, search.stages.time)
+        more = [] if curve is None else list(_refined(trial, basis, curve, trial.turn(AxisStart.of(way))))
+        found += more
+        if curve is None:
+            said.append("near the way over the lattice no smooth one is within speed and acceleration of the rail")
+        elif not more:
+            said.append("the arm cannot follow the smooth way of the rail near that over the lattice")
+    return min(found, key=lambda one: one.value.cost, default=None), tuple(said)
+
+
+def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong) -> Iterator[FollowedAxes]:
+    """A start and its refinements, each at the turns that the path before it took, as long as they gain."""
+    one = trial.moving(basis, start, turn)
+    for _ in range(ROUNDS):
+        if one is None:
+            return
+        yield one
+        made = refined_rails(one.cost, basis, start, trial.time[one.cost.rows])
+        turn, better = (one.path.turn, one.path.branch), None
+        for share in SHORTER:
+            tried = start + share * (made.values - start)
+            followed = trial.moving(basis, tried, turn, (made.windows, made.failed))
+            if followed is not None and followed.value.cost < one.value.cost:
+                better = followed
+                break
+        if better is not None and better.value.cost >= ENOUGH * one.value.cost:
+            yield better
+            return
+        if better is not None:
+            start = start + share * (made.values - start)
+        one = better

@@ -1,0 +1,119 @@
+"""Axis trial: a path with its axes at chosen places, as it would be run, and what that costs."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.axes.axis_cost import AxisCost, places_of
+from compensator.axes.axis_curve import CurveBasis
+from compensator.axes.axis_lattice import PathStages
+from compensator.axes.axis_search import AxisStart
+from compensator.axes.free_axes import FreeAxes
+from compensator.cell.job import Job
+from compensator.errors import PathError
+from compensator.path.chosen_turn import TurnValue
+from compensator.path.planned_path import PlannedPath
+from compensator.scene.clearance import clearance
+from toolpaths.toolpath import Toolpath
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+TurnAlong = tuple[Floats, Ints]  # (N,) rad and arm configurations (N,)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class FollowedAxes:
+    """A path with its axes, as it is followed, and what that costs.
+
+    Attributes:
+        places: (N, A). coefficients: (M, A) of the curves; None: the axes stay.
+        windows: of the refinement that made it, and those that failed.
+    """
+
+    path: PlannedPath
+    places: Floats
+    value: TurnValue
+    cost: AxisCost
+    coefficients: Floats | None = None
+    windows: tuple[int, int] = (0, 0)
+
+
+@dataclass(eq=False)
+class AxisTrial:
+    """Paths as they would be run; ``refused``: why the first was not, empty where none was.
+
+    Attributes:
+        toolpath: axes at 0. wrench: (N, 6) of the process, tables where ``stages`` have them.
+    """
+
+    job: Job
+    free: FreeAxes
+    toolpath: Toolpath
+    stages: PathStages
+    wrench: Floats
+    refused: str = ""
+    time: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.time = self.free.time(self.toolpath)
+
+    def fixed(self, start: AxisStart) -> FollowedAxes | None:
+        """Axes that stay where a start begins; None: the arm cannot follow."""
+        places = np.broadcast_to(start.places[0], (len(self.toolpath), len(self.free)))
+        return self._followed(places, self.turn(start), None)
+
+    def turn(self, start: AxisStart) -> TurnAlong:
+        """(N,) rad and configurations (N,) of a start."""
+        count = len(self.toolpath)
+        turn = np.interp(np.arange(count), self.stages.rows, start.turn)
+        return turn, np.full(count, start.branch, dtype=np.int64)
+
+    def moving(
+        self, basis: CurveBasis, coefficients: Floats, turn: TurnAlong, windows: tuple[int, int] = (0, 0)
+    ) -> FollowedAxes | None:
+        """Rails along curves; None: the arm cannot follow."""
+        places = np.clip(basis.at(self.time) @ coefficients, self.free.low, self.free.high)
+        found = self._followed(places, turn, (basis, coefficients))
+        return None if found is None else replace(found, windows=windows)
+
+    def _followed(
+        self, places: Floats, turn: TurnAlong, curve: tuple[CurveBasis, Floats] | None
+    ) -> FollowedAxes | None:
+        try:
+            path = self._path(self.free.on(self.toolpath, places), *turn)
+        except PathError as e:
+            self.refused = self.refused or str(e)
+            return None
+        if not self._clear(path):
+            self.refused = self.refused or "something touches on the way"
+            return None
+        wrench = self.stages.wrench_at(places[0], self.wrench)
+        cost = AxisCost.of(self.job, self.free, path, wrench=wrench, tools=self.stages.tools)
+        bends = None if curve is None else curve[0].at(self.time[cost.rows], 2) @ curve[1]
+        at = places_of(self.free, path)
+        value = cost.value(at[cost.rows], bends)
+        return FollowedAxes(path, at, value, cost, coefficients=None if curve is None else curve[1])
+
+    def _path(self, toolpath: Toolpath, turn: Floats, branch: Ints) -> PlannedPath:
+        """At these turns, or as the planner would choose them.
+
+        Raises:
+            PathError: neither can be followed.
+        """
+        planner = self.job.planner
+        if self.stages.turns > 1:
+            q, tcp = np.zeros((len(turn), self.job.arm.robot.n)), planner.reference(toolpath)
+            with suppress(PathError):
+                return planner.turned(PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branch), turn)
+        return planner.plan(toolpath)
+
+    def _clear(self, path: PlannedPath) -> bool:
+        if self.stages.collider is None:
+            return True
+        free = clearance(self.job, path.toolpath, collider=self.stages.collider)
+        rows = self.stages.rows
+        return bool(free(rows, path.q[rows][:, None]).all())
