@@ -6,7 +6,7 @@ be run, and the declared cost decides. A rail moves where no fixed place serves,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -82,40 +82,37 @@ def _moving(
     length = float(np.linalg.norm(np.diff(trial.toolpath.on_part, axis=0), axis=1).sum())
     count = int(np.clip(length / EVERY, *CURVES))
     basis = CurveBasis.of(float(trial.time[-1]), count)
-    found, said = list[FollowedAxes](), list[str]()
+    found, said = list[FollowedAxes | None](), list[str]()
     if fixed is not None:
         start = np.tile(fixed.places[0], (count, 1))
-        found += _refined(trial, basis, start, (fixed.path.turn, fixed.path.branch))
+        found.append(_refined(trial, basis, start, (fixed.path.turn, fixed.path.branch)))
     way = search.way()
     if way is not None:
         curve = smoothed(trial.free, basis, way, search.stages.time)
-        more = [] if curve is None else list(_refined(trial, basis, curve, trial.turn(AxisStart.of(way))))
-        found += more
+        if curve is not None:
+            found.append(_refined(trial, basis, curve, trial.turn(AxisStart.of(way))))
         if curve is None:
             said.append("near the way over the lattice no smooth one is within speed and acceleration of the rail")
-        elif not more:
+        elif found[-1] is None:
             said.append("the arm cannot follow the smooth way of the rail near that over the lattice")
-    return min(found, key=lambda one: one.value.cost, default=None), tuple(said)
+    followed = (one for one in found if one is not None)
+    return min(followed, key=lambda one: one.value.cost, default=None), tuple(said)
 
 
-def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong) -> Iterator[FollowedAxes]:
-    """A start and its refinements, each at the turns that the path before it took, as long as they gain."""
+def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong) -> FollowedAxes | None:
+    """A start, refined as long as that gains, each time at the turns that the path before it took; None: it cannot be
+    followed."""
     one = trial.moving(basis, start, turn)
     for _ in range(ROUNDS):
-        if one is None:
-            return
-        yield one
+        if one is None or one.coefficients is None:
+            break
+        start = one.coefficients
         made = refined_rails(one.cost, basis, start, trial.time[one.cost.rows])
-        turn, better = (one.path.turn, one.path.branch), None
-        for share in SHORTER:
-            tried = start + share * (made.values - start)
-            followed = trial.moving(basis, tried, turn, (made.windows, made.failed))
-            if followed is not None and followed.value.cost < one.value.cost:
-                better = followed
-                break
-        if better is not None and better.value.cost >= ENOUGH * one.value.cost:
-            yield better
-            return
-        if better is not None:
-            start = start + share * (made.values - start)
-        one = better
+        windows, turn = (made.windows, made.failed), (one.path.turn, one.path.branch)
+        tried = (trial.moving(basis, start + share * (made.values - start), turn, windows) for share in SHORTER)
+        before = one.value.cost
+        better = next((other for other in tried if other is not None and other.value.cost < before), None)
+        one = replace(one, windows=windows) if better is None else better
+        if one.value.cost >= ENOUGH * before:
+            break
+    return one

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.external_axes import moved_workobject
 from compensator.cell.job import Job
 from compensator.errors import PathError
 from compensator.path.planned_path import PlannedPath
@@ -36,6 +37,12 @@ def touched_off(job: Job, path: PlannedPath) -> Job:
     touches = job.placement.touches
     if not touches or job.arm.taken_off is not None:
         return job
+    ways = path.toolpath.ways
+    if ways is not None and len(touches) >= TURNS_FROM and np.ptp(ways.drift, axis=0).any():
+        raise PathError(
+            f"{job.placement.source}: workobject.touched_off has {len(touches)} touches, and the rail moves along the "
+            f"path: a turn of the part is told from one place of the base; give {TURNS_FROM - 1} at most"
+        )
     rows, q = zip(*(_posture(job, path, k, touch) for k, touch in enumerate(touches)), strict=True)
     at, angles = path.toolpath.take(np.array(rows)), np.array(q)
     state = np.tile(job.arm.unknown_state.middle, (len(q), 1))
@@ -47,7 +54,7 @@ def touched_off(job: Job, path: PlannedPath) -> Job:
 def _posture(job: Job, path: PlannedPath, k: int, touch: Floats) -> tuple[int, Floats]:
     """A pose of the path with the tool of a touch, and the joint angles (n,) rad of the touch.
 
-    A point is touched as the nearest cut is made: with its tool, turn and arm configuration.
+    A point is touched as the nearest cut is made: with its tool, turn and arm configuration, rail and table there.
     """
     robot, where = job.arm.robot, f"{job.placement.source}: workobject.touched_off[{k + 1}]"
     cut = np.flatnonzero(path.toolpath.kind == CUT)
@@ -58,8 +65,11 @@ def _posture(job: Job, path: PlannedPath, k: int, touch: Floats) -> tuple[int, F
             low, angle, high = (f"{a:g}" for a in np.degrees([robot.lower[j], touch[j], robot.upper[j]]))
             raise PathError(f"{where}: joint {j + 1} at {angle} deg is outside {low} ... {high} deg of {robot.name}")
         return int(cut[0]), touch
-    row = int(cut[np.argmin(np.linalg.norm(path.toolpath.position[cut] - touch, axis=1))])
-    tcp = Frame(path.tcp.rotation[[row]], job.placement.workobject.at(touch)[None])
+    moved, position = moved_workobject(job.placement, path.toolpath), path.toolpath.position
+    position = position if moved is None else moved.inward(position)
+    row = int(cut[np.argmin(np.linalg.norm(position[cut] - touch, axis=1))])
+    there = touch if moved is None else moved.take(row).at(touch)
+    tcp = Frame(path.tcp.rotation[[row]], job.placement.workobject.at(there)[None])
     branch = np.broadcast_to(path.branch, len(path.toolpath))[[row]]
     found = job.planner.inverse.along(path.toolpath.take([row]), tcp, branch, path.q[row])
     if not found.ok.all():

@@ -10,6 +10,7 @@ from typing import Any
 
 from compensator.errors import CompensatorError
 from compensator.report.csv.axis_map import axis_map_csv
+from compensator.report.json.axes import axes_report
 from compensator.report.json.axis_map import axis_map_report
 from compensator.report.json.findings import findings_report
 from compensator.report.json.text import as_json
@@ -78,7 +79,9 @@ def axis_map_file(
     clear = clearance(job, path.toolpath) if job.placement.surroundings.scene else None
     found = axis_map(job, path, wrench, poses=poses, turns=turns, clear=clear)
     numbers = axis_map_report(found)
-    numbers["findings"] = findings_report((*of_kind("cell", job.findings), *map_findings(job, found)))
+    chosen = () if path.axes is None else of_kind("path", path.axes.findings)
+    numbers |= {} if path.axes is None else {"external": axes_report(path.axes)}
+    numbers["findings"] = findings_report((*of_kind("cell", job.findings), *chosen, *map_findings(job, found)))
     numbers["provenance"] = given.provenance.as_dict()
     numbers["seconds"] = round(time.monotonic() - began, 3)
     refuse_warnings(numbers, strict)

@@ -13,12 +13,14 @@ import pytest
 import tomli_w
 from scipy.spatial.transform import Rotation
 
+from compensator.axes import axis_refinement
 from compensator.axes.free_axes import FreeAxes
 from compensator.cell.job import load_job
 from compensator.errors import CompensatorError
 from compensator.path.planned_path import PlannedPath
 from compensator.program.export import program_of
 from compensator.report.json.verification import CONFIRMED
+from compensator.solve.compensate import compensate
 from compensator.solve.load_along import load_along
 from compensator.solve.planned import sampled
 from compensator.tasks.axis_map import axis_map_file
@@ -189,9 +191,40 @@ def test_the_axis_map_is_that_of_the_moved_base(tmp_path: Path) -> None:
     made = job(tmp_path)
     found = axis_map_file(made.toolpath, made.cell, poses=60)
     chosen = found.result
+    assert found.report["external"]["axes"]["E1"]["moves"] and "E1 moves between" in str(found.report["findings"])
     assert chosen.position[-1] > 3.8 and chosen.path.toolpath.ways is not None
     near = np.round(chosen.chosen / chosen.grid.step).astype(int) % len(chosen.grid.turns)
     assert chosen.grid.free[np.arange(len(near)), near].all()
+
+
+def test_a_rail_that_stays_is_a_part_that_stands_elsewhere(tmp_path: Path) -> None:
+    """The same commands as of a cell without a rail whose work object is nearer by what the rail stands at; weight,
+    touching off and scene included."""
+    rows = [*LONG[:2], [60, 0, -2, 0, 0, 1, 1200, "cut"], [60, 40, -5, 0, 0, 1, 1200, "cut"]]
+    touched = {"touched_off": [[0.0, 0.0, 0.0], [50.0, 0.0, 0.0], [0.0, 30.0, 0.0]]}
+    tables = {"gravity": "uncompensated", "workobject": touched, "start": {"joints": [0.0, 10.0, 20.0, 0.0, 60.0, 0.0]}}
+    (tmp_path / "rail").mkdir()
+    rail = files(tmp_path / "rail", {"external": {"E1": {**RAIL, "range": [700.0, 1100.0]}}, **tables}, rows=rows)
+    done = compensate_file(rail.toolpath, rail.cell, rail.out / "c.csv")
+    place = done.report["external"]["constant"]["places"]["E1"]
+    assert 700.0 <= place <= 1100.0
+    nearer = {**touched, "xyz": [1500.0, -150.0 - place, 800.0]}
+    (tmp_path / "plain").mkdir()
+    plain = files(tmp_path / "plain", {**tables, "workobject": nearer}, rows=rows)
+    turn = done.result.path
+    job_ = load_job(plain.cell)
+    path = sampled(job_.placement, read_toolpath(plain.toolpath))
+    began = PlannedPath(path, job_.planner.reference(path), turn.q, turn.turn, turn.branch)
+    other = compensate(job_, job_.planner.turned(began, turn.turn))
+    np.testing.assert_allclose(done.result.command.q, other.command.q, atol=1e-8)
+    np.testing.assert_allclose(done.result.before, other.before, atol=1e-8)
+
+
+def test_many_touches_are_of_one_base(tmp_path: Path) -> None:
+    points = [[0.0, 0.0, 0.0], [0.0, 3000.0, 0.0], [40.0, 0.0, 0.0]]
+    made = job(tmp_path, workobject={"touched_off": points})
+    with pytest.raises(CompensatorError, match=r"touched_off has 3 touches, and the rail moves.*give 2 at most"):
+        compensate_file(made.toolpath, made.cell, made.out / "c.mod")
 
 
 def test_a_contact_is_kept_away_from(tmp_path: Path) -> None:
@@ -224,6 +257,54 @@ def test_a_milled_path(tmp_path: Path) -> None:
     np.testing.assert_allclose(going.wrench, still.wrench, atol=1e-6)
     for name, values in still.columns.items():
         np.testing.assert_allclose(going.columns[name], values, atol=1e-6)
+
+
+def test_windows_that_fail_stay_as_they_began(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No program of the refinement succeeds: the way over the lattice is taken, and a warning counts the windows."""
+    monkeypatch.setattr(axis_refinement, "program", lambda *_, **__: None)
+    made = job(tmp_path)
+    done = compensate_file(made.toolpath, made.cell, made.out / "c.csv")
+    told = done.report["external"]
+    assert told["axes"]["E1"]["moves"] and told["windows_failed"] == told["windows"] > 0
+    (said,) = (str(f) for f in done.findings if "windows of the rail's refinement failed" in str(f))
+    assert "1 of 1" in said
+    assert done.report["predicted_error_mm"]["after"]["max"] < 0.006
+
+
+def test_whole_orientations_and_one_turn(tmp_path: Path) -> None:
+    """A path that leaves no turn open, and a turn that has to stay: the rail goes along both."""
+    rows = [[*r[:3], 0.0, 1.0, 0.0, 0.0, *r[6:]] for r in LONG]
+    header = ("x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "feed_mm_min", "kind")
+    tables = {"external": {"E1": RAIL}, "sampling": {"spacing": 40.0}}
+    whole = files(tmp_path, tables, rows=rows, header=header)
+    done = compensate_file(whole.toolpath, whole.cell, whole.out / "c.csv")
+    assert done.report["external"]["axes"]["E1"]["moves"] and not done.result.path.turn.any()
+    one = job(tmp_path / "one", solve={"turn": "constant"})
+    path = compensate_file(one.toolpath, one.cell, one.out / "c.csv").result.path
+    assert np.ptp(path.turn) == 0.0 and path.axes is not None and path.axes.uses[0].moves
+
+
+def test_two_tools(tmp_path: Path) -> None:
+    """The rail goes on from tool to tool; each has its own reach."""
+    code = ["G21 G90 G17", "T1 M6", "S5000 M3", "G0 X0 Y0 Z50", "G1 Z-2 F1200", "G1 Y1500", "G0 Z50", "T2 M6",
+            "G0 X20 Y1500", "G1 Z-2 F1200", "G1 Y3000", "G0 Z50", "M30"]  # fmt: skip
+    (tmp_path / "part.nc").write_text("\n".join(code) + "\n")
+    tool = {"xyz": [30.0, -20.0, 240.0], "rpy": [0.0, 25.0, 0.0], "mass": 30.0, "com": [10.0, 0.0, 110.0]}
+    made = job(tmp_path, tool=None, tools={"1": tool, "2": {**tool, "xyz": [30.0, -20.0, 330.0]}})
+    done = compensate_file(tmp_path / "part.nc", made.cell, made.out / "c.mod")
+    assert done.report["predicted_error_mm"]["after"]["max"] < 0.006
+    text = (made.out / "c.mod").read_text()
+    stands = [float(v) for v in re.findall(r"\],\[([-\d.]+),9E9,9E9", text)]
+    assert len(stands) > 60 and np.abs(np.diff(stands)).max() < 150.0
+    jumps = re.findall(r"MoveAbsJ \[\[[^]]*\],\[([-\d.]+),9E9", text)
+    assert len(jumps) == 2  # to the start, and to the first pose of the second tool
+
+
+def test_an_arm_without_a_closed_form(tmp_path: Path) -> None:
+    tables = {"external": {"E1": RAIL}, "robot": "ur10", "tip": None}
+    made = files(tmp_path, tables, {"robot": "ur10"}, rows=LONG)
+    with pytest.raises(CompensatorError, match=r"external\.E1\.free: places are looked at in closed form"):
+        compensate_file(made.toolpath, made.cell, made.out / "c.mod")
 
 
 def test_a_robot_program_keeps_its_own(written: Files) -> None:
