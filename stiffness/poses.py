@@ -20,6 +20,11 @@ class Poses(Protocol):
     @property
     def origin(self) -> Floats: ...
 
+    @property
+    def count(self) -> int: ...
+
+    def take(self, rows: slice | npt.NDArray[np.intp], /) -> Poses: ...
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class PoseArray:
@@ -29,6 +34,11 @@ class PoseArray:
     origin: Floats
 
     def __len__(self) -> int:
+        return len(self.origin)
+
+    @property
+    def count(self) -> int:
+        """N."""
         return len(self.origin)
 
     def __repr__(self) -> str:

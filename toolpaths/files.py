@@ -120,10 +120,15 @@ def language_of(path: str | os.PathLike[str], name: str | None = None, *, like: 
     return LANGUAGES[name]
 
 
-def write_program(program: Program, path: str | os.PathLike[str], language: str | None = None) -> Written:
+def write_program(
+    program: Program, path: str | os.PathLike[str], language: str | None = None, *, staged: bool = False
+) -> Written:
     """Writes ``program`` in a controller's language: whole, or not at all.
 
     Everything goes to a hidden folder beside the target, is flushed to the disk, and only then renamed.
+
+    Args:
+        staged: ``path`` will be renamed once more, by one who flushes then.
 
     Raises:
         WriteError: no such language; a finding of level error (all are listed); a file that cannot be
@@ -141,7 +146,7 @@ def write_program(program: Program, path: str | os.PathLike[str], language: str 
     findings = refuse_errors(str(path), found)
     written: list[Path] = []
     try:
-        with Staging() as staging:
+        with Staging(flush=not staged) as staging:
             for name, pieces in writer.files(program, target):
                 written.append(target.parent / name)
                 staging.write(written[-1], (piece.encode("ascii") for piece in pieces))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +70,28 @@ class Frame:
     def relative_to(self, other: Frame) -> Frame:
         """This frame in another one; both are given in the same outer one."""
         return Frame(np.swapaxes(other.rotation, -1, -2) @ self.rotation, other.inward(self.origin))
+
+    @property
+    def count(self) -> int:
+        """How many there are, of N frames."""
+        return len(self.origin)
+
+    @property
+    def z(self) -> Floats:
+        """(..., 3) the z axes of the inner frames."""
+        return self.rotation[..., 2]
+
+    def mapped(self, change: Callable[[Frame, npt.NDArray[np.intp]], Frame]) -> Frame:
+        """Other N frames, one of each; ``change``: K frames and their rows (K,) -> K frames."""
+        return change(self, np.arange(self.count))
+
+    def turned(self, by: Callable[[npt.NDArray[np.intp]], Floats]) -> Frame:
+        """N frames at the same origins, turned about their own axes; ``by``: rows (K,) -> (3, 3) or (K, 3, 3)."""
+        return Frame(self.rotation @ by(np.arange(self.count)), self.origin)
+
+    def at_origins(self, origin: Floats) -> Frame:
+        """N frames turned like these, at origins (N, 3)."""
+        return Frame(self.rotation, origin)
 
     def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_] | slice | int) -> Frame:
         """Some of N frames, or one."""

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.axis_ways import AxisWays
+from toolpaths.columns import once
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.tool_frame import ToolFrame
@@ -146,6 +147,9 @@ class Toolpath:
             if isinstance(value, np.ndarray):
                 if len(value) != n:
                     raise ValueError(f"Toolpath.{f.name} has {len(value)} rows, position {n}")
+                if f.name in ("feed", "kind", "tool", "spindle", "sense"):
+                    value = once(value)
+                    object.__setattr__(self, f.name, value)
                 value.setflags(write=False)
 
     def __len__(self) -> int:
@@ -176,10 +180,13 @@ class Toolpath:
 
     def take(self, index: Sequence[int] | Rows) -> Toolpath:
         """The poses of ``index``, in that order; events move to the next pose kept."""
-        chosen = np.asarray(index, dtype=np.intp)
+        return self._with(np.asarray(index, dtype=np.intp), {})
+
+    def _with(self, chosen: Rows, own: dict[str, Any]) -> Toolpath:
+        """The poses ``chosen``, but for columns of their ``own``."""
         events = tuple(replace(e, pose=int(np.searchsorted(chosen, e.pose))) for e in self.events)
-        columns: dict[str, Any] = {name: values[chosen] for name, values in self._columns().items()}
-        return replace(self, **columns, events=events)
+        columns: dict[str, Any] = {k: values[chosen] for k, values in self._columns().items() if k not in own}
+        return replace(self, **columns, **own, events=events)
 
     def with_points(self, end: Rows, row: Floats, position: Floats, orientation: Floats) -> Toolpath:
         """The path with M poses put into its moves; everything else of a new pose is that of its move's end.
@@ -192,18 +199,13 @@ class Toolpath:
             position: (M, 3) m.
             orientation: (M, 4) quaternions where this path has them, else (M, 3) tool axes.
         """
-        grown = self.take(np.insert(np.arange(len(self)), end, end))
-        new = np.zeros(len(grown), dtype=np.bool_)
-        new[end + np.arange(len(end))] = True
         own: dict[str, Floats] = {"row": row, "position": position}
         if self.quaternion is None:
             own["axis"] = orientation
         else:
             own |= {"quaternion": orientation, "axis": tool_axis(orientation)}
-        columns: dict[str, Any] = {name: getattr(grown, name).copy() for name in own}
-        for name, values in own.items():
-            columns[name][new] = values
-        return replace(grown, **columns)
+        grown = {name: np.insert(getattr(self, name), end, values, axis=0) for name, values in own.items()}
+        return self._with(np.insert(np.arange(len(self)), end, end), grown)
 
 
 def tool_axis(quaternion: Floats) -> Floats:

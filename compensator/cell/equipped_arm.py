@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +21,10 @@ from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
 from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
 from stiffness.statics.predictor import Predictor
-from stiffness.statics.shares import shares_of
+from stiffness.statics.shares import ShareFinder
+from toolpaths.columns import blocks
 from toolpaths.frame import Frame
+from toolpaths.made_frames import MadeFrames
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -60,6 +63,11 @@ class EquippedArm:
         """Before the first move nothing is known of the flanks."""
         return unknown(self.effects, self.values)
 
+    @property
+    def closed_form(self) -> bool:
+        """Whether commands follow from actual angles in one step, so that it does not matter where a solve begins."""
+        return all(p.closed_form for p in self.predictors.values())
+
     def command(
         self,
         toolpath: Toolpath,
@@ -76,17 +84,27 @@ class EquippedArm:
             wrench: (N, 6) N and N*m on the robot, base axes, about the TCP.
             state: (N, m) memory. seed: (N, n) rad, nominal inverse kinematics of the targets.
         """
-        done = []
+        done, nominal = [], partial(self.printed, toolpath)
         target = target if self.taken_off is None else self.taken_off.then(target)
         for number, r in self.tools.rows(toolpath):
             begin = near and StartValues(near.q[r], near.actual[r], near.extra[r])
             predictor = self.predictors[number]
             found = predictor.command(target.take(r), wrench[r], state[r], start=seed[r], near=begin)
             done.append((r, found))
-        if len(done) == 1:
-            return done[0][1]
         columns = {name: _merged(len(seed), [(r, getattr(c, name)) for r, c in done]) for name in COLUMNS}
-        return Command(**columns, steps=max(c.steps for _, c in done))
+        return Command(**columns, nominal=nominal, steps=max(c.steps for _, c in done))
+
+    def printed(self, toolpath: Toolpath, q: Floats) -> Frame:
+        """(N) nominal TCP poses, base, of commands (N, n) rad: what a program prints."""
+        called = toolpath.tool
+
+        def made(rows: npt.NDArray[np.intp]) -> Frame:
+            some = q[rows]
+            parts = [(r, self.predictors[number].nominal(some[r])) for number, r in self.tools.rows_of(called[rows])]
+            rotation, origin = ([(r, getattr(p, name)) for r, p in parts] for name in ("rotation", "origin"))
+            return Frame(_merged(len(rows), rotation), _merged(len(rows), origin))
+
+        return MadeFrames(len(q), made)
 
     def forward(self, toolpath: Toolpath, q: Floats, wrench: Floats, state: Floats) -> Prediction:
         """Equilibrium of commands (N, n) rad, with the tool of every pose; see Predictor.forward.
@@ -118,21 +136,30 @@ class EquippedArm:
         rotation, origin, turned, moved = (_merged(len(q), [(r, part[k]) for r, part in parts]) for k in range(4))
         return Frame(rotation, origin), Frame(turned, moved)
 
-    def shares(self, toolpath: Toolpath, q: Floats, wrench: Floats, seen: Floats) -> dict[str, Floats]:
-        """Shares of the deflection of the TCP by cause, (N, 3) m each, base axes; they add up to it. See shares_of.
+    def shares(
+        self, toolpath: Toolpath, q: Floats, wrench: Floats, *, seen: Floats, at: npt.NDArray[np.intp]
+    ) -> dict[str, Floats]:
+        """Shares of the deflection of the TCP by cause, (K, 3) m each, base axes; they add up to it. See shares_of.
 
         ``touched_off`` is what touching off the work object takes off, where that is given.
 
         Args:
             seen: (N, 3) m, the TCP that ``forward`` predicts for commands ``q`` (N, n) rad.
+            at: (K,) poses that are asked about.
         """
-        actual = seen if self.taken_off is None else self.taken_off.at(seen)
-        parts = []
-        for number, r in self.tools.rows(toolpath):
-            of = shares_of(self.predictors[number], q[r], wrench[r], actual[r])
-            parts.append((r, {f.name: getattr(of, f.name) for f in fields(of)}))
-        found = {name: _merged(len(q), [(r, part[name]) for r, part in parts]) for name in parts[0][1]}
-        return found if self.taken_off is None else {**found, "touched_off": seen - actual}
+        finders, found = dict[int, ShareFinder](), dict[str, Floats]()
+        for b in blocks(len(at)):
+            rows = at[b]
+            as_seen = seen[rows]
+            actual = as_seen if self.taken_off is None else self.taken_off.at(as_seen)
+            for number, r in self.tools.rows_of(toolpath.tool[rows]):
+                finder = finders.setdefault(number, ShareFinder(self.predictors[number]))
+                of = finder.of(q[rows][r], wrench[rows][r], actual[r])
+                for f in fields(of):
+                    _put(found, f.name, getattr(of, f.name), to=np.arange(b.start, b.stop)[r], count=len(at))
+            if self.taken_off is not None:
+                _put(found, "touched_off", as_seen - actual, to=np.arange(b.start, b.stop), count=len(at))
+        return found
 
     def nominal(self, toolpath: Toolpath, q: Floats) -> Floats:
         """(N, 3) m: the TCP of commands as a controller shows it, base axes."""
@@ -152,6 +179,16 @@ class EquippedArm:
             if e.memory and e.memory.deflection:
                 total += e.memory.deflection(state[:, columns[e.name]], stiffness)
         return total
+
+
+def _put(columns: dict[str, Floats], name: str, values: Floats, *, to: Rows, count: int) -> None:
+    """Rows of a column (N, 3) of zeros; it is not kept while nothing else stands in it."""
+    nothing = np.broadcast_to(0.0, (count, 3))
+    if not columns.setdefault(name, nothing).flags.writeable:
+        if not values.any():
+            return
+        columns[name] = np.zeros((count, 3))
+    columns[name][to] = values
 
 
 def _merged(rows: int, parts: Sequence[tuple[Rows, Floats]]) -> Floats:

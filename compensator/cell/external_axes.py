@@ -23,7 +23,7 @@ from toolpaths.languages.table import Language
 from toolpaths.resample import MOST_POSES, in_parts
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
-from toolpaths.writing.program import ExternalAxis, Program
+from toolpaths.writing.program import ExternalAxis
 
 Floats = npt.NDArray[np.float64]
 
@@ -223,11 +223,6 @@ def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath
         for name, stands in found
         if name not in external
     )
-
-
-def with_external_findings(program: Program, placement: Placement, toolpath: Toolpath, language: Language) -> Program:
-    """The program with findings about the external axes that it loses when it is written in another language."""
-    return replace(program, findings=(*program.findings, *external_findings(placement, toolpath, language)))
 
 
 def _stands(placement: Placement, toolpath: Toolpath) -> dict[str, Floats]:

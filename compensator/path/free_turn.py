@@ -8,11 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.path.cheapest_turn import cheapest_turn
+from toolpaths.columns import blocks
 from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_unit_quaternion
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 
 KEYS = 250  # poses that the dynamic program decides on; the turn is linear in between
 GRID = 72  # turns per pose, 5 deg apart
@@ -26,18 +28,32 @@ def reference_rotation(toolpath: Toolpath) -> Floats:
     x is a fixed direction projected normal to z, the one of x, y, z that stays farthest from the
     axis; where the axis passes every one of them x is carried along without turning about z.
     """
-    if toolpath.quaternion is not None:
-        return matrix_from_unit_quaternion(toolpath.quaternion)
-    z = -toolpath.axis
-    nearest = np.abs(toolpath.axis).max(axis=0)
+    return reference_rotations(toolpath)(np.arange(len(toolpath)))
+
+
+def reference_rotations(toolpath: Toolpath) -> Callable[[Rows], Floats]:
+    """``reference_rotation`` of some poses: rows (K,) -> (K, 3, 3)."""
+    if (given := toolpath.quaternion) is not None:
+        return lambda rows: matrix_from_unit_quaternion(given[rows])
+    axis = toolpath.axis
+    nearest = np.max([np.abs(axis[b]).max(axis=0) for b in blocks(len(axis))], axis=0)
     best = int(np.argmin(nearest))
-    if nearest[best] < 0.97:
-        guide = np.zeros(3)
-        guide[best] = 1.0
+    if nearest[best] >= 0.97:
+        carried = _carried(-axis)
+        return lambda rows: _with_axes(carried[rows], -axis[rows])
+    guide = np.zeros(3)
+    guide[best] = 1.0
+
+    def guided(rows: Rows) -> Floats:
+        z = -axis[rows]
         x = guide - z * z[:, best : best + 1]
         x /= np.linalg.norm(x, axis=1, keepdims=True)
-    else:
-        x = _carried(z)
+        return _with_axes(x, z)
+
+    return guided
+
+
+def _with_axes(x: Floats, z: Floats) -> Floats:
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
@@ -55,7 +71,11 @@ def _carried(z: Floats) -> Floats:
 
 def about_tool_axis(tcp: Frame, turn: float | Floats) -> Frame:
     """TCP frames (N) turned about their own z by one angle or (N,), rad."""
-    return Frame(tcp.rotation @ about_z(turn), tcp.origin)
+    angle = np.asarray(turn)
+    if angle.ndim == 0 or angle.strides == (0,):  # one for all
+        same = about_z(float(angle.flat[0]))
+        return tcp.turned(lambda rows: same)
+    return tcp.turned(lambda rows: about_z(angle[rows]))
 
 
 def about_z(angle: float | Floats) -> Floats:

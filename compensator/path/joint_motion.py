@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.path.added_poses import sharp_corners
+from toolpaths.columns import blocks
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 RAMP = 0.024  # s: two of the 12 ms in which KUKA's KR C interpolates, one of the 24 ms of ABB's path planner
-_BLOCK = 16384  # poses at a time, so that memory stays small
 _SHORTEST = 1e-9  # m: a shorter move only turns
 _APART = 10 * RAMP  # between two stretches on one axis of time
 
@@ -52,25 +52,47 @@ def joint_motion(toolpath: Toolpath, q: Floats, feed: Floats) -> JointMotion:
     Args:
         q: (N, n) rad. feed: (N,) m/s of the move that ends at each pose.
     """
-    length = np.linalg.norm(np.diff(toolpath.on_part, axis=0, prepend=toolpath.on_part[:1]), axis=1)
-    timed = (toolpath.kind == CUT) & (length > _SHORTEST) & (feed > 0)
-    timed[:1] = False
-    lasts = np.divide(length, feed, out=np.full(len(length), _APART), where=timed)
-    time, stretch = np.cumsum(lasts), np.cumsum(~timed)
-    first = np.flatnonzero(~timed)
-    ends = np.append(first[1:], len(time)) - 1
-    begin, end = time[first][stretch - 1], time[ends][stretch - 1]
-    before, after = np.maximum(time - RAMP, begin), np.minimum(time + RAMP, end)
-    corner = time[1:-1][sharp_corners(toolpath)]
-    cornered = np.searchsorted(corner, time + RAMP) > np.searchsorted(corner, time - RAMP, side="right")
-    whole = (time - RAMP >= begin) & (time + RAMP <= end) & ~cornered
+    moments = PathMoments(toolpath, feed)
     speed, acceleration = np.empty_like(q), np.empty_like(q)
-    for k in range(0, len(q), _BLOCK):
-        b = slice(k, k + _BLOCK)
-        back, on = q[b] - _at(before[b], time, q), _at(after[b], time, q) - q[b]
-        speed[b] = np.maximum(_per(np.abs(back), time[b] - before[b]), _per(np.abs(on), after[b] - time[b]))
-        acceleration[b] = np.where(whole[b, None], np.abs(on - back) / RAMP**2, 0.0)
-    return JointMotion(speed, acceleration, stretch, time)
+    for b in blocks(len(q)):
+        speed[b], acceleration[b] = moments.motion(q, b)
+    return JointMotion(speed, acceleration, moments.stretch, moments.time)
+
+
+class PathMoments:
+    """When a path is where at its feeds, and the moments around every pose that joint motion is measured between.
+
+    Args:
+        feed: (N,) m/s of the move that ends at each pose.
+
+    Attributes:
+        stretch, time: as in ``JointMotion``.
+    """
+
+    def __init__(self, toolpath: Toolpath, feed: Floats) -> None:
+        position = toolpath.on_part
+        length = np.linalg.norm(np.diff(position, axis=0, prepend=position[:1]), axis=1)
+        timed = (toolpath.kind == CUT) & (length > _SHORTEST) & (feed > 0)
+        timed[:1] = False
+        lasts = np.divide(length, feed, out=np.full(len(length), _APART), where=timed)
+        self.time, self.stretch = np.cumsum(lasts), np.cumsum(~timed)
+        self._first = np.flatnonzero(~timed)
+        self._ends = np.append(self._first[1:], len(self.time)) - 1
+        self._corner = self.time[1:-1][sharp_corners(toolpath)]
+
+    def __repr__(self) -> str:
+        return f"PathMoments({len(self.time)} poses)"
+
+    def motion(self, q: Floats, b: slice) -> tuple[Floats, Floats]:
+        """Speed and acceleration (K, n) of joint angles (N, n) rad at the poses of a block, as in ``JointMotion``."""
+        at, corner, part = self.time[b], self._corner, self.stretch[b] - 1
+        begin, end = self.time[self._first[part]], self.time[self._ends[part]]
+        before, after = np.maximum(at - RAMP, begin), np.minimum(at + RAMP, end)
+        cornered = np.searchsorted(corner, at + RAMP) > np.searchsorted(corner, at - RAMP, side="right")
+        whole = (at - RAMP >= begin) & (at + RAMP <= end) & ~cornered
+        back, on = q[b] - _at(before, self.time, q), _at(after, self.time, q) - q[b]
+        speed = np.maximum(_per(np.abs(back), at - before), _per(np.abs(on), after - at))
+        return speed, np.where(whole[:, None], np.abs(on - back) / RAMP**2, 0.0)
 
 
 def _at(moment: Floats, time: Floats, q: Floats) -> Floats:

@@ -15,12 +15,14 @@ import numpy.typing as npt
 
 from compensator.errors import PathError
 from compensator.path.first_postures import FirstPostures
-from compensator.path.free_turn import about_tool_axis, reference_rotation, varying_turn
+from compensator.path.free_turn import about_tool_axis, reference_rotations, varying_turn
 from compensator.path.motion_bounds import MotionBounds
 from compensator.path.planned_path import PlannedPath
 from compensator.path.pose_text import mm, place
 from compensator.path.tcp_inverse import TcpInverse
+from toolpaths.columns import once
 from toolpaths.frame import Frame
+from toolpaths.made_frames import MadeFrames
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -41,9 +43,8 @@ def _joined(toolpath: Toolpath, parts: list[PlannedPath]) -> PlannedPath:
     """The path of all tools."""
     if len(parts) == 1:
         return parts[0]
-    rotation, origin = (np.concatenate([getattr(p.tcp, name) for p in parts]) for name in ("rotation", "origin"))
     q, turn, branch = (np.concatenate([getattr(p, name) for p in parts]) for name in ("q", "turn", "branch"))
-    return PlannedPath(toolpath=toolpath, tcp=Frame(rotation, origin), q=q, turn=turn, branch=branch)
+    return PlannedPath(toolpath=toolpath, tcp=MadeFrames.joined([p.tcp for p in parts]), q=q, turn=turn, branch=branch)
 
 
 class Planner:
@@ -131,13 +132,12 @@ class Planner:
         turn = np.interp(toolpath.row, path.toolpath.row, path.turn)
         return about_tool_axis(self.reference(toolpath), turn)
 
-    def part(self, path: PlannedPath, toolpath: Toolpath, rows: Rows) -> PlannedPath:
-        """Some poses of a path with poses put in between, each near its neighbours in ``path``."""
-        some, tcp = toolpath.take(rows), self.tcp(path, toolpath).take(rows)
+    def part(self, path: PlannedPath, some: Toolpath, tcp: Frame) -> PlannedPath:
+        """Poses (K) that lie between those of ``path``, each near its neighbours there; ``tcp`` (K) in the base."""
         seed = np.array([np.interp(some.row, path.toolpath.row, column) for column in path.q.T]).T
         branch = path.branch[np.minimum(np.searchsorted(path.toolpath.row, some.row), len(path) - 1)]
         batch = self.inverse.along(some, tcp, branch, seed)
-        return PlannedPath(toolpath=some, tcp=tcp, q=batch.q, turn=np.zeros(len(rows)), branch=branch)
+        return PlannedPath(toolpath=some, tcp=tcp, q=batch.q, turn=np.zeros(len(some)), branch=branch)
 
     def _sections(self, toolpath: Toolpath) -> list[tuple[int, int]]:
         """Begin and end of the poses of each tool, in their order."""
@@ -159,7 +159,7 @@ class Planner:
         first: PathError | None = None
         for c in choice.for_path(section.toolpath, section.reference):
             try:
-                turn = np.full(len(section.toolpath), c.turn)
+                turn = np.broadcast_to(np.float64(c.turn), len(section.toolpath))
                 return self._follow(section, turn=turn, branch=c.branch, seed=c.seed, choice=choice)
             except PathError as e:
                 first = first or e
@@ -181,7 +181,10 @@ class Planner:
 
     def reference(self, toolpath: Toolpath) -> Frame:
         """(N) TCP in the base, before it is turned about the tool axis."""
-        return self.workobject.then(Frame(reference_rotation(toolpath), toolpath.position))
+        work, position, rotations = self.workobject, toolpath.position, reference_rotations(toolpath)
+        return MadeFrames(
+            len(toolpath), lambda rows: work.then(Frame(rotations(rows), position[rows])), lambda: work.at(position)
+        )
 
     def _choice(self, toolpath: Toolpath, start: Floats | None) -> FirstPostures:
         turn_is_open = toolpath.quaternion is None and self.free_tool_axis
@@ -218,8 +221,8 @@ class Planner:
                 f"{mm(toolpath.position[k])} mm in the work object); move [workobject] or choose another [start]"
             )
         self.bounds.check(toolpath, q, "nominal", first=first)
-        branches = np.full(len(toolpath), branch, dtype=np.int64)
-        return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branches)
+        branches = np.broadcast_to(np.int64(branch), len(toolpath))
+        return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=once(turn), branch=branches)
 
     def _with_varying_turn(self, section: _Section, choice: FirstPostures) -> PlannedPath | None:
         toolpath, reference, _ = section

@@ -80,6 +80,8 @@ def box_of_cuts(path: Toolpath) -> CutBox:
 
 def _through_material(path: Toolpath) -> list[tuple[int, bool]]:
     """Rapids sideways through the box where no cut was before, and whether they begin inside; in their order."""
+    if (path.kind == CUT).all():
+        return []
     box = box_of_cuts(path)
     position = path.position @ box.axes
     begin, cut = np.concatenate([position[:1], position[:-1]]), path.kind == CUT

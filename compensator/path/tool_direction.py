@@ -45,7 +45,7 @@ def tool_direction(path: PlannedPath, gravity: Sequence[float]) -> ToolDirection
         gravity: (3,) m/s2 in the base.
     """
     cut = np.flatnonzero(path.toolpath.kind == CUT)
-    into = path.tcp.rotation[cut, :, 2]
+    into = path.tcp.z[cut]
     mean = into.mean(axis=0)
     mean = mean / max(float(np.linalg.norm(mean)), 1e-12)
     spread = float(np.arccos(np.clip(into @ mean, -1.0, 1.0)).max())

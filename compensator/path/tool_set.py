@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stiffness.statics.tool import Tool
 from toolpaths.frame import Frame
-from toolpaths.toolpath import Toolpath
+from toolpaths.toolpath import Ints, Toolpath
 
 ONE_TOOL = 0  # number of a tool that holds for every number
 
@@ -46,9 +46,13 @@ class ToolSet:
 
     def rows(self, toolpath: Toolpath) -> Sequence[tuple[int, npt.NDArray[np.intp] | slice]]:
         """Number of every tool that the toolpath uses, and its poses."""
+        return self.rows_of(toolpath.tool)
+
+    def rows_of(self, called: Ints) -> Sequence[tuple[int, npt.NDArray[np.intp] | slice]]:
+        """Number of every tool that poses call by these numbers (N,), and those poses."""
         if len(self.by_number) == 1:
             return [(next(iter(self.by_number)), slice(None))]
-        rows = [(number, np.flatnonzero(toolpath.tool == number)) for number in self.by_number]
+        rows = [(number, np.flatnonzero(called == number)) for number in self.by_number]
         return [(number, r) for number, r in rows if len(r)]
 
     def changes(self, toolpath: Toolpath) -> list[int]:
@@ -57,8 +61,11 @@ class ToolSet:
 
     def flange(self, toolpath: Toolpath, tcp: Frame) -> Frame:
         """(N) flange in the base under the TCP poses (N) of a toolpath."""
+        return tcp.mapped(lambda some, rows: self._flange(toolpath.tool[rows], some))
+
+    def _flange(self, called: Ints, tcp: Frame) -> Frame:
         rotation, origin = np.empty_like(tcp.rotation), np.empty_like(tcp.origin)
-        for number, rows in self.rows(toolpath):
+        for number, rows in self.rows_of(called):
             tool = self.by_number[number]
             rotation[rows] = tcp.rotation[rows] @ tool.rotation.T
             origin[rows] = tcp.origin[rows] - np.einsum("nij,j->ni", rotation[rows], tool.position)

@@ -16,7 +16,7 @@ from compensator.place.study import Study, in_axes
 from compensator.scene.collider import Collider
 from compensator.scene.pairs import pairs_of
 from compensator.solve.joint_state import equilibrium_along
-from compensator.solve.motion_limits import MotionCheck, feeds
+from compensator.solve.motion_limits import feeds, share_of_limits
 from compensator.turn.reliance import ToolReliance
 from stiffness.memory.last_direction import last_direction
 from toolpaths.frame import Frame
@@ -164,7 +164,7 @@ class Judge:
         rows = np.where(self.study.begins, RAPID, path.kind).astype(path.kind.dtype)  # no move leads from row to row
         path = replace(path, kind=rows)
         motion = joint_motion(path, q, feeds(path, default))
-        speed = float(MotionCheck(arm.robot, motion.speed, motion.acceleration).share.max())
+        speed = float(share_of_limits(arm.robot, motion).max())
         reversals = self._reversals(q)
         score = sd + REVERSAL * reversals + HURRY * max(speed - 1.0, 0.0)
         return Judgement(

@@ -20,6 +20,7 @@ from stiffness.numerics.kernel import Kernel
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -49,9 +50,11 @@ class ActingProcess(Process):
     def path_axes(self, motion: ToolMotion) -> Floats:
         return self.said.path_axes(motion)
 
-    def wrench_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> Floats:
+    def wrench_between(
+        self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad, rows: Rows | None = None
+    ) -> Floats:
         said = replace(known, wrench=known.unchanged)
-        return self._changed(motion, self.said.wrench_between(motion, known_path, said))
+        return self._changed(motion, self.said.wrench_between(motion, known_path, said, rows), rows)
 
     def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
         said = replace(known, wrench=known.unchanged)
@@ -63,8 +66,9 @@ class ActingProcess(Process):
     def _acting(self, motion: ToolMotion, load: ProcessLoad) -> ProcessLoad:
         return replace(load, wrench=self._changed(motion, load.wrench), programmed=load.wrench)
 
-    def _changed(self, motion: ToolMotion, wrench: Floats) -> Floats:
-        flat = np.swapaxes(self.path_axes(motion), 1, 2).reshape(-1, 9)
+    def _changed(self, motion: ToolMotion, wrench: Floats, rows: Rows | None = None) -> Floats:
+        axes = self.path_axes(motion) if rows is None else self.path_axes(motion)[rows]
+        flat = np.swapaxes(axes, 1, 2).reshape(-1, 9)
         (changed,) = self._kernel.run(wrench, flat)
         return changed
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.errors import CellError
-from compensator.process.path_axes import path_axes
+from compensator.process.path_axes import axes_along
 from compensator.process.plausible_wrench import wrench_doubts
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion
+from toolpaths.columns import blocks
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 
 
 class GivenWrench(Process):
@@ -33,25 +36,28 @@ class GivenWrench(Process):
         given = self.given(motion)
         if self.axes == "tool":
             self._refuse_lateral(motion, given)
-        rotation = self._rotation(motion)
-        force, moment = (np.einsum("...ij,...j->...i", rotation, part) for part in (given[:, :3], given[:, 3:]))
-        wrench = np.concatenate([force, moment], axis=1)
+        axes, wrench = self._axes(motion), np.empty((len(motion), 6))
+        for b in blocks(len(motion)):
+            rotation = axes(np.arange(b.start, b.stop))
+            for part in (slice(0, 3), slice(3, 6)):
+                wrench[b, part] = np.einsum("...ij,...j->...i", rotation, given[b, part])
         wrench[motion.toolpath.kind != CUT] = 0.0
         return ProcessLoad(wrench, tuple(wrench_doubts(motion, wrench, f"{self.context.source}: process")))
 
-    def _rotation(self, motion: ToolMotion) -> Floats:
-        """(3, 3) or (N, 3, 3): the axes in the base."""
-        if self.axes == "base":
-            return np.eye(3)
-        if self.axes == "workobject":
-            return motion.workobject.rotation
+    def _axes(self, motion: ToolMotion) -> Callable[[Rows], Floats]:
+        """Rows (K,) -> (3, 3) or (K, 3, 3): the axes in the base."""
         tcp, work = motion.tcp, motion.workobject
+        turned = work.rotation
+        if self.axes == "base":
+            return lambda rows: np.eye(3)
+        if self.axes == "workobject":
+            return lambda rows: turned if turned.ndim == 2 else turned[rows]
         if self.axes == "tool":
-            return tcp.rotation
+            return lambda rows: tcp.take(rows).rotation
         if work.origin.ndim == 1:
-            return path_axes(tcp.origin, tcp.rotation, motion.toolpath.kind)
-        seen = tcp.relative_to(work)  # the feed is that of the tool against the part
-        return work.rotation @ path_axes(seen.origin, seen.rotation, motion.toolpath.kind)
+            return axes_along(tcp, motion.toolpath.kind)
+        seen = axes_along(tcp.relative_to(work), motion.toolpath.kind)  # the feed of the tool against the part
+        return lambda rows: turned[rows] @ seen(rows)
 
     def _refuse_lateral(self, motion: ToolMotion, given: Floats) -> None:
         """Where the turn about the tool axis is free, the direction of a lateral wrench in tool axes is not known."""

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.columns import blocks
+from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
+Kinds = npt.NDArray[np.uint8]
 
 
-def path_axes(position: Floats, rotation: Floats, kind: npt.NDArray[np.uint8] | None = None) -> Floats:
+def path_axes(position: Floats, rotation: Floats, kind: Kinds | None = None) -> Floats:
     """The ``path`` frame at every pose.
 
     z = TCP z; x = direction of the feed that leaves the pose, normal to z; y = z cross x. Where the feed is
@@ -24,25 +30,42 @@ def path_axes(position: Floats, rotation: Floats, kind: npt.NDArray[np.uint8] | 
     Returns:
         (N, 3, 3), in the same frame. Poses of a path that never moves across z keep the TCP's own x.
     """
-    z = rotation[:, :, 2]
-    feed = np.zeros_like(position)
-    feed[:-1] = np.diff(position, axis=0)
+    return axes_along(Frame(rotation, position), kind)(np.arange(len(position)))
+
+
+def axes_along(tcp: Frame, kind: Kinds | None = None) -> Callable[[Rows], Floats]:
+    """``path_axes`` of TCP frames (N), of some poses: rows (K,) -> (K, 3, 3)."""
+    position, count, direction = tcp.origin, tcp.count, tcp.z
+    moving, good = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     # a pose that repeats the one before leaves with the next real move
-    moving = np.linalg.norm(feed, axis=1) > 1e-9
+    moving[:-1] = np.linalg.norm(np.diff(position, axis=0), axis=1) > 1e-9
     leaving = _next(moving)
-    feed = feed[leaving]
-    across = feed - z * np.sum(feed * z, axis=1, keepdims=True)
-    length = np.linalg.norm(across, axis=1)
-    good = length > 1e-6 * np.maximum(np.linalg.norm(feed, axis=1), 1e-12)
+
+    def across(rows: Rows, z: Floats) -> tuple[Floats, Floats]:
+        """The feed that leaves each of these poses, and the part of it that is normal to ``z``."""
+        k = leaving[rows]
+        feed = position[np.minimum(k + 1, count - 1)] - position[k]
+        return feed, feed - z * np.sum(feed * z, axis=1, keepdims=True)
+
+    for b in blocks(count):
+        feed, normal = across(np.arange(b.start, b.stop), direction[b])
+        good[b] = np.linalg.norm(normal, axis=1) > 1e-6 * np.maximum(np.linalg.norm(feed, axis=1), 1e-12)
     if not good.any():
-        return rotation.copy()
+        return lambda rows: tcp.take(rows).rotation.copy()
     if kind is not None:
         cut = good & (kind[np.minimum(leaving + 1, len(kind) - 1)] == CUT)
         good = cut if cut.any() else good
-    x = (across / np.where(good, length, 1.0)[:, None])[_last(good)]
-    x = x - z * np.sum(x * z, axis=1, keepdims=True)  # kept from another pose: normal to this one's z
-    x /= np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-12)
-    return np.stack([x, np.cross(z, x), z], axis=2)
+    last = _last(good)
+
+    def axes(rows: Rows) -> Floats:
+        z, there = direction[rows], last[rows]
+        _, normal = across(there, direction[there])
+        x = normal / np.linalg.norm(normal, axis=1)[:, None]
+        x = x - z * np.sum(x * z, axis=1, keepdims=True)  # kept from another pose: normal to this one's z
+        x /= np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-12)
+        return np.stack([x, np.cross(z, x), z], axis=2)
+
+    return axes
 
 
 def _last(good: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:

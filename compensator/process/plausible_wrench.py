@@ -50,7 +50,8 @@ def wrench_doubts(motion: ToolMotion, wrench: Floats, place: str) -> Iterator[Fi
 
 def _shares(motion: ToolMotion, force: Floats, cut: npt.NDArray[np.bool_]) -> tuple[float, float]:
     """Mean parts along the move that ends at each cutting pose, and along the TCP's z, of the mean force."""
-    moved = np.diff(motion.tcp.origin, axis=0, prepend=motion.tcp.origin[:1])
+    origin = motion.tcp.origin
+    moved = np.diff(origin, axis=0, prepend=origin[:1])
     if motion.workobject.rotation.ndim > 2:  # rail or table: the way of the tool on the part
         on_part = motion.tcp.relative_to(motion.workobject).origin
         moved = np.diff(on_part, axis=0, prepend=on_part[:1])
@@ -61,5 +62,5 @@ def _shares(motion: ToolMotion, force: Floats, cut: npt.NDArray[np.bool_]) -> tu
     if not total:
         return 0.0, 0.0
     along = np.sum(force[rows] * moved[rows] / length[rows, None])
-    into = np.sum(force[rows] * motion.tcp.rotation[rows, :, 2])
+    into = np.sum(force[rows] * motion.tcp.z[rows])
     return float(along) / total, float(into) / total

@@ -16,11 +16,13 @@ from compensator.path.added_poses import with_poses_before_corners
 from compensator.path.lean import CutterShape
 from compensator.process.path_axes import path_axes
 from compensator.toml_table import Number, TomlTable
+from toolpaths.columns import blocks
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 WrenchAxes = Literal["path", "tool", "workobject", "base"]
 SMOOTH = np.cos(np.radians(15.0))  # wrenches whose directions differ by less belong to one curve
 
@@ -130,9 +132,19 @@ class Process(ABC):
         """(N, 3, 3) path axes in the base: of the feed that leaves a pose."""
         return path_axes(motion.nominal.origin, motion.nominal.rotation, motion.toolpath.kind)
 
-    def wrench_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> Floats:
-        """(N, 6) as ``load_between``, for looking at many places inside of segments."""
-        return self.load_between(motion, known_path, known).wrench
+    def wrench_between(
+        self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad, rows: Rows | None = None
+    ) -> Floats:
+        """(N, 6) as ``load_between``, for looking at many places inside of segments.
+
+        Args:
+            rows: (K,) poses that are asked about: (K, 6) is given. None: all.
+        """
+        rows = np.arange(len(motion)) if rows is None else rows
+        if self.axes != "path":
+            return self.load(motion).wrench[rows]
+        wrench, found = _between_the_ends(motion.toolpath, known_path, known.wrench, rows)
+        return wrench if found.all() else np.where(found[:, None], wrench, self.load(motion).wrench[rows])
 
     def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
         """The load after poses were put into the segments of ``known_path``, whose load is ``known``.
@@ -143,18 +155,24 @@ class Process(ABC):
         load = self.load(motion)
         if self.axes != "path":
             return load
-        return replace(load, wrench=_between_the_ends(load.wrench, motion.toolpath, known_path, known.wrench))
+        wrench = load.wrench.copy()
+        for b in blocks(len(motion)):
+            between, found = _between_the_ends(motion.toolpath, known_path, known.wrench, np.arange(b.start, b.stop))
+            wrench[b][found] = between[found]
+        return replace(load, wrench=wrench)
 
 
-def _between_the_ends(wrench: Floats, toolpath: Toolpath, old: Toolpath, old_wrench: Floats) -> Floats:
-    start = np.clip(np.searchsorted(old.row, toolpath.row, side="right") - 1, 0, len(old) - 2)
-    a, b = old_wrench[start], old_wrench[start + 1]
+def _between_the_ends(
+    toolpath: Toolpath, old: Toolpath, old_wrench: Floats, rows: Rows
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """(K, 6) between the wrenches of the ends of a segment, and (K,) poses for which that is the answer."""
+    row = toolpath.row[rows]
+    start = np.clip(np.searchsorted(old.row, row, side="right") - 1, 0, len(old) - 2)
     cut = (old.kind[start] == CUT) & (old.kind[start + 1] == CUT)
-    size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
-    gentle = np.sum(a * b, axis=1) > SMOOTH * size
-    share = (toolpath.row - old.row[start]) / (old.row[start + 1] - old.row[start])
-    inside = cut & gentle & (share > 0) & (share < 1)
-    return np.where(inside[:, None], a + share[:, None] * (b - a), wrench)
+    share = (row - old.row[start]) / (old.row[start + 1] - old.row[start])
+    a, b = old_wrench[start], old_wrench[start + 1]
+    gentle = np.sum(a * b, axis=1) > SMOOTH * (np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1))
+    return a + share[:, None] * (b - a), cut & gentle & (share > 0) & (share < 1)
 
 
 @dataclass(frozen=True)

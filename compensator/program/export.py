@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from compensator.cell.external_axes import (
     axes_in_program,
+    external_findings,
     moved_workobject,
-    with_external_findings,
     workobject_in_program,
 )
 from compensator.cell.placement import Placement
@@ -22,6 +22,7 @@ from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.program.tool_changes import change_findings
 from compensator.solve.compensation import Compensation
 from compensator.solve.verify import Verified, verify
+from toolpaths.columns import MadeColumn, blocks
 from toolpaths.files import write_program
 from toolpaths.finding import ERROR, WARNING, Finding, refuse_errors
 from toolpaths.frame import Frame
@@ -39,14 +40,19 @@ class Export(ProgramMaker):
     """A program made of nothing but the commands.
 
     Attributes:
-        source: the toolpath as it was read.
+        external: what is lost of the external axes of the source.
         stamp: what the head of the program tells.
     """
 
-    source: Toolpath
     language: Language
+    external: tuple[Finding, ...] = ()
     stamp: tuple[str, ...] = ()
     in_place = False
+
+    @classmethod
+    def of(cls, placement: Placement, source: Toolpath, language: Language, stamp: tuple[str, ...]) -> Export:
+        """For a toolpath as it was read."""
+        return cls(language, external_findings(placement, source, language), stamp)
 
     def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
         orders(toolpath, placement.program.events, placement.source)
@@ -60,8 +66,8 @@ class Export(ProgramMaker):
 
     def write(self, c: Compensation, staged: Path) -> MadeProgram:
         program = replace(program_of(c, name=staged.stem), stamp=self.stamp)
-        program = with_external_findings(program, c.job.placement, self.source, self.language)
-        written = write_program(program, staged, self.language.name)
+        program = replace(program, findings=(*program.findings, *self.external))
+        written = write_program(program, staged, self.language.name, staged=True)
         return MadeProgram(written.files, written.findings, c)
 
     def verify(self, made: MadeProgram, shown: Path) -> Verified:
@@ -77,13 +83,9 @@ def program_of(c: Compensation, *, corrected: bool = True, name: str = "") -> Pr
     """
     arm, placement, path, inverse = c.job.arm, c.job.placement, c.path, c.job.planner.inverse
     toolpath = path.toolpath
-    commanded = Frame(c.command.rotation, c.command.position) if corrected else path.tcp
     joints = c.command.q if corrected else path.q
-    deflection = c.target.origin - commanded.origin if corrected else c.error_before
-    to_work = Frame.of(np.asarray(np.linalg.inv(placement.workobject.matrix), dtype=np.float64))
-    poses, nominal = to_work.then(commanded), to_work.then(path.tcp)
-    if on_axes := moved_workobject(placement, toolpath):
-        poses, nominal = poses.relative_to(on_axes), nominal.relative_to(on_axes)
+    nominal = _in_work(placement, toolpath, path.tcp)
+    poses = _made(_in_work(placement, toolpath, c.printed) if corrected else nominal)
     feed, findings = _feed(placement, toolpath)
     ordered = orders(toolpath, placement.program.events, placement.source)
     return Program(
@@ -109,12 +111,38 @@ def program_of(c: Compensation, *, corrected: bool = True, name: str = "") -> Pr
         orders=ordered,
         robot=arm.robot.name,
         source=toolpath.source,
-        nominal_position=nominal.origin,
-        nominal_rotation=nominal.rotation,
+        nominal_position=MadeColumn(len(c), lambda rows: nominal.take(rows).origin),
+        nominal_rotation=MadeColumn(len(c), lambda rows: nominal.take(rows).rotation),
         nominal_joints=path.q,
         wrench=c.load.unchanged,
-        deflection=deflection,
+        deflection=_deflection(c, corrected=corrected),
     )
+
+
+def _in_work(placement: Placement, toolpath: Toolpath, tcp: Frame) -> Frame:
+    """TCP frames (N) in the base, as a program has them: in the work object, with the external axes where they are."""
+    to_work = Frame.of(np.asarray(np.linalg.inv(placement.workobject.matrix), dtype=np.float64))
+    on_axes = moved_workobject(placement, toolpath)
+    if on_axes is None:
+        return tcp.mapped(lambda some, rows: to_work.then(some))
+    return tcp.mapped(lambda some, rows: to_work.then(some).relative_to(on_axes.take(rows)))
+
+
+def _made(frames: Frame) -> Frame:
+    """N frames, all made in one go."""
+    rotation, origin = np.empty((frames.count, 3, 3)), np.empty((frames.count, 3))
+    for b in blocks(frames.count):
+        some = frames.take(b)
+        rotation[b], origin[b] = some.rotation, some.origin
+    return Frame(rotation, origin)
+
+
+def _deflection(c: Compensation, *, corrected: bool) -> MadeColumn:
+    """(N, 3) m predicted at the command, base axes."""
+    tcp, target, before, printed = c.path.tcp, c.target, c.before, c.printed
+    if corrected:
+        return MadeColumn(len(c), lambda rows: target.take(rows).origin - printed.take(rows).origin)
+    return MadeColumn(len(c), lambda rows: before[rows] - tcp.take(rows).origin)
 
 
 def _feed(placement: Placement, toolpath: Toolpath) -> tuple[npt.NDArray[np.float64], tuple[Finding, ...]]:

@@ -16,6 +16,7 @@ from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
 from compensator.solve.upright import largest_tilt, without_tilt
 from compensator.solve.verify import Verified
+from toolpaths.columns import MadeColumn
 from toolpaths.errors import WriteError
 from toolpaths.files import refuse_own
 from toolpaths.finding import WARNING, Finding
@@ -184,6 +185,8 @@ def _taken(program: Program, index: Index) -> Program:
     n = len(program)
     arrays = {f.name: getattr(program, f.name) for f in fields(program) if f.name not in ("workobject", "start_joints")}
     per_pose: dict[str, Any] = {
-        name: value[index] for name, value in arrays.items() if isinstance(value, np.ndarray) and len(value) == n
+        name: value[index]
+        for name, value in arrays.items()
+        if isinstance(value, np.ndarray | MadeColumn) and len(value) == n
     }
     return replace(program, **per_pose, comments=())

@@ -80,7 +80,7 @@ def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
     prediction, _ = equilibrium_along(c.job.arm, c.job.placement.start, toolpath, q=q, wrench=c.wrench, guess=c.state)
     target = np.where(cut[:, None], c.target.origin, c.path.tcp.origin)
     error = np.linalg.norm(prediction.position - target, axis=1)
-    return Verified(error, float(np.linalg.norm(tcp.origin - c.command.position[rows], axis=1).max()))
+    return Verified(error, float(np.linalg.norm(tcp.origin - c.printed.take(rows).origin, axis=1).max()))
 
 
 def _aligned(done: FilteredProgram, read: Toolpath) -> tuple[Floats, Index]:

@@ -25,11 +25,9 @@ def motion_along(
         q: (N, n) rad. moving: carrier -> (N) frames, of those that move beside the arm.
     """
     outer = bodies[pair.outer]
-    joints = range(robot.n)[pair.joints]
-    turned = np.abs(np.diff(q, axis=0))
     way = np.zeros(len(q) - 1)
-    for j in joints:
-        way += turned[:, j] * lever(robot, j, depth(outer, robot.n), outer)
+    for j in range(robot.n)[pair.joints]:  # one joint at a time: a path may be long
+        way += np.abs(np.diff(q[:, j])) * lever(robot, j, depth(outer, robot.n), outer)
     for k in (pair.inner, pair.outer):
         carrier = bodies[k].carrier
         if isinstance(carrier, str) and carrier in moving and carrier in (WORKOBJECT, WORLD):

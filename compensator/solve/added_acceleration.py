@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from compensator.path.joint_motion import RAMP, joint_motion
+from compensator.path.joint_motion import RAMP, PathMoments
 from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import SAME_STATE
-from compensator.solve.motion_limits import MotionCheck, feeds
+from compensator.solve.motion_limits import Largest, feeds
+from toolpaths.columns import blocks
 from toolpaths.finding import NOTE, Finding
 
 Floats = npt.NDArray[np.float64]
@@ -54,31 +55,31 @@ class AddedAcceleration:
         yield Finding(NOTE, place(c.path.toolpath, int(self.pose[worst])), what)
 
 
-def added_acceleration(c: Compensation, motion: MotionCheck) -> AddedAcceleration | None:
-    """Of a corrected path; None where nothing is corrected.
-
-    Args:
-        motion: of its commands.
-    """
+def added_acceleration(c: Compensation) -> AddedAcceleration | None:
+    """Of a corrected path; None where nothing is corrected."""
     if not c.is_corrected or not len(c):
         return None
     toolpath, default = c.path.toolpath, c.job.placement.program.default_feed / 60e3
-    nominal = joint_motion(toolpath, c.path.q, feeds(toolpath, default))
-    largest, near = nominal.acceleration.max(axis=0), _near_flank_changes(c, nominal.time)
-    added = np.subtract(motion.acceleration, nominal.acceleration, out=nominal.acceleration)  # a path may be long
-    at_flanks = np.maximum(added[near].max(axis=0, initial=0.0), 0.0)
-    added[near] = 0.0
+    moments, none = PathMoments(toolpath, feeds(toolpath, default)), np.full(c.path.q.shape[1], np.nan)
+    near, (largest, at_flanks, elsewhere) = _near_flank_changes(c, moments.time), (Largest.of(none) for _ in range(3))
+    for b in blocks(len(c)):
+        nominal, corrected = (moments.motion(q, b)[1] for q in (c.path.q, c.command.q))
+        added = corrected - nominal
+        largest.take_in(b.start, nominal)
+        at_flanks.take_in(b.start, np.where(near[b, None], added, 0.0))
+        elsewhere.take_in(b.start, np.where(near[b, None], 0.0, added))
     return AddedAcceleration(
-        elsewhere=np.maximum(added.max(axis=0), 0.0), at_flanks=at_flanks, pose=added.argmax(axis=0), nominal=largest
+        elsewhere=elsewhere.value, at_flanks=at_flanks.value, pose=elsewhere.pose, nominal=largest.value
     )
 
 
 def _near_flank_changes(c: Compensation, time: Floats) -> npt.NDArray[np.bool_]:
     """(N,) poses within RAMP of a move on which a joint state changes; ``time``: (N,) s."""
-    state = c.state.middle
-    if not state.shape[1]:
+    end = c.state.changed
+    if not len(end):
         return np.zeros(len(time), dtype=np.bool_)
-    end = np.flatnonzero((np.abs(np.diff(state, axis=0)) > SAME_STATE).any(axis=1)) + 1
+    before, after = c.state.take(end - 1).middle, c.state.take(end).middle
+    end = end[(np.abs(after - before) > SAME_STATE).any(axis=1)]
     change = np.unique(np.concatenate([time[end - 1], time[end]]))
     slack = 1e-9
     first, last = np.searchsorted(change, time - RAMP - slack), np.searchsorted(change, time + RAMP + slack)

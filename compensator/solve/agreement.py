@@ -100,7 +100,10 @@ def agreed(
             if arm.unknown_state.low.size:
                 without = without_states(arm, done.command, done.state.middle)[-1]
     _refuse_unsettled(path.toolpath, unsettled)
-    return Command(**columns.whole, steps=steps), PreloadState.chained(states), rounds
+    leads, whole = partial(arm.printed, path.toolpath), dict(columns.whole)
+    if np.array_equal(whole["actual"], path.q):  # as in the closed form
+        whole["actual"] = path.q
+    return Command(**whole, nominal=leads, steps=steps), PreloadState.chained(states), rounds
 
 
 def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) -> _Agreed:

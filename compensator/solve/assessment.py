@@ -66,11 +66,11 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
     arm, cut, plain = c.job.arm, c.cutting, c.uncompensated
     spread = spread_of_unknown(arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
     rows = np.flatnonzero(plain.cutting)
-    shares = arm.shares(plain.path.toolpath.take(rows), plain.path.q[rows], plain.wrench[rows], plain.before[rows])
+    shares = arm.shares(plain.path.toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows)
     direction = tool_direction(plain.path, c.job.placement.conditions.gravity)
     q = c.command.q if corrected else c.path.q
     motion = motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3)
-    added = added_acceleration(c, motion) if corrected else None
+    added = added_acceleration(c) if corrected else None
     found, collisions = open_angles(c, q), collisions_along(c.job, c.path.toolpath, q)
     findings = merged((
         *of_kind("toolpath", plain.path.toolpath.findings),

@@ -91,12 +91,12 @@ def _compensated(
     result = _solved(job, path, load, rapids_stay=rapids_stay)
     finer = with_flank_poses(result)
     if finer is not None:
-        near, finer_load = _carried_over(result, finer), load_along(job, finer, (path.toolpath, result.load))
-        _sound(finer, finer_load)
+        near = None if job.arm.closed_form else _carried_over(result, finer)
         del result  # a million poses of it are half a gigabyte
+        finer_load = _sound(finer, load_along(job, finer, (path.toolpath, load)))
         result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
         del near
-    plain, nominal = uncompensated(job, path, load), result.path
+    plain, nominal = _without_torques(uncompensated(job, path, load)), result.path
     before = plain.before
     if finer is not None:
         start, q = job.placement.start, nominal.q
@@ -116,6 +116,12 @@ def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) 
     return as_it_is(job, path, load, columns=columns, state=state)
 
 
+def _without_torques(plain: Compensation) -> Compensation:
+    """The torques of the path without a correction are its own preview's."""
+    none = np.broadcast_to(np.nan, plain.command.torque.shape)
+    return replace(plain, command=replace(plain.command, torque=none))
+
+
 def as_it_is(
     job: Job, path: PlannedPath, load: ProcessLoad, *, columns: Mapping[str, Floats], state: PreloadState
 ) -> Compensation:
@@ -124,9 +130,8 @@ def as_it_is(
         q=path.q,
         actual=path.q,
         torque=columns["torque"],
-        rotation=path.tcp.rotation,
-        position=path.tcp.origin,
-        error=np.zeros(len(path)),
+        nominal=lambda q: path.tcp,
+        error=np.broadcast_to(0.0, len(path)),
         extra=np.empty((len(path), 0)),
         steps=0,
     )
@@ -181,7 +186,7 @@ def _solved(
         target=target,
         command=command,
         state=state,
-        before=path.tcp.origin,
+        before=np.broadcast_to(np.nan, (len(path), 3)),  # not known yet
         iterations=rounds,
         inserted=0,
     )

@@ -32,7 +32,8 @@ class Compensation:
         before: (N, 3) m, base: where the TCP stands when the nominal poses are commanded.
         iterations: rounds until state and correction agreed.
         inserted: poses that flank changes needed.
-        plain: the path without poses put in and without a correction, as ``preview`` has it; None: this is it.
+        plain: the path without poses put in and without a correction, as ``preview`` has it, but for the torques of its
+            command, which are not kept: NaN; None: this is it.
         uncoupled: the prediction with the wrench of the nominal path, where here it follows the deflection; else None.
     """
 
@@ -75,9 +76,15 @@ class Compensation:
         return np.asarray(self.path.toolpath.kind == CUT)
 
     @property
+    def printed(self) -> Frame:
+        """(N) nominal TCP of the commands, base: what a program prints."""
+        poses = self.command.printed
+        return poses if isinstance(poses, Frame) else Frame(poses.rotation, poses.origin)
+
+    @property
     def correction(self) -> Floats:
         """(N, 3) m, base axes: command minus nominal."""
-        return self.command.position - self.path.tcp.origin
+        return self.printed.origin - self.path.tcp.origin
 
     @property
     def error_before(self) -> Floats:

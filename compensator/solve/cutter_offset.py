@@ -40,7 +40,7 @@ def at_the_wall(arm: EquippedArm, path: PlannedPath, wall: Floats | None) -> Fra
     if wall is None or abs(missing) < SMALLEST:
         return path.tcp
     shift = np.where((path.toolpath.kind == CUT)[:, None], missing * _mitred(wall), 0.0)
-    return Frame(path.tcp.rotation, path.tcp.origin + shift)
+    return path.tcp.at_origins(path.tcp.origin + shift)
 
 
 def with_offset_findings(job: Job, toolpath: Toolpath, load: ProcessLoad) -> ProcessLoad:

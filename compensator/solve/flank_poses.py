@@ -7,6 +7,7 @@ joint that crosses its gap gradually, those where the crossing begins and ends.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import settled_state
 from stiffness.memory.preload import PreloadState
 from stiffness.statics.prediction import COLUMNS, Command
+from toolpaths.columns import blocks
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -31,6 +33,7 @@ PARTS = 16  # that an interval is cut into, per level
 SHORTEST = 5e-5  # m; a change is not located finer than this
 WORTH_A_POSE = 5e-7  # rad; a change of joint deflection below is left where it is
 ROUNDS = 3
+TOGETHER = 2048  # intervals that are solved together, so that memory stays small
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,18 @@ class _Intervals:
     def __len__(self) -> int:
         return len(self.segment)
 
+    @staticmethod
+    def joined(parts: Sequence[_Intervals]) -> _Intervals:
+        """All of them."""
+        segment, low, high = (np.concatenate([getattr(p, name) for p in parts]) for name in ("segment", "low", "high"))
+        states = (np.concatenate([getattr(p.state, name) for p in parts]) for name in ("low", "high"))
+        return _Intervals(segment, low, high, PreloadState(*states))
+
+    def take(self, block: slice) -> _Intervals:
+        """Some of them."""
+        state = PreloadState(self.state.low[block], self.state.high[block])
+        return _Intervals(self.segment[block], self.low[block], self.high[block], state)
+
     def grid(self) -> Floats:
         """(PARTS + 1, M) fractions."""
         t = np.linspace(0, 1, PARTS + 1)[:, None]
@@ -54,18 +69,18 @@ class _Intervals:
 def with_flank_poses(c: Compensation) -> PlannedPath | None:
     """The path with poses around every flank change of a cut; None when there is none."""
     toolpath, state = c.path.toolpath, c.state
-    if not state.low.shape[1]:
+    end = state.changed
+    if not len(end):
         return None
     length = np.linalg.norm(np.diff(toolpath.on_part, axis=0), axis=1)
-    tau, q = c.command.torque[1:], c.command.q[1:]
-    worth = _worth(c.job.arm, q, tau, before=state.middle[:-1], after=state.middle[1:]).any(axis=1)
-    known = state.known[:-1].all(axis=1)  # from an unknown flank nothing can be located
-    rows = np.flatnonzero(worth & known & (length > SHORTEST) & (toolpath.kind[1:] == CUT))
+    before, after = state.take(end - 1), state.take(end).middle
+    worth = _worth(c.job.arm, c.command.q[end], c.command.torque[end], before=before.middle, after=after).any(axis=1)
+    known = before.known.all(axis=1)  # from an unknown flank nothing can be located
+    rows = end[worth & known & (length[end - 1] > SHORTEST) & (toolpath.kind[end] == CUT)] - 1
     if not len(rows):
         return None
-    intervals = _Intervals(
-        rows, np.zeros(len(rows)), np.ones(len(rows)), PreloadState(state.low[rows], state.high[rows])
-    )
+    begin = state.take(rows)
+    intervals = _Intervals(rows, np.zeros(len(rows)), np.ones(len(rows)), PreloadState(begin.low, begin.high))
     first, closer = _bends(c, intervals, length, deeper=True)
     second, _ = _bends(c, closer, length, deeper=False) if len(closer) else (first[:0], closer)
     keep = np.concatenate([first, second])
@@ -85,7 +100,17 @@ def _worth(arm: EquippedArm, q: Floats, tau: Floats, *, before: Floats, after: F
 
 def _bends(c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bool) -> tuple[Floats, _Intervals]:
     """Poses (K, 2: segment, fraction) where changes begin and end, and the intervals to look into again."""
-    command, state = _solved(c, intervals)
+    inside = _Inside(c, intervals)
+    found = [_bends_among(c, inside, length, b, deeper=deeper) for b in blocks(len(intervals), TOGETHER)]
+    return np.concatenate([bends for bends, _ in found]), _Intervals.joined([finer for _, finer in found])
+
+
+def _bends_among(
+    c: Compensation, inside: _Inside, length: Floats, block: slice, *, deeper: bool
+) -> tuple[Floats, _Intervals]:
+    """As ``_bends``, of some of the intervals."""
+    intervals = inside.intervals.take(block)
+    command, state = inside.solved(block)
     n, m, count = c.job.arm.robot.n, state.low.shape[-1], len(intervals)
     worth = _worth(
         c.job.arm, command.q[1:].reshape(-1, n), command.torque[1:].reshape(-1, n),
@@ -101,51 +126,57 @@ def _bends(c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bo
     covered = np.concatenate([edge, alone]) | np.concatenate([alone, edge])
     node, which = np.nonzero(((before != after) & ~covered).any(axis=2))
     bends = np.stack([intervals.segment[which].astype(float), grid[node, which]], axis=1)
-    part, inside = np.nonzero(alone.any(axis=2))
+    part, among = np.nonzero(alone.any(axis=2))
     finer = _Intervals(
-        intervals.segment[inside], grid[part, inside], grid[part + 1, inside],
-        PreloadState(state.low[part, inside], state.high[part, inside]),
+        intervals.segment[among], grid[part, among], grid[part + 1, among],
+        PreloadState(state.low[part, among], state.high[part, among]),
     )  # fmt: skip
     return bends, finer
 
 
-def _solved(c: Compensation, intervals: _Intervals) -> tuple[Command, PreloadState]:
-    """Commands and states (PARTS + 1, M, ...) along every interval, each from its own first state."""
-    arm, planner, placement = c.job.arm, c.job.planner, c.job.placement
-    count, fractions = len(intervals), intervals.grid()
-    order = np.lexsort((fractions.T.ravel(), np.repeat(intervals.segment, PARTS + 1)))
-    inner = np.clip(fractions, 1e-9, 1 - 1e-9).T.ravel()[order]  # interval by interval
-    segment = np.repeat(intervals.segment, PARTS + 1)[order]
-    fine, rows = with_poses_between(c.path.toolpath, segment, inner), rows_between(segment)
-    path = planner.part(c.path, fine, rows)
-    motion = ToolMotion(fine, workobject_along(placement, fine), planner.tcp(c.path, fine))
-    wrench = placement.process.wrench_between(motion, c.path.toolpath, c.load)[rows]
-    begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
-    wrench[begin] = c.wrench[segment[begin]]  # may be a rapid, without load
-    place = np.empty(len(order), dtype=np.intp)
-    place[order] = np.arange(len(order))
-    pick = place.reshape(count, PARTS + 1).T.ravel()  # part by part, intervals side by side
-    at_low = intervals.state
-    wide = (PARTS + 1, *at_low.low.shape)
-    state = PreloadState(np.broadcast_to(at_low.low, wide), np.broadcast_to(at_low.high, wide))
-    toolpath = path.toolpath.take(pick)
-    shape = (PARTS + 1, count)
-    for _ in range(ROUNDS):
-        flat = state.middle.reshape(shape[0] * shape[1], -1)
-        tcp, seed = path.tcp.take(pick), path.q[pick]
-        command = _folded(arm.command(toolpath, tcp, wrench=wrench[pick], state=flat, seed=seed), shape)
-        new = _walked(arm, command, state, intervals.state)
-        same = not np.any(np.abs(new.middle - state.middle) > 1e-9)
-        state = new
-        if same:
-            break
-    return command, state
+class _Inside:
+    """The poses (PARTS + 1) along every one of some intervals, solved a few intervals at a time."""
+
+    def __init__(self, c: Compensation, intervals: _Intervals) -> None:
+        self.compensation, self.intervals = c, intervals
+        count, fractions = len(intervals), intervals.grid()
+        order = np.lexsort((fractions.T.ravel(), np.repeat(intervals.segment, PARTS + 1)))
+        inner = np.clip(fractions, 1e-9, 1 - 1e-9).T.ravel()[order]  # interval by interval
+        segment = np.repeat(intervals.segment, PARTS + 1)[order]
+        self._fine, rows = with_poses_between(c.path.toolpath, segment, inner), rows_between(segment)
+        self._tcp, placement = c.job.planner.tcp(c.path, self._fine), c.job.placement
+        motion = ToolMotion(self._fine, workobject_along(placement, self._fine), self._tcp)
+        wrench = placement.process.wrench_between(motion, c.path.toolpath, c.load, rows)
+        begin = np.repeat(intervals.low == 0, PARTS + 1)[order] & (inner < 1e-6)
+        wrench[begin] = c.wrench[segment[begin]]  # may be a rapid, without load
+        place = np.empty(len(order), dtype=np.intp)
+        place[order] = np.arange(len(order))
+        self._wrench, self._rows, self._place = wrench, rows, place.reshape(count, PARTS + 1)
+
+    def solved(self, block: slice) -> tuple[Command, PreloadState]:
+        """Commands and states (PARTS + 1, M, ...) along M of the intervals, each from its own first state."""
+        arm, pick = self.compensation.job.arm, self._place[block].T.ravel()  # part by part, intervals side by side
+        rows, wrench = self._rows[pick], self._wrench[pick]
+        some, first = self._fine.take(rows), self.intervals.take(block).state
+        path = self.compensation.job.planner.part(self.compensation.path, some, self._tcp.take(rows))
+        wide = (PARTS + 1, *first.low.shape)
+        state = PreloadState(np.broadcast_to(first.low, wide), np.broadcast_to(first.high, wide))
+        for _ in range(ROUNDS):
+            flat = state.middle.reshape(len(rows), -1)
+            command = _folded(arm.command(some, path.tcp, wrench=wrench, state=flat, seed=path.q), wide[:2])
+            new = _walked(arm, command, state, first)
+            same = not np.any(np.abs(new.middle - state.middle) > 1e-9)
+            state = new
+            if same:
+                break
+        return command, state
 
 
 def _folded(command: Command, shape: tuple[int, int]) -> Command:
     """The same command with poses as (parts, intervals)."""
     columns = {name: getattr(command, name) for name in COLUMNS}
-    return Command(**{k: a.reshape(*shape, *a.shape[1:]) for k, a in columns.items()}, steps=command.steps)
+    folded = {k: a.reshape(*shape, *a.shape[1:]) for k, a in columns.items()}
+    return Command(**folded, nominal=lambda q: command.printed, steps=command.steps)
 
 
 def _walked(arm: EquippedArm, command: Command, state: PreloadState, first: PreloadState) -> PreloadState:

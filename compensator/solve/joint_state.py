@@ -159,10 +159,11 @@ def spread_of_unknown(
 ) -> Floats:
     """(N,) m: distance between the TCP with the lowest and the highest state that the data allows."""
     out = np.zeros(len(q))
-    rows = np.flatnonzero(~state.known.all(axis=1)) if state.low.shape[1] else np.empty(0, dtype=np.intp)
+    rows = state.unknown_rows
     if len(rows):
         part = toolpath.take(rows)
-        low = arm.forward(part, q[rows], wrench[rows], state.low[rows])
-        high = arm.forward(part, q[rows], wrench[rows], state.high[rows])
+        open_ = state.take(rows)
+        low = arm.forward(part, q[rows], wrench[rows], open_.low)
+        high = arm.forward(part, q[rows], wrench[rows], open_.high)
         out[rows] = np.linalg.norm(high.position - low.position, axis=1)
     return out

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from compensator.path.joint_motion import RAMP, JointMotion, joint_motion
+from compensator.path.joint_motion import RAMP, JointMotion, PathMoments, joint_motion
 from compensator.path.planned_path import PlannedPath
 from compensator.path.pose_text import place
 from stiffness.robot.robot import Robot
+from toolpaths.columns import blocks
 from toolpaths.finding import NOTE, WARNING, Finding
 from toolpaths.toolpath import CUT, Toolpath
 
@@ -26,26 +27,19 @@ _REMEDY = 'Lower the feed there, or set [solve] feed = "limit"; near a singulari
 
 @dataclass(frozen=True, repr=False, eq=False)
 class MotionCheck:
-    """Joint speeds and accelerations along the cuts of a path, and the limits.
+    """Largest joint speeds and accelerations along the cuts of a path, and the limits.
 
     Attributes:
         robot: whose limits; NaN: not known.
-        speed, acceleration: (N, n) rad/s and rad/s2.
+        speed, acceleration: rad/s and rad/s2.
     """
 
     robot: Robot
-    speed: Floats
-    acceleration: Floats
+    speed: Largest
+    acceleration: Largest
 
     def __repr__(self) -> str:
-        return f"MotionCheck({self.robot.name}, {len(self.speed)} poses, {self.share.max(initial=0.0):.0%} of a limit)"
-
-    @property
-    def share(self) -> Floats:
-        """(N,) the largest part of a speed limit, or the root of that of an acceleration limit: above 1, by so much
-        the feed has to fall."""
-        parts = [self.speed / self.robot.velocity, np.sqrt(self.acceleration / accelerations(self.robot))]
-        return np.asarray(np.nan_to_num(np.concatenate(parts, axis=1)).max(axis=1, initial=0.0))
+        return f"MotionCheck({self.robot.name})"
 
     def findings(self, toolpath: Toolpath) -> Iterator[Finding]:
         """A warning for each joint and limit, at the worst pose, and a note of what no limit is known of."""
@@ -56,14 +50,49 @@ class MotionCheck:
             what = f"{' and '.join(unknown)} of the joints not checked: {self.robot.name} has no limits of them"
             yield Finding(NOTE, "", what)
 
-    def _beyond(self, toolpath: Toolpath, values: Floats, limits: Floats, verb: str) -> Iterator[Finding]:
+    def _beyond(self, toolpath: Toolpath, values: Largest, limits: Floats, verb: str) -> Iterator[Finding]:
         name = self.robot.name
-        for j in np.flatnonzero((values > CLOSE * limits).any(axis=0)).tolist():
-            k = int(np.argmax(values[:, j]))
-            have, may = (f"{np.degrees(v):.0f}" for v in (values[k, j], limits[j]))
+        for j in np.flatnonzero(values.beyond).tolist():
+            have, may = (f"{np.degrees(v):.0f}" for v in (values.value[j], limits[j]))
             what = f"joint {j + 1} would have to {verb.format(have)} at the programmed feed; {name} has {may}"
-            count = int(np.sum(values[:, j] > CLOSE * limits[j]))
-            yield Finding(WARNING, place(toolpath, k), what, _REMEDY, count=count)
+            where = place(toolpath, int(values.pose[j]))
+            yield Finding(WARNING, where, what, _REMEDY, count=int(values.beyond[j]))
+
+
+@dataclass(eq=False)
+class Largest:
+    """The largest of a value of every joint along a path, taken block by block.
+
+    Attributes:
+        limit: (n,) of each joint; NaN: not known.
+        value: (n,) the largest, 0 where there is none. pose: (n,) where. beyond: (n,) poses at which it is beyond it.
+    """
+
+    limit: Floats
+    value: Floats
+    pose: Rows
+    beyond: Rows
+
+    @staticmethod
+    def of(limit: Floats) -> Largest:
+        """Before the first block."""
+        n = len(limit)
+        return Largest(limit, np.zeros(n), np.zeros(n, dtype=np.intp), np.zeros(n, dtype=np.intp))
+
+    def take_in(self, first: int, values: Floats) -> None:
+        """A block (K, n) that begins at pose ``first``."""
+        k, joints = values.argmax(axis=0), np.arange(len(self.value))
+        larger = values[k, joints] > self.value
+        self.value = np.where(larger, values[k, joints], self.value)
+        self.pose = np.where(larger, first + k, self.pose)
+        self.beyond = self.beyond + (values > CLOSE * self.limit).sum(axis=0)
+
+
+def share_of_limits(robot: Robot, motion: JointMotion) -> Floats:
+    """(N,) the largest part of a speed limit, or the root of that of an acceleration limit: above 1, by so much the
+    feed has to fall."""
+    parts = [motion.speed / robot.velocity, np.sqrt(motion.acceleration / accelerations(robot))]
+    return np.asarray(np.nan_to_num(np.concatenate(parts, axis=1)).max(axis=1, initial=0.0))
 
 
 def accelerations(robot: Robot) -> Floats:
@@ -82,8 +111,13 @@ def motion_check(robot: Robot, toolpath: Toolpath, q: Floats, default_feed: floa
     Args:
         q: (N, n) rad. default_feed: m/s, of cuts without one.
     """
-    motion = joint_motion(toolpath, q, feeds(toolpath, default_feed))
-    return MotionCheck(robot, motion.speed, motion.acceleration)
+    moments, limits = PathMoments(toolpath, feeds(toolpath, default_feed)), limits_by_name(robot)
+    speed, acceleration = Largest.of(limits["speed"]), Largest.of(limits["acceleration"])
+    for b in blocks(len(q)):
+        fast, hard = moments.motion(q, b)
+        speed.take_in(b.start, fast)
+        acceleration.take_in(b.start, hard)
+    return MotionCheck(robot, speed, acceleration)
 
 
 def feeds(toolpath: Toolpath, default: float) -> Floats:
@@ -102,7 +136,7 @@ def within_limits(robot: Robot, path: PlannedPath, q: Floats, default_feed: floa
     given = feed = feeds(toolpath, default_feed)
     for _ in range(ROUNDS):
         motion = joint_motion(toolpath, q, feed)
-        share = MotionCheck(robot, motion.speed, motion.acceleration).share
+        share = share_of_limits(robot, motion)
         rows = np.flatnonzero(share > CLOSE)
         if not len(rows):
             break

@@ -30,7 +30,7 @@ def faded_targets(
     if not len(edges):
         return target
     cutting = np.where(cut[edges], edges, edges + 1)
-    shift = command.position[cutting] - _unloaded(arm, path, state, cutting).position
+    shift = command.printed.take(cutting).origin - _unloaded(arm, path, state, cutting).position
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.toolpath.on_part, axis=0), axis=1))])
     # an edge lies at the pose before it: the end of a rapid, or of a cut that a rapid leaves
     edge_at = along[edges]
@@ -46,17 +46,17 @@ def faded_targets(
         w = np.where(valid, t * t * (3 - 2 * t), 0.0)
         weight, offset = weight + w, offset + w[:, None] * shift[near]
     offset /= np.maximum(weight, 1.0)[:, None]
-    into = path.tcp.rotation[rows, :, 2]
+    into = path.tcp.take(rows).z
     offset -= into * np.maximum(np.sum(offset * into, axis=1, keepdims=True), 0.0)
     position[rows] += offset
-    return Frame(path.tcp.rotation, position)
+    return path.tcp.at_origins(position)
 
 
 def held_targets(
     arm: EquippedArm, path: PlannedPath, wrench: Floats, state: PreloadState, *, target: Frame, rows: Rows
 ) -> Frame:
     """(N) TCP targets, base: ``target``, at ``rows`` where the command of the nominal path leads."""
-    goes = arm.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.middle[rows])
+    goes = arm.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.take(rows).middle)
     rotation, position = path.tcp.rotation.copy(), target.origin.copy()
     rotation[rows], position[rows] = goes.rotation, goes.position
     return Frame(rotation, position)
@@ -65,4 +65,4 @@ def held_targets(
 def _unloaded(arm: EquippedArm, path: PlannedPath, state: PreloadState, rows: Rows) -> Command:
     """The commands at ``rows`` without a process: what they differ by from the solve is what the process causes."""
     part, no_load = path.toolpath.take(rows), np.zeros((len(rows), 6))
-    return arm.command(part, path.tcp.take(rows), wrench=no_load, state=state.middle[rows], seed=path.q[rows])
+    return arm.command(part, path.tcp.take(rows), wrench=no_load, state=state.take(rows).middle, seed=path.q[rows])

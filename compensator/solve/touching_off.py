@@ -69,7 +69,7 @@ def _posture(job: Job, path: PlannedPath, k: int, touch: Floats) -> tuple[int, F
     position = position if moved is None else moved.inward(position)
     row = int(cut[np.argmin(np.linalg.norm(position[cut] - touch, axis=1))])
     there = touch if moved is None else moved.take(row).at(touch)
-    tcp = Frame(path.tcp.rotation[[row]], job.placement.workobject.at(there)[None])
+    tcp = Frame(path.tcp.take(np.array([row])).rotation, job.placement.workobject.at(there)[None])
     branch = np.broadcast_to(path.branch, len(path.toolpath))[[row]]
     found = job.planner.inverse.along(path.toolpath.take([row]), tcp, branch, path.q[row])
     if not found.ok.all():

@@ -156,5 +156,5 @@ def _positions(
     for number, r in c.job.arm.tools.rows(part):
         predictor = c.job.arm.predictors[number]
         predictor = predictor.with_values(values) if values else predictor
-        out[r] = predictor.forward(q[r], wrench[r], c.state.middle[rows][r]).position
+        out[r] = predictor.forward(q[r], wrench[r], c.state.take(rows).middle[r]).position
     return out

@@ -30,8 +30,8 @@ def without_tilt(c: Compensation) -> Compensation:
         PathError, SolveError: a pose has no joint angles, or is none that a robot may be sent.
     """
     job, toolpath, rows = c.job, c.path.toolpath, np.flatnonzero(c.cutting)
-    some, rotation = toolpath.take(rows), c.path.tcp.rotation[rows]
-    target, position = c.target.origin[rows], c.command.position[rows]
+    some, rotation = toolpath.take(rows), c.path.tcp.take(rows).rotation
+    target, position = c.target.take(rows).origin, c.command.position[rows]
     last = np.zeros_like(position)
     best: tuple[float, Floats, Floats] | None = None
     for _ in range(ROUNDS):
@@ -53,15 +53,16 @@ def without_tilt(c: Compensation) -> Compensation:
         position = position - np.where(turned, 0.5, 1.0)[:, None] * error
     if best is None:
         return c
-    where, q, orientation = c.command.position.copy(), c.command.q.copy(), c.command.rotation.copy()
+    printed, q = c.printed, c.command.q.copy()
+    where, orientation = printed.origin.copy(), printed.rotation.copy()
     where[rows], q[rows], orientation[rows] = best[1], best[2], rotation
-    upright = replace(c, command=replace(c.command, q=q, rotation=orientation, position=where))
+    upright = replace(c, command=replace(c.command, q=q, nominal=lambda _: Frame(orientation, where)))
     refuse_unsafe(upright)
     return upright
 
 
 def largest_tilt(c: Compensation) -> tuple[float, int]:
     """Largest tilt of a commanded tool against the path, rad, and its pose."""
-    off = np.linalg.norm(np.cross(c.command.rotation[:, :, 2], c.path.tcp.rotation[:, :, 2]), axis=1) * c.cutting
+    off = np.linalg.norm(np.cross(c.command.rotation[:, :, 2], c.path.tcp.z), axis=1) * c.cutting
     k = int(np.argmax(off))
     return float(off[k]), k

@@ -13,13 +13,13 @@ from compensator.errors import SolveError
 from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import equilibria
+from toolpaths.columns import Column, MadeColumn, blocks
 from toolpaths.files import read_back
 from toolpaths.frame import Frame
 from toolpaths.rotation import aligned
 
 Floats = npt.NDArray[np.float64]
 
-BLOCK = 65536  # poses at a time, so that memory stays small
 PRINTED = 2e-6  # m and rad: what a controller language may lose by printing
 
 
@@ -90,38 +90,45 @@ class _Printed:
     """(N) TCP in the work object as printed; ``target`` (N, 3) m, base, where it has to be to meet the part."""
 
     tcp: Frame
-    target: Floats
+    target: Column
 
 
 def _printed(c: Compensation, path: File, language: str) -> tuple[_Printed, Floats, Floats]:
     """What is printed, and how far it is from the solved one: (N,) m, entries of the rotation."""
     text = read_back(path, language)
-    if len(text.position) != len(c):
-        raise SolveError(f"{path}: {len(text.position)} poses stand in the program, {len(c)} were solved")
-    work, printed = c.job.placement.workobject, Frame(text.rotation, text.position)
+    if len(text) != len(c):
+        raise SolveError(f"{path}: {len(text)} poses stand in the program, {len(c)} were solved")
+    work, printed, commanded = c.job.placement.workobject, text.poses, c.printed
     on_axes, target, astray = _axes(c, text.external, path)
-    if on_axes:
-        printed = on_axes.then(printed)
-    if not text.turn_known:
-        printed = Frame(printed.rotation.copy(), printed.origin)
+    if on_axes is not None:
+        printed = _on_axes(on_axes, printed)
+    if not text.turn_known:  # it is that of the solve
+        printed = printed.mapped(lambda some, rows: _turned_as(some, work.rotation.T @ commanded.take(rows).rotation))
     off, turned = np.empty(len(c)), np.empty(len(c))
-    for first in range(0, len(c), BLOCK):
-        b = slice(first, first + BLOCK)
-        if not text.turn_known:  # it is that of the solve
-            printed.rotation[b] = aligned(work.rotation.T @ c.command.rotation[b], -printed.rotation[b, :, 2])
-        tcp = work.then(printed.take(b))
-        off[b] = np.linalg.norm(tcp.origin - c.command.position[b], axis=1)
-        turned[b] = np.abs(tcp.rotation - c.command.rotation[b]).max(axis=(1, 2))
+    for b in blocks(len(c)):
+        tcp, solved = work.then(printed.take(b)), commanded.take(b)
+        off[b] = np.linalg.norm(tcp.origin - solved.origin, axis=1)
+        turned[b] = np.abs(tcp.rotation - solved.rotation).max(axis=(1, 2))
     return _Printed(printed, target), np.maximum(off, astray), turned
 
 
-def _axes(c: Compensation, external: Floats | None, path: File) -> tuple[Frame | None, Floats, Floats]:
+def _on_axes(on_axes: Frame, printed: Frame) -> Frame:
+    """Printed poses (N) in the work object with all axes at 0; ``on_axes``: (N), or one of all."""
+    one = on_axes.origin.ndim == 1
+    return printed.mapped(lambda some, rows: (on_axes if one else on_axes.take(rows)).then(some))
+
+
+def _turned_as(printed: Frame, rotation: Floats) -> Frame:
+    return Frame(aligned(rotation, -printed.z), printed.origin)
+
+
+def _axes(c: Compensation, external: Floats | None, path: File) -> tuple[Frame | None, Column, Floats]:
     """The work object as the poses of the program have it, the target (N, 3) m where its axes bring the part, and how
     far these are from where they were chosen, (N,)."""
-    placement, toolpath = c.job.placement, c.path.toolpath
+    placement, toolpath, target = c.job.placement, c.path.toolpath, c.target
     names, chosen = [a.name for a in axes_in_program(placement, toolpath)], moved_workobject(placement, toolpath)
     if not names or chosen is None:
-        return chosen, c.target.origin, np.zeros(len(c))
+        return chosen, MadeColumn(len(c), lambda rows: target.take(rows).origin), np.broadcast_to(0.0, len(c))
     if external is None or external.shape != (len(toolpath), len(names)):
         raise SolveError(f"{path}: the program does not have {', '.join(names)} at every pose")
     poses, part, astray = printed_axes(placement, toolpath, external)
@@ -141,13 +148,12 @@ def _error(c: Compensation, printed: _Printed) -> Floats:
 def _joint_angles(c: Compensation, printed: Frame) -> Floats:
     """(N, n) rad of poses (N) in the work object, as the controller finds them; in blocks where it has a formula."""
     toolpath, inverse, out = c.path.toolpath, c.job.planner.inverse, np.empty_like(c.command.q)
-    size = BLOCK if inverse.labelled else len(c)
-    for first in range(0, len(c), size):
-        rows = np.arange(first, min(first + size, len(c)))
+    for b in blocks(len(c), None if inverse.labelled else len(c)):
+        rows = np.arange(b.start, b.stop)
         tcp = c.job.placement.workobject.then(printed.take(rows))
         batch = inverse.along(toolpath.take(rows), tcp, c.path.branch[rows], c.command.q[rows])
         if not batch.ok.all():
             k = int(np.argmin(batch.ok))
-            raise SolveError(f"{place(toolpath, first + k)}: the printed pose has no joint angles: {batch.why(k)}")
+            raise SolveError(f"{place(toolpath, b.start + k)}: the printed pose has no joint angles: {batch.why(k)}")
         out[rows] = batch.q
     return out

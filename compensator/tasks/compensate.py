@@ -15,7 +15,7 @@ from compensator.cell.cell_file import load_cell
 from compensator.cell.job import Job
 from compensator.program.export import Export, program_of
 from compensator.program.filter_in_place import filter_of
-from compensator.program.maker import refuse_study_frame, refuse_what_is_kept
+from compensator.program.maker import ProgramMaker, refuse_study_frame, refuse_what_is_kept
 from compensator.program.provenance import Provenance, provenance_of, seal
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
@@ -117,14 +117,18 @@ def compensate_file(
     refuse_study_frame(given.job)
     refuse_without_cut(given.job.placement.process, given.job.placement.source, engagement, left)
     stamp = given.provenance.stamp
-    maker = filter_of(read_from, given.source, written_in, stamp) or Export(given.source, written_in, stamp)
+    maker: ProgramMaker | None = filter_of(read_from, given.source, written_in, stamp)
+    maker = maker or Export.of(given.job.placement, given.source, written_in, stamp)
     named = Path(f"{UNNAMED}{written_in.writes}") if program == STDOUT else program
     refuse_what_is_kept(given.job, maker.in_place)
     maker.check(given.job.placement, given.path, named)
-    say(given.job.placement.process.preparation() or "solving")
-    path = planned(given.job, given.path)
-    maker.check(given.job.placement, path.toolpath, named)
-    result = compensate(given.job, path, rapids_stay=maker.in_place)
+    job, toolpath_read, provenance = given.job, given.path, given.provenance
+    del given  # a path that is sampled is another one
+    say(job.placement.process.preparation() or "solving")
+    path = planned(job, toolpath_read)
+    del toolpath_read
+    maker.check(job.placement, path.toolpath, named)
+    result = compensate(job, path, rapids_stay=maker.in_place)
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
         with outputs.writing(program, written_in.writes) as staged:
@@ -136,7 +140,7 @@ def compensate_file(
         judged = assessed(made.result, made.findings)
         judged.collisions.refuse_contacts()
         numbers = path_report(judged, checked.error, seconds=time.monotonic() - began)
-        numbers["provenance"] = given.provenance.as_dict()
+        numbers["provenance"] = provenance.as_dict()
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
         refuse_warnings(numbers, strict)
@@ -180,7 +184,7 @@ def preview_file(
         written: tuple[Finding, ...] = ()
         if csv:
             with outputs.writing(csv, ".csv") as staged:
-                made = write_program(program_of(result, corrected=False), staged, "csv")
+                made = write_program(program_of(result, corrected=False), staged, "csv", staged=True)
             outputs.add(made.files[0], csv)
             written = made.findings
         judged = assessed(result, written, corrected=False)

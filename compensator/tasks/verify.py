@@ -17,7 +17,7 @@ from compensator.program.changed_lines import changed_lines
 from compensator.program.export import Export
 from compensator.program.filter_in_place import filter_of
 from compensator.program.filtered_program import FilteredProgram, verify_filtered
-from compensator.program.maker import MadeProgram
+from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.program.provenance import digest_of, head_of
 from compensator.report.json.text import as_json
 from compensator.report.json.verification import CONFIRMED, Standing, verification_report
@@ -109,7 +109,8 @@ def verify_file(
 def _written_anew(given: RunInput, files: ProgramFiles, spoken: Language, target: Path) -> MadeProgram:
     """The program as it is written now, in a folder of its own."""
     stamp = given.provenance.stamp
-    maker = filter_of(files, given.source, spoken, stamp) or Export(given.source, spoken, stamp)
+    maker: ProgramMaker | None = filter_of(files, given.source, spoken, stamp)
+    maker = maker or Export.of(given.job.placement, given.source, spoken, stamp)
     path = planned(given.job, given.path)
     return maker.write(compensate(given.job, path, rapids_stay=maker.in_place), target)
 

@@ -72,7 +72,7 @@ def _maker(result: PathResult, spoken: Language, program: Path) -> ProgramMaker:
         what = f"{result.source.source} is {name}, too, and is changed in place"
         raise CompensatorError(f"{program}: {what}: compensate it with language={name!r}")
     if result.language is None:
-        return Export(result.source, spoken, result.provenance.stamp)
+        return Export.of(result.result.job.placement, result.source, spoken, result.provenance.stamp)
     if result.language.name != spoken.name:
         what = f"the path was compensated for language={result.language.name!r}, not {spoken.name!r}"
         raise CompensatorError(f"{program}: {what}: compensate it for that, or name another file")

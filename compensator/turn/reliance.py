@@ -91,7 +91,7 @@ def reliance(
         for begin in range(0, len(cells), CELLS):
             i, k = cells[begin : begin + CELLS].T
             rows = grid.rows[i]
-            found = at.in_parts(grid.q[i, k], wrench[rows], path.tcp.origin[rows])
+            found = at.in_parts(grid.q[i, k], wrench[rows], path.tcp.take(rows).origin)
             deflection[i, k], sd[i, k], lever[i, k], give[i, k] = found[:4]
             crossing[i, k] = found[2] * found[4]
             gap = np.maximum(gap, found[4].max(axis=0, initial=0.0))

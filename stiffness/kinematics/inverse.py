@@ -117,15 +117,19 @@ def pose_error(robot: Robot, q: Floats, pose: Floats) -> float:
     return max(float(np.linalg.norm(got[:3, 3] - pose[:3, 3])), float(angle))
 
 
-def checked_path(robot: Robot, poses: Poses) -> PoseArray:
-    """The poses as contiguous arrays; refused when shapes are wrong or a number is not finite."""
+def checked_path(robot: Robot, poses: Poses, first: int = 0) -> PoseArray:
+    """The poses as contiguous arrays; refused when shapes are wrong or a number is not finite.
+
+    Args:
+        first: number of the first of them, for messages.
+    """
     rotation = np.ascontiguousarray(poses.rotation, dtype=float)
     origin = np.ascontiguousarray(poses.origin, dtype=float)
     if origin.ndim != 2 or origin.shape[1] != 3 or rotation.shape != (len(origin), 3, 3):
         raise RobotError(f"poses are (N, 3, 3) and (N, 3), got {rotation.shape} and {origin.shape}")
     finite = np.isfinite(rotation).all(axis=(1, 2)) & np.isfinite(origin).all(axis=1)
     if not finite.all():
-        raise RobotError(f"robot {robot.name}: pose {int(np.argmin(finite))} of the path is not finite")
+        raise RobotError(f"robot {robot.name}: pose {first + int(np.argmin(finite))} of the path is not finite")
     return PoseArray(rotation, origin)
 
 

@@ -25,6 +25,8 @@ from stiffness.robot.robot import Robot
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+BLOCK = 65536  # poses at a time: they may be made where they are asked for
+
 
 class SphericalInverse(Inverse):
     """Closed form; branch bits: 4 wrist centre behind axis 1, 2 behind the lower arm, 1 axis 5 bent negative.
@@ -52,9 +54,11 @@ class SphericalInverse(Inverse):
         return found
 
     def along(self, poses: Poses, branch: int | Ints, seed: Floats | None = None) -> InverseSolution:
-        path = checked_path(self.robot, poses)
-        labels = checked_branch(self, branch, len(path))
-        q, margins, wrist = self._solve(path, labels)
+        labels = checked_branch(self, branch, poses.count)
+        q, margins, wrist = (np.empty((poses.count, *width)) for width in ((self.robot.n,), (3,), ()))
+        for first in range(0, poses.count, BLOCK):
+            b = slice(first, first + BLOCK)
+            q[b], margins[b], wrist[b] = self._solve(checked_path(self.robot, poses.take(b), first), labels[b])
         q = continuous(self.robot, q, seed)
         reasons = {
             "out of reach: the wrist centre is too close to axis 1": margins[:, 0] < 0,

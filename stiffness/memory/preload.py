@@ -31,15 +31,11 @@ class PreloadState:
 
     Shape (m,) at one pose, (N, m) along a path. ``likely`` begins in the middle of an unknown start: like ``low`` and
     ``high``, and unlike their mean, it is a history that a joint can have.
-
-    Attributes:
-        lowest, highest: ``low`` and ``high``; with ``rows`` those at rows (K,) of a path, elsewhere all three are one.
     """
 
     lowest: Floats
     highest: Floats
     likely: Floats | None = None
-    rows: Rows | None = None
 
     def __repr__(self) -> str:
         return f"PreloadState(shape {self.middle.shape}, {'known' if self.known.all() else 'partly unknown'})"
@@ -47,26 +43,31 @@ class PreloadState:
     @staticmethod
     def chained(parts: Sequence[PreloadState]) -> PreloadState:
         """Of a path, from those of its pieces."""
-        if len(parts) == 1:
-            return parts[0]
-        middle = np.concatenate([p.middle for p in parts])
-        apart = [np.flatnonzero(p.is_open) for p in parts]
-        begin = np.cumsum([0, *(len(p.middle) for p in parts[:-1])])
-        low, high = (
-            np.concatenate([getattr(p.take(r), name) for p, r in zip(parts, apart, strict=True)])
-            for name in ("low", "high")
-        )
-        return PreloadState(low, high, middle, np.concatenate([b + r for b, r in zip(begin, apart, strict=True)]))
+        begins = np.cumsum([0, *(len(p.middle) for p in parts)])
+        values, begin, low, high, rows = list[Floats](), list[Rows](), list[Floats](), list[Floats](), list[Rows]()
+        for first, part in zip(begins.tolist(), parts, strict=False):
+            middle, apart = part.middle, np.flatnonzero(part.is_open)
+            changed = np.concatenate([np.arange(min(len(middle), 1)), part.changed])
+            values.append(middle[changed])
+            begin.append(first + changed)
+            there = part.take(apart)
+            low.append(there.low)
+            high.append(there.high)
+            rows.append(first + apart)
+        return PathState(
+            np.concatenate(low), np.concatenate(high), np.concatenate(values), rows=np.concatenate(rows),
+            begin=np.concatenate(begin), count=int(begins[-1]),
+        )  # fmt: skip
 
     @property
     def low(self) -> Floats:
         """(..., m) the lowest that it can be."""
-        return self._whole(self.lowest)
+        return self.lowest
 
     @property
     def high(self) -> Floats:
         """(..., m) the highest that it can be."""
-        return self._whole(self.highest)
+        return self.highest
 
     @property
     def middle(self) -> Floats:
@@ -81,16 +82,77 @@ class PreloadState:
     @property
     def is_open(self) -> npt.NDArray[np.bool_]:
         """(N,) poses where lowest, highest and likely state are not one and the same."""
-        if self.rows is None and self.lowest is self.highest is self.likely:
+        if self.lowest is self.highest is self.likely:
             return np.zeros(len(self.lowest), dtype=np.bool_)
         low, high, middle = self.low, self.high, self.middle
         return np.asarray(((low != middle) | (high != middle)).any(axis=-1))
 
-    def take(self, rows: npt.NDArray[np.intp]) -> PreloadState:
+    @property
+    def unknown_rows(self) -> Rows:
+        """(K,) poses of a path with a state that is not ``known``."""
+        return np.flatnonzero(~self.known.all(axis=1))
+
+    @property
+    def changed(self) -> Rows:
+        """(K,) poses of a path with another state than the pose before."""
+        middle = self.middle
+        return np.flatnonzero((middle[1:] != middle[:-1]).any(axis=1)) + 1
+
+    def take(self, rows: Rows) -> PreloadState:
         """The state at some poses of a path."""
-        if self.rows is None or self.likely is None:
-            return PreloadState(self.low[rows], self.high[rows], None if self.likely is None else self.likely[rows])
-        middle = self.likely[rows]
+        return PreloadState(self.low[rows], self.high[rows], None if self.likely is None else self.likely[rows])
+
+    @property
+    def last(self) -> PreloadState:
+        """The state after the last pose of a path: where the next chunk starts."""
+        end = self.take(np.array([-1]))
+        return PreloadState(end.low[0], end.high[0], None if end.likely is None else end.likely[0])
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class PathState(PreloadState):
+    """The state along a path of N poses, kept where it changes, and where it is not known.
+
+    Attributes:
+        likely: (C, m) that holds from ``begin`` (C,), the poses that change it and the first, up to the next.
+        lowest, highest: ``low`` and ``high`` at ``rows`` (K,); elsewhere all three are one.
+        count: N.
+    """
+
+    rows: Rows
+    begin: Rows
+    count: int
+
+    @property
+    def low(self) -> Floats:
+        return self._whole(self.lowest)
+
+    @property
+    def high(self) -> Floats:
+        return self._whole(self.highest)
+
+    @property
+    def middle(self) -> Floats:
+        return self._at(np.arange(self.count))
+
+    @property
+    def is_open(self) -> npt.NDArray[np.bool_]:
+        out = np.zeros(self.count, dtype=np.bool_)
+        out[self.rows] = True
+        return out
+
+    @property
+    def unknown_rows(self) -> Rows:
+        return np.asarray(self.rows[~(self.highest - self.lowest <= 1e-12).all(axis=1)])
+
+    @property
+    def changed(self) -> Rows:
+        middle = self._at(self.begin)  # a piece may begin as the one before ended
+        return np.asarray(self.begin[1:][(middle[1:] != middle[:-1]).any(axis=1)])
+
+    def take(self, rows: Rows) -> PreloadState:
+        rows = np.where(rows < 0, rows + self.count, rows)
+        middle = self._at(rows)
         at = np.minimum(np.searchsorted(self.rows, rows), max(len(self.rows) - 1, 0))
         apart = self.rows[at] == rows if len(self.rows) else np.zeros(len(rows), dtype=np.bool_)
         if not apart.any():
@@ -99,18 +161,12 @@ class PreloadState:
         low[apart], high[apart] = self.lowest[at[apart]], self.highest[at[apart]]
         return PreloadState(low, high, middle)
 
-    @property
-    def last(self) -> PreloadState:
-        """The state after the last pose of a path: where the next chunk starts."""
-        end = self.take(np.array([len(self.middle) - 1]))
-        return PreloadState(end.low[0], end.high[0], None if end.likely is None else end.likely[0])
+    def _at(self, rows: Rows) -> Floats:
+        likely = np.empty((0, self.lowest.shape[-1])) if self.likely is None else self.likely
+        return np.asarray(likely[np.searchsorted(self.begin, rows, side="right") - 1])
 
     def _whole(self, at_rows: Floats) -> Floats:
-        if self.rows is None or self.likely is None:
-            return at_rows
-        if not len(self.rows):
-            return self.likely
-        whole = self.likely.copy()
+        whole = self.middle
         whole[self.rows] = at_rows
         return whole
 

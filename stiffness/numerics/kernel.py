@@ -10,6 +10,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -136,9 +138,13 @@ class Kernel:
         self._block = block
         self._threads = threads
         self._columns: dict[int, ca.Function] = {}
+        self._free: dict[int, list[_Memory]] = {}
 
     def __repr__(self) -> str:
         return f"Kernel({self.function.name()}, {self.function.n_instructions()} instructions)"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_free": {block: [] for block in self._columns}}  # memory stays with its process
 
     def run(self, *inputs: Floats) -> tuple[Floats, ...]:
         """Evaluate every row.
@@ -164,9 +170,8 @@ class Kernel:
         if len(spans) <= 1:
             self._span(block=block, inputs=inputs, outputs=outputs, a=0, b=rows)
         else:
-            with ThreadPoolExecutor(len(spans) - 1) as pool:
-                others = [pool.submit(self._span, block, inputs, outputs, *span) for span in spans[1:]]
-                self._span(block, inputs, outputs, *spans[0])
+            others = [_pool(os.getpid()).submit(self._span, block, inputs, outputs, *span) for span in spans[1:]]
+            self._span(block, inputs, outputs, *spans[0])
             for other in others:
                 other.result()
         return outputs
@@ -174,28 +179,48 @@ class Kernel:
     def _prepare(self, block: int) -> None:
         if block not in self._columns:
             self._columns[block] = replay(self.function, block)
+            self._free[block] = []
 
     def _span(self, block: int, inputs: tuple[Floats, ...], outputs: tuple[Floats, ...], a: int, b: int) -> None:
-        buffer, evaluate = self._columns[block].buffer()
-        # CasADi matrices are column-major: a C array of shape (columns, rows) is the same memory.
-        ins = [np.zeros((w, block)) for w in self._widths_in]
-        outs = [np.zeros((w, block)) for w in self._widths_out]
-        for k, array in enumerate(ins):
-            if array.size:
-                buffer.set_arg(k, memoryview(array))  # type: ignore[call-arg, arg-type]  # stubs know the C form only
-            if inputs[k].ndim == 1:
-                array[:] = inputs[k][:, None]
-        for k, array in enumerate(outs):
-            if array.size:
-                buffer.set_res(k, memoryview(array))  # type: ignore[call-arg, arg-type]
+        free = self._free[block]
+        try:
+            own = free.pop()  # by one thread at a time
+        except IndexError:
+            own = _Memory(self._columns[block], block, self._widths_in, self._widths_out)
+        for array, source in zip(own.ins, inputs, strict=True):
+            if source.ndim == 1:
+                array[:] = source[:, None]
         for start in range(a, b, block):
             count = min(block, b - start)
-            for array, source in zip(ins, inputs, strict=True):
+            for array, source in zip(own.ins, inputs, strict=True):
                 if source.ndim == 2:
                     array[:, :count] = source[start : start + count].T
-            evaluate()
-            for array, target in zip(outs, outputs, strict=True):
+            own.evaluate()
+            for array, target in zip(own.outs, outputs, strict=True):
                 target[start : start + count] = array[:, :count].T
+        free.append(own)
+
+
+class _Memory:
+    """What one thread evaluates a block of poses in; making it takes as long as some hundred poses."""
+
+    def __init__(self, columns: ca.Function, block: int, widths_in: list[int], widths_out: list[int]) -> None:
+        self._buffer, self.evaluate = columns.buffer()
+        # CasADi matrices are column-major: a C array of shape (columns, rows) is the same memory.
+        self.ins = [np.zeros((w, block)) for w in widths_in]
+        self.outs = [np.zeros((w, block)) for w in widths_out]
+        for k, array in enumerate(self.ins):
+            if array.size:
+                self._buffer.set_arg(k, memoryview(array))  # type: ignore[call-arg, arg-type]  # stubs know the C form
+        for k, array in enumerate(self.outs):
+            if array.size:
+                self._buffer.set_res(k, memoryview(array))  # type: ignore[call-arg, arg-type]
+
+
+@lru_cache(maxsize=1)
+def _pool(process: int) -> ThreadPoolExecutor:
+    """The threads of this process: those of the one that it was forked from are not there."""
+    return ThreadPoolExecutor(max(os.cpu_count() or 1, 1))
 
 
 def _cores() -> int:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
+from stiffness.poses import Poses
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,7 +41,7 @@ class StartValues:
 
 
 PREDICTED = ("rotation", "position", "torque", "residual")  # columns of a Prediction, a row per pose
-COLUMNS = ("q", "actual", "torque", "rotation", "position", "error", "extra")  # of a Command, a row per pose
+COLUMNS = ("q", "actual", "torque", "error", "extra")  # of a Command, a row per pose
 
 
 @dataclass(frozen=True, repr=False)
@@ -50,7 +52,7 @@ class Command:
         q: (N, n) rad to command.
         actual: (N, n) rad where the joints then stand.
         torque: (N, n) N*m.
-        rotation, position: nominal TCP pose of the command, base: what a program prints.
+        nominal: commands of all poses (N, n) rad -> nominal TCP poses (N), base.
         error: (N,) m and rad, what is left.
         extra: (N, k) elastic coordinates beyond the joints, and those of the sag.
         steps: Newton steps needed.
@@ -59,15 +61,29 @@ class Command:
     q: Floats
     actual: Floats
     torque: Floats
-    rotation: Floats
-    position: Floats
+    nominal: Callable[[Floats], Poses]
     error: Floats
     extra: Floats
     steps: int
 
+    @property
+    def printed(self) -> Poses:
+        """(N) nominal TCP poses of the commands, base: what a program prints."""
+        return self.nominal(self.q)
+
+    @property
+    def rotation(self) -> Floats:
+        """(N, 3, 3) of ``printed``."""
+        return self.printed.rotation
+
+    @property
+    def position(self) -> Floats:
+        """(N, 3) m of ``printed``."""
+        return self.printed.origin
+
     def replaced(self, rows: npt.NDArray[np.intp], part: Command) -> Command:
         """The same with other solutions at some poses."""
-        return Command(**_replaced(self, COLUMNS, rows, part), steps=max(self.steps, part.steps))
+        return Command(**_replaced(self, COLUMNS, rows, part), nominal=self.nominal, steps=max(self.steps, part.steps))
 
     @property
     def converged(self) -> npt.NDArray[np.bool_]:

@@ -183,7 +183,7 @@ class Predictor:
             near: where to begin instead, for models that need Newton steps.
         """
         flat, position = _flat(target.rotation), target.origin
-        exact = not self._newton_needed
+        exact = self.closed_form
         if near is not None and not exact:
             q, actual, extra = near.q.copy(), near.actual.copy(), near.extra.copy()
         else:
@@ -203,13 +203,11 @@ class Predictor:
             rows, steps = rows[open_rows], steps + 1
             q[rows] += new[open_rows] - actual[rows]  # the command goes along with the Newton step
             actual[rows], extra[rows] = new[open_rows], new_extra[open_rows]
-        printed = self.nominal(q)
         return Command(
             q=q,
             actual=actual,
             torque=torque,
-            rotation=printed.rotation,
-            position=printed.origin,
+            nominal=self.nominal,
             error=error,
             extra=extra,
             steps=steps - 1,
@@ -253,8 +251,9 @@ class Predictor:
         return self._functions.implicit_in_command
 
     @property
-    def _newton_needed(self) -> bool:
-        return bool(self.statics.places) or self.calibrated_out or not self.complementary
+    def closed_form(self) -> bool:
+        """Whether ``command`` is exact without a Newton step, and takes no notice of ``near``."""
+        return not (self.statics.places or self.calibrated_out or not self.complementary)
 
 
 def _matrices(flat: Floats) -> Floats:

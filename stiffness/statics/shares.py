@@ -11,8 +11,6 @@ from stiffness.statics.predictor import Predictor
 
 Floats = npt.NDArray[np.float64]
 
-_BLOCK = 65536  # poses at a time, so that memory stays small
-
 
 @dataclass(frozen=True, repr=False)
 class DeflectionShares:
@@ -44,39 +42,55 @@ class DeflectionShares:
 
 
 def shares_of(predictor: Predictor, q: Floats, wrench: Floats, actual: Floats) -> DeflectionShares:
-    """Shares of the deflection at commands.
+    """Shares of the deflection at commands; see ``ShareFinder.of``."""
+    return ShareFinder(predictor).of(q, wrench, actual)
+
+
+class ShareFinder:
+    """Finds the shares of the deflection of one arm.
 
     Args:
-        q: (N, n) rad. wrench: (N, 6), as in ``Predictor.forward``.
-        actual: (N, 3) m, the TCP that it predicts there.
-
-    Raises:
-        EquilibriumError: the arm is too soft for a load.
+        predictor: of the arm.
     """
-    calm = predictor.without(memory=True) if predictor.statics.n_state else predictor
-    light = calm.without(weight=True, heat=True)
-    warm = calm.without(weight=True) if predictor.temperature else light
-    heavy = calm.without(heat=True) if predictor.temperature else calm
-    none, no_state = np.zeros(6), np.zeros(0)
 
-    def at(arm: Predictor, load: Floats) -> Floats:
-        out = np.empty((len(q), 3))
-        for first in range(0, len(q), _BLOCK):
-            b = slice(first, first + _BLOCK)
-            out[b] = arm.forward(q[b], load if load.ndim == 1 else load[b], no_state).position
-        return out
+    def __init__(self, predictor: Predictor) -> None:
+        self.predictor = predictor
+        self._calm = predictor.without(memory=True) if predictor.statics.n_state else predictor
+        self._light = self._calm.without(weight=True, heat=True)
+        self._warm = self._calm.without(weight=True) if predictor.temperature else self._light
+        self._heavy = self._calm.without(heat=True) if predictor.temperature else self._calm
 
-    nominal = predictor.nominal(q).origin
-    rest = at(light, none) if any(e.unloaded for e in light.effects) else nominal
-    gravity, process = at(heavy, none) - rest, at(light, wrench) - rest
-    temperature = at(warm, none) - rest if predictor.temperature else np.zeros_like(rest)
-    loaded = at(calm, wrench) if predictor.statics.n_state else actual
-    offsets = rest - nominal
-    return DeflectionShares(
-        gravity=gravity,
-        process=process,
-        joint_state=actual - loaded,
-        offsets=offsets,
-        temperature=temperature,
-        interaction=loaded - nominal - offsets - gravity - process - temperature,
-    )
+    def __repr__(self) -> str:
+        return f"ShareFinder({self.predictor!r})"
+
+    def of(self, q: Floats, wrench: Floats, actual: Floats) -> DeflectionShares:
+        """Shares of the deflection at commands.
+
+        Args:
+            q: (N, n) rad. wrench: (N, 6), as in ``Predictor.forward``.
+            actual: (N, 3) m, the TCP that the predictor predicts there.
+
+        Raises:
+            EquilibriumError: the arm is too soft for a load.
+        """
+        none, predictor, light = np.zeros(6), self.predictor, self._light
+        nominal = predictor.nominal(q).origin
+        rest = _at(light, q, none) if any(e.unloaded for e in light.effects) else nominal
+        gravity, process = _at(self._heavy, q, none) - rest, _at(light, q, wrench) - rest
+        nothing = np.broadcast_to(0.0, rest.shape)  # a million poses of zeros are 24 MB
+        temperature = _at(self._warm, q, none) - rest if predictor.temperature else nothing
+        loaded = _at(self._calm, q, wrench) if predictor.statics.n_state else actual
+        offsets = nothing if rest is nominal else rest - nominal
+        return DeflectionShares(
+            gravity=gravity,
+            process=process,
+            joint_state=nothing if loaded is actual else actual - loaded,
+            offsets=offsets,
+            temperature=temperature,
+            interaction=loaded - nominal - offsets - gravity - process - temperature,
+        )
+
+
+def _at(arm: Predictor, q: Floats, load: Floats) -> Floats:
+    """(N, 3) m where the TCP stands under a wrench (N, 6) or (6,)."""
+    return arm.forward(q, load, np.zeros(0)).position

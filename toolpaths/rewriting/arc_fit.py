@@ -37,7 +37,7 @@ class ProgramArcs:
         ends, main = self._ends[r - 1 : r + 1], self._vias[r]
         if not np.isfinite(ends[0]).all():  # it starts from joint angles
             nominal = self.program.position if self.program.nominal_position is None else self.program.nominal_position
-            ends = np.array([nominal[poses[0]], ends[1]])
+            ends = np.array([nominal[poses[:1]][0], ends[1]])
         center, normal, sweep, share, _ = circle_through(ends[:1], main[None], ends[1:])
         t = self.row[poses] - (r - 1)
         shift = self.program.position[poses] - _on_circle(ends[0], center[0], normal[0], sweep[0] * t)

@@ -75,8 +75,9 @@ def _same(program: Program) -> Bools:
     """(M,) poses that are commanded where they have to be."""
     nominal = program.position if program.nominal_position is None else program.nominal_position
     turned = program.rotation if program.nominal_rotation is None else program.nominal_rotation
-    place = np.linalg.norm(program.position - nominal, axis=1) <= SAME_PLACE
-    return np.asarray(place & (np.abs(program.rotation - turned).max(axis=(1, 2), initial=0.0) <= SAME_TURN))
+    place = np.linalg.norm(program.position - np.asarray(nominal), axis=1) <= SAME_PLACE
+    turn = np.abs(program.rotation - np.asarray(turned)).max(axis=(1, 2), initial=0.0)
+    return np.asarray(place & (turn <= SAME_TURN))
 
 
 def _moved(moves: RobotMoves, cuts: Ints64, end: Frame) -> Bools:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.columns import blocks
 from toolpaths.rotation import turn_between
 from toolpaths.toolpath import CUT
 from toolpaths.writing.lines import interrupted
@@ -45,20 +46,29 @@ def blending(program: Program) -> Blending:
     radius, turn = np.zeros(n), np.zeros(n)
     if n < 3:
         return Blending(radius, turn)
-    step = np.diff(program.position, axis=0)
-    length = np.linalg.norm(step, axis=1)
-    shorter = np.minimum(length[:-1], length[1:])
-    half_sine = _half_sine(step, length)
-    cut = program.kind == CUT
-    tolerance = np.where(cut[1:-1] | cut[2:], CUT_TOLERANCE, RAPID_TOLERANCE)
-    with np.errstate(divide="ignore"):
-        radius[1:-1] = np.minimum(0.5 * shorter, 2.0 * tolerance / half_sine)
-    radius[1:-1][shorter < STILL] = 0.0
-    still = np.flatnonzero((length[:-1] < STILL) & (length[1:] < STILL)) + 1
+    standing = np.zeros(n, dtype=np.bool_)
+    for inner in blocks(n - 2):
+        b = slice(inner.start + 1, inner.stop + 1)  # not the ends
+        radius[b], standing[b] = _radii(program, b)
+    still = np.flatnonzero(standing)
     turn[still] = _half_turns(program.rotation, still)
     stop = stops(program)
     radius[stop], turn[stop] = 0.0, 0.0
     return Blending(radius, turn)
+
+
+def _radii(program: Program, block: slice) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """(K,) radius at poses between two others, and whether the TCP stands still there."""
+    step = np.diff(program.position[block.start - 1 : block.stop + 1], axis=0)
+    length = np.linalg.norm(step, axis=1)
+    shorter = np.minimum(length[:-1], length[1:])
+    half_sine = _half_sine(step, length)
+    cut = program.kind[block.start : block.stop + 1] == CUT
+    tolerance = np.where(cut[:-1] | cut[1:], CUT_TOLERANCE, RAPID_TOLERANCE)
+    with np.errstate(divide="ignore"):
+        radius = np.minimum(0.5 * shorter, 2.0 * tolerance / half_sine)
+    radius[shorter < STILL] = 0.0
+    return radius, (length[:-1] < STILL) & (length[1:] < STILL)
 
 
 def stops(program: Program) -> npt.NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.columns import blocks
 from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.toolpath import CUT, RAPID
 from toolpaths.writing.program import Floats, Program
@@ -31,8 +32,10 @@ def common_findings(program: Program) -> Iterator[Finding]:
 def _numbers(program: Program) -> Iterator[Finding]:
     for name in _ARRAYS:
         value = getattr(program, name)
-        if value is not None:
-            bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
+        if isinstance(value, np.ndarray):  # what is made where it is written is made of these
+            bad = np.zeros(len(value), dtype=bool)
+            for block in blocks(len(program)):
+                bad[block] = ~np.isfinite(value[block].reshape(block.stop - block.start, -1)).all(axis=1)
             yield from _at(program, bad, f"{name} is not a finite number", "report this as a defect")
     if not np.isfinite(program.workobject.matrix).all():
         yield Finding(ERROR, "workobject", "not a finite number")
@@ -49,7 +52,7 @@ def _numbers(program: Program) -> Iterator[Finding]:
 
 def _rotations(program: Program) -> Iterator[Finding]:
     bad = np.zeros(len(program), dtype=bool)
-    for block in program.blocks(65536):
+    for block in blocks(len(program)):
         bad[block] = ~_is_rotation(program.rotation[block])
     yield from _at(program, bad, "the orientation is no rotation", "report this as a defect")
     frames = {"workobject": program.workobject}

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import PurePath
 
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.columns import Column, MadeColumn
 from toolpaths.finding import Finding
 from toolpaths.frame import Frame
+from toolpaths.made_frames import MadeFrames
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import MachineCommand
 
@@ -114,11 +116,11 @@ class Program:
     orders: tuple[Order, ...] = ()
     robot: str = ""
     source: str = ""
-    nominal_position: Floats | None = None
-    nominal_rotation: Floats | None = None
+    nominal_position: Column | None = None
+    nominal_rotation: Column | None = None
     nominal_joints: Floats | None = None
     wrench: Floats | None = None
-    deflection: Floats | None = None
+    deflection: Column | None = None
     external: tuple[ExternalAxis, ...] = ()
     stamp: tuple[str, ...] = ()
     heading: str = HEADING
@@ -128,10 +130,11 @@ class Program:
         n = len(self.position)
         for f in fields(self):
             value = getattr(self, f.name)
-            if isinstance(value, np.ndarray):
+            if isinstance(value, np.ndarray | MadeColumn):
                 if f.name != "start_joints" and len(value) != n:
                     raise ValueError(f"Program.{f.name} has {len(value)} rows, position {n}")
-                value.setflags(write=False)
+                if isinstance(value, np.ndarray):
+                    value.setflags(write=False)
 
     def __len__(self) -> int:
         return len(self.position)
@@ -165,8 +168,7 @@ class ReadBack:
     """What stands in a written program: poses and joints as printed.
 
     Attributes:
-        position: (N, 3) m.
-        rotation: (N, 3, 3).
+        poses: (N) of the TCP.
         joints: (N, n) rad where the language prints them for every pose, else None.
         start_joints: (n,) rad of the joint move to the start, or None.
         feed: (N,) m/s, NaN where none is printed.
@@ -175,8 +177,7 @@ class ReadBack:
         turn_known: whether the turn about the tool is printed; where it is not, that of ``rotation`` is any.
     """
 
-    position: Floats
-    rotation: Floats
+    poses: Frame
     joints: Floats | None = None
     start_joints: Floats | None = None
     feed: Floats | None = None
@@ -184,5 +185,28 @@ class ReadBack:
     turn_known: bool = True
     external: Floats | None = None
 
+    def __len__(self) -> int:
+        return self.poses.count
+
     def __repr__(self) -> str:
-        return f"ReadBack({len(self.position)} poses)"
+        return f"ReadBack({len(self)} poses)"
+
+    @property
+    def position(self) -> Floats:
+        """(N, 3) m."""
+        return self.poses.origin
+
+    @property
+    def rotation(self) -> Floats:
+        """(N, 3, 3)."""
+        return self.poses.rotation
+
+
+def printed_poses(position: Floats, turn: Floats, rotation: Callable[[Floats], Floats]) -> Frame:
+    """N poses at positions (N, 3) m, with orientations (N, k) as a language prints them; they are made to rotations
+    where they are asked for.
+
+    Args:
+        rotation: orientations (K, k) -> (K, 3, 3).
+    """
+    return MadeFrames(len(position), lambda rows: Frame(rotation(turn[rows]), position[rows]), lambda: position)

@@ -27,9 +27,13 @@ class Staging:
     """Stages files in a hidden folder beside their target and renames them into place at the end.
 
     Use as a context manager: leaving it without ``commit`` leaves nothing behind.
+
+    Args:
+        flush: False where the targets are themselves staged: the disk need not have them yet.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, flush: bool = True) -> None:
+        self._flush = flush
         self._folders: dict[Path, Path] = {}
         self._staged: list[tuple[Path, Path]] = []
 
@@ -83,7 +87,7 @@ class Staging:
         Raises:
             StagingError: a rename failed, or the disk is full.
         """
-        for staged, target in self._staged:
+        for staged, target in self._staged if self._flush else ():
             _flush(staged, target)
         backups = self._set_aside() if len(self._staged) > 1 else {}
         renamed: list[Path] = []

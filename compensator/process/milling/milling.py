@@ -29,6 +29,7 @@ from toolpaths.steps import tell
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 
 UPRIGHT = ("flat", "bull")  # shapes whose walls are along the axis
 BESIDE = np.radians(75.0)  # from the feed: a wall stands at 90 deg, the grid of the cut is coarser
@@ -100,13 +101,16 @@ class MillingProcess(Process):
         path, _ = self.milling_path(motion)
         return np.asarray(motion.workobject.rotation @ arriving_axes(path))
 
-    def wrench_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> Floats:
+    def wrench_between(
+        self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad, rows: Rows | None = None
+    ) -> Floats:
         """Between the wrenches of the ends: to walk through the stock for every place would take too long."""
-        old, row = known_path.row, motion.toolpath.row
+        rows = np.arange(len(motion)) if rows is None else rows
+        old, row = known_path.row, motion.toolpath.row[rows]
         start = np.clip(np.searchsorted(old, row, side="right") - 1, 0, len(old) - 2)
         share = np.clip((row - old[start]) / (old[start + 1] - old[start]), 0.0, 1.0)[:, None]
         wrench = (1.0 - share) * known.wrench[start] + share * known.wrench[start + 1]
-        return np.where((motion.toolpath.kind == CUT)[:, None], wrench, 0.0)
+        return np.where((motion.toolpath.kind[rows] == CUT)[:, None], wrench, 0.0)
 
     def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
         """Poses put in have an engagement of their own."""

@@ -18,8 +18,8 @@ def motion_report(check: MotionCheck, path: PlannedPath, added: AddedAcceleratio
     the accelerations (null: nothing is corrected), and lowered feeds."""
     limits = limits_by_name(check.robot)
     return {
-        "speed_deg_per_s": _largest(check.speed, limits["speed"]),
-        "acceleration_deg_per_s2": _largest(check.acceleration, limits["acceleration"]),
+        "speed_deg_per_s": _largest(check.speed.value, limits["speed"]),
+        "acceleration_deg_per_s2": _largest(check.acceleration.value, limits["acceleration"]),
         "added_acceleration_deg_per_s2": None if added is None else {
             "elsewhere": np.degrees(added.elsewhere).tolist(),
             "at_flank_changes": np.degrees(added.at_flanks).tolist(),
@@ -38,4 +38,4 @@ def motion_report(check: MotionCheck, path: PlannedPath, added: AddedAcceleratio
 
 def _largest(value: Floats, limit: Floats) -> Report:
     known = [None if np.isnan(v) else float(v) for v in np.degrees(limit)]
-    return {"max": np.degrees(value.max(axis=0, initial=0.0)).tolist(), "limit": known}
+    return {"max": np.degrees(value).tolist(), "limit": known}

@@ -10,7 +10,7 @@ import numpy as np
 from toolpaths.errors import WriteError
 from toolpaths.languages.csv.writer import columns
 from toolpaths.rotation import matrix_from_quaternion
-from toolpaths.writing.program import ReadBack
+from toolpaths.writing.program import ReadBack, printed_poses
 
 
 def read_back(path: Path) -> ReadBack:
@@ -28,8 +28,7 @@ def read_back(path: Path) -> ReadBack:
         stream.readline()
         feed = np.array([float(row.split(",", last + 1)[last] or "nan") for row in stream]) / 6e4
     return ReadBack(
-        position=text[:, :3] * 1e-3,
-        rotation=matrix_from_quaternion(text[:, 3:7]),
+        poses=printed_poses(text[:, :3] * 1e-3, text[:, 3:7], matrix_from_quaternion),
         joints=np.radians(text[:, 7 : 7 + n]),
         feed=feed,
         external=text[:, 7 + n :] if external else None,

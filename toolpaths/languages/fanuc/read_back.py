@@ -13,7 +13,7 @@ from toolpaths.rotation import matrix_from_fanuc
 from toolpaths.writing.axes import places_of
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
-from toolpaths.writing.program import Floats, ReadBack
+from toolpaths.writing.program import Floats, ReadBack, printed_poses
 
 _MOVE = re.compile(r"^ *\d+:L P\[(\d+)\] ([0-9.]+)(mm/sec|cm/min|inch/min) ", re.M)
 _CALL = re.compile(r"^ *\d+:  CALL (\w+) ;", re.M)
@@ -41,8 +41,7 @@ def read_back(path: Path) -> ReadBack:
         raise WriteError(f"{path}: no moves found in the written program")
     start = _JOINTS.search(main)
     return ReadBack(
-        position=rows[:, :3] * 1e-3,
-        rotation=matrix_from_fanuc(np.radians(rows[:, 3:])),
+        poses=printed_poses(rows[:, :3] * 1e-3, rows[:, 3:], lambda wpr: matrix_from_fanuc(np.radians(wpr))),
         start_joints=None if start is None else model_joints(np.radians(np.array(start.groups(), dtype=np.float64))),
         feed=feeds,
         configuration=bits.astype(np.int32),

@@ -8,7 +8,7 @@ from toolpaths.errors import WriteError
 from toolpaths.languages.gcode.reader import parse
 from toolpaths.reading.source_text import load_lines
 from toolpaths.rotation import rotation_of_axis
-from toolpaths.writing.program import ReadBack
+from toolpaths.writing.program import ReadBack, printed_poses
 
 
 def read_back(path: Path) -> ReadBack:
@@ -18,4 +18,4 @@ def read_back(path: Path) -> ReadBack:
         poses = parse(load_lines(path, source), source).toolpath(1e-5)
     except OSError as problem:
         raise WriteError(f"{path}: cannot be read back: {problem}") from None
-    return ReadBack(position=poses.position, rotation=rotation_of_axis(poses.axis), feed=poses.feed, turn_known=False)
+    return ReadBack(printed_poses(poses.position, poses.axis, rotation_of_axis), feed=poses.feed, turn_known=False)

@@ -12,7 +12,7 @@ from toolpaths.frame import Frame
 from toolpaths.rotation import matrix_from_motoman
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
-from toolpaths.writing.program import Floats, ReadBack
+from toolpaths.writing.program import Floats, ReadBack, printed_poses
 
 _CALL = re.compile(r"^CALL JOB:(\S+)", re.M)
 _POSITION = re.compile(r"^C(\d{5})=(\S+)", re.M)
@@ -34,8 +34,10 @@ def read_back(path: Path) -> ReadBack:
     base = np.array([float(v) for v in frame.groups()])
     work = Frame(matrix_from_motoman(np.radians(base[3:])), base[:3])
     return ReadBack(
-        position=work.inward(poses[:, :3]) * 1e-3,
-        rotation=work.rotation.T @ matrix_from_motoman(np.radians(poses[:, 3:])),
+        poses=printed_poses(
+            work.inward(poses[:, :3]) * 1e-3, poses[:, 3:],
+            lambda turn: work.rotation.T @ matrix_from_motoman(np.radians(turn)),
+        ),
         feed=np.concatenate(feeds) * 1e-3,
     )
 

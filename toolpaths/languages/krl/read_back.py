@@ -12,7 +12,7 @@ from toolpaths.rotation import matrix_from_kuka
 from toolpaths.writing.axes import places_of
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
-from toolpaths.writing.program import Floats, ReadBack
+from toolpaths.writing.program import Floats, ReadBack, printed_poses
 
 _WORD = re.compile(
     r"^ *(?:LIN \{X ([^,]*),Y ([^,]*),Z ([^,]*),A ([^,]*),B ([^,]*),C ([^,}]*)(?:,S (\d+),T (\d+))?((?:,E\d [^,}]*)*)\}"
@@ -34,8 +34,7 @@ def read_back(path: Path) -> ReadBack:
     if start is None or len(rows) == 0:
         raise WriteError(f"{path}: no moves found in the written program")
     return ReadBack(
-        position=rows[:, :3] * 1e-3,
-        rotation=matrix_from_kuka(np.radians(rows[:, 3:])),
+        poses=printed_poses(rows[:, :3] * 1e-3, rows[:, 3:], lambda abc: matrix_from_kuka(np.radians(abc))),
         start_joints=np.radians([float(a.split()[1]) for a in start[1].split(",")]),
         feed=np.concatenate(feeds),
         configuration=_configuration(s) if (s >= 0).all() else None,

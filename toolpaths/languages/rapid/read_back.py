@@ -13,7 +13,7 @@ from toolpaths.rotation import matrix_from_quaternion
 from toolpaths.writing.axes import places_of
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
-from toolpaths.writing.program import Floats, ReadBack
+from toolpaths.writing.program import Floats, ReadBack, printed_poses
 
 _MOVE = re.compile(r"^ *MoveL \[\[([-+.\d,\[\]]*)\],\[([^\]]*)\]\],([^,]*),", re.M)
 _START = re.compile(r"^ *MoveAbsJ \[\[(.*?)\],", re.M)
@@ -33,8 +33,7 @@ def read_back(path: Path) -> ReadBack:
     if start is None or len(rows) == 0:
         raise WriteError(f"{path}: no moves found in the written program")
     return ReadBack(
-        position=rows[:, :3] * 1e-3,
-        rotation=matrix_from_quaternion(rows[:, 3:7]),
+        poses=printed_poses(rows[:, :3] * 1e-3, rows[:, 3:7], matrix_from_quaternion),
         start_joints=np.radians([float(a) for a in start[1].split(",")]),
         feed=feed,
         configuration=rows[:, 10].astype(np.int32),

@@ -11,7 +11,7 @@ from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_ur
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
-from toolpaths.writing.program import Floats, ReadBack
+from toolpaths.writing.program import Floats, ReadBack, printed_poses
 
 _MOVE = re.compile(r"^  movel\(pose_trans\(wobj, p\[(.*?)\]\), a=1\.2, v=([^,)]*)", re.M)
 _START = re.compile(r"^  movej\(\[(.*?)\]", re.M)
@@ -28,8 +28,7 @@ def read_back(path: Path) -> ReadBack:
     if start is None or len(rows) == 0:
         raise WriteError(f"{path}: no moves found in the written program")
     return ReadBack(
-        position=rows[:, :3],
-        rotation=matrix_from_ur(rows[:, 3:]),
+        poses=printed_poses(rows[:, :3], rows[:, 3:], matrix_from_ur),
         start_joints=np.array([float(a) for a in start[1].split(",")]),
         feed=feeds,
     )

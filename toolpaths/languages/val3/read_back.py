@@ -11,7 +11,7 @@ from toolpaths.errors import WriteError
 from toolpaths.rotation import matrix_from_staubli
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
-from toolpaths.writing.program import Floats, ReadBack
+from toolpaths.writing.program import Floats, ReadBack, printed_poses
 
 _CALL = re.compile(r"^ *call (\w+_\d{3,})\(\)", re.M)
 _MOVE = re.compile(r"^ *movel\((\w+)\[(\d+)\],\w+\[0\],(\w+)\[(\d+)\]\)", re.M)
@@ -33,8 +33,7 @@ def read_back(path: Path) -> ReadBack:
     tables = {name: _numbers(text) for name, text in data.items() if name.startswith(("pMove", "mMove"))}
     rows = np.array([tables[p][int(i)] for p, i, _, _ in moves])
     return ReadBack(
-        position=rows[:, :3] * 1e-3,
-        rotation=matrix_from_staubli(np.radians(rows[:, 3:])),
+        poses=printed_poses(rows[:, :3] * 1e-3, rows[:, 3:], lambda r: matrix_from_staubli(np.radians(r))),
         start_joints=np.radians(joints[:6]),
         feed=np.array([tables[m][int(k)][0] for _, _, m, k in moves]) * 1e-3,
     )

@@ -1,0 +1,57 @@
+"""Columns of a long path: worked on in blocks, made where they are asked for, kept once where nothing changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
+Kind = TypeVar("Kind", bound=np.generic)
+
+BLOCK = 65536  # rows at a time
+
+
+def blocks(count: int, size: int | None = None) -> Iterator[slice]:
+    """Ranges of rows that are worked on at one time, so that memory stays bounded; ``size``: None: BLOCK."""
+    step = BLOCK if size is None else size
+    for first in range(0, count, step):
+        yield slice(first, min(first + step, count))
+
+
+def once(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
+    """A column (N,), kept once where a long one has the same value in all rows, as that of a spindle that goes on."""
+    if len(values) < BLOCK or (values[0] != values[-1] and values[0] == values[0]):
+        return values
+    same = np.broadcast_to(values[0], values.shape)
+    return same if np.array_equal(values, same, equal_nan=True) else values
+
+
+class MadeColumn:
+    """A column of N rows that are made where they are asked for: ``column[rows]``, or ``np.asarray`` of all.
+
+    Args:
+        count: N.
+        make: rows (K,) -> (K, ...).
+    """
+
+    def __init__(self, count: int, make: Callable[[Rows], Floats]) -> None:
+        self._count, self._make = count, make
+
+    def __repr__(self) -> str:
+        return f"MadeColumn({self._count} rows)"
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, rows: Rows | slice) -> Floats:
+        return self._make(np.arange(*rows.indices(self._count)) if isinstance(rows, slice) else rows)
+
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> Floats:
+        return np.concatenate([self[b] for b in blocks(self._count)])
+
+
+Column = Floats | MadeColumn
