@@ -65,8 +65,9 @@ def taken(c: Compensation, rows: np.ndarray) -> Compensation:
         return replace(record, **{f.name: of_rows(getattr(record, f.name)) for f in fields(record)})
 
     path = replace(picked(c.path), toolpath=c.path.toolpath.take(rows), tcp=c.path.tcp.take(rows))
-    names = ("command", "load", "target")
-    parts = {name: picked(getattr(c, name)) for name in names}
+    printed = c.printed.take(rows)
+    command = replace(picked(c.command), nominal=lambda q: printed)
+    parts: dict[str, Any] = {"command": command, "load": picked(c.load), "target": c.target.take(rows)}
     if c.plain is not None and len(c.plain) == len(c):
         parts["plain"] = taken(c.plain, rows)
     return replace(picked(c), path=path, state=c.state.take(rows), **parts)  # type: ignore[no-any-return]
