@@ -1,4 +1,6 @@
-"""One timed job in a process of its own: ``python -m benchmarks.job compensate|text|preview FOLDER``.
+"""One timed job in a process of its own: ``python -m benchmarks.job compensate|text|preview|program|filter FOLDER``.
+
+``program`` writes the RAPID program of the nominal path that ``filter`` compensates in place.
 
 Prints JSON: seconds of the job without the start of Python, and the peak memory of the process.
 """
@@ -9,6 +11,7 @@ import json
 import os
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it
@@ -77,6 +80,40 @@ def compensate(folder: Path) -> int:
     return len(done.result)
 
 
+def preview(folder: Path) -> int:
+    """The prediction for every pose, as csv."""
+    from compensator.tasks.compensate import preview_file
+
+    done = preview_file(folder / "path.csv", folder / "cell.toml", csv=folder / "preview.csv")
+    return len(done.result)
+
+
+def program(folder: Path) -> int:
+    """The nominal path as a RAPID program that nobody compensated."""
+    from compensator.program.export import program_of
+    from compensator.solve.compensate import uncompensated
+    from compensator.solve.planned import planned
+    from compensator.tasks.compensate import files_of, read_input
+    from toolpaths.files import write_program
+
+    (folder / "source").mkdir(exist_ok=True)
+    given = read_input(files_of(folder / "path.csv", None), folder / "cell.toml")
+    plain = uncompensated(given.job, planned(given.job, given.path))
+    nominal = replace(program_of(plain, corrected=False, name="NOM"), heading="Program")
+    write_program(nominal, folder / "source" / "nom.mod", "rapid")
+    return len(plain)
+
+
+def filter_in_place(folder: Path) -> int:
+    """That program compensated in place, all of its files."""
+    from compensator.tasks.compensate import compensate_file
+
+    (folder / "filtered").mkdir(exist_ok=True)
+    source = sorted((folder / "source").glob("nom*.mod"))
+    done = compensate_file(source, folder / "cell.toml", folder / "filtered" / "nom.mod")
+    return len(done.result)
+
+
 def text(folder: Path) -> int:
     """The same text read and written, with nothing in between."""
     from compensator.path.free_turn import reference_rotation
@@ -105,7 +142,7 @@ def text(folder: Path) -> int:
     return len(path)
 
 
-JOBS = {"compensate": compensate, "text": text}
+JOBS = {"compensate": compensate, "text": text, "preview": preview, "program": program, "filter": filter_in_place}
 
 
 def main() -> None:

@@ -34,8 +34,13 @@ class Interpreter:
     def __init__(self, program: LinkedText, track: RobotTrack) -> None:
         self.program, self.track = program, track
         self.here = 0
-        self._left = _LEAST_STEPS + len(program.text)
+        self._run = 0
         self._depth = 0
+
+    @property
+    def _runs_on(self) -> bool:
+        """Whether more has been run than can be meant; files that are called make a program longer as they are read."""
+        return self._run > _LEAST_STEPS + len(self.program.text)
 
     def line(self, s: Statement) -> None:
         """Run an instruction or an assignment."""
@@ -73,8 +78,8 @@ class Interpreter:
         """Run statements."""
         for s in body:
             self.here = s.start
-            self._left -= 1
-            if self._left < 0:
+            self._run += 1
+            if self._runs_on:
                 self._refuse_length(s)
             if s.kind == PLAIN:
                 self.line(s)
@@ -99,9 +104,9 @@ class Interpreter:
             self.program.refuse(s.start, "FOR with STEP 0 never ends")
         while (last - value) * step >= 0.0:
             self.count(s.terms[0], value)
-            self._left -= 1
+            self._run += 1
             self.body(s.body)
-            if self._left < 0:
+            if self._runs_on:
                 self._refuse_length(s)
             value += step
 

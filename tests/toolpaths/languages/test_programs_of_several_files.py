@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import toolpaths.interpreting.interpreter as interpreter
 from toolpaths.errors import ReadError
 from toolpaths.files import read_toolpath
 from toolpaths.toolpath import CUT, RAPID, Toolpath
@@ -228,3 +229,18 @@ def test_a_file_that_is_called_and_refused_is_named(tmp_path: Path) -> None:
     put(tmp_path, {"sPocket.src": POCKET.replace("DEF sPocket", "DEF sOther")})
     with pytest.raises(ReadError, match=r"sPocket\.src:2: SPOCKET\(\) is called, and this file begins with DEF SOTHER"):
         read_toolpath(tmp_path / "JOB.src")
+
+
+@pytest.mark.parametrize("moves", [40, 4000])
+def test_what_is_called_may_be_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moves: int) -> None:
+    """How much a program may run follows from all of its files, not from its main one alone."""
+    monkeypatch.setattr(interpreter, "_LEAST_STEPS", 0)
+    more = "".join(LINE.format(k) for k in range(moves))
+    main = FEW.format("".join(LINE.format(k) for k in range(2)) + "part_run;\n")
+    called = f"MODULE part_001\nPROC part_run()\n{more}ENDPROC\nENDMODULE\n"
+    path = read_toolpath(put(tmp_path, {"part.mod": main, "part_001.mod": called}))
+    assert len(path) == 2 + moves
+
+
+LINE = "MoveL [[{},0,5],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n"
+FEW = "MODULE part\nPROC main()\n{}ENDPROC\nENDMODULE\n"
