@@ -49,6 +49,8 @@ def chosen_axes(job: Job, toolpath: Toolpath, wrench: Callable[[PlannedPath], Fl
     trial = AxisTrial(job, free, toolpath, stages=search.stages, wrench=search.wrench)
     taken = fixed = _fixed(search, trial)
     moving, said = _moving(search, trial, fixed) if free.rail.any() else (None, ())
+    if moving is not None:
+        taken = fixed = _cheaper(fixed, trial.stopped(moving))
     if moving is not None and (fixed is None or moving.value.cost < PAYS * fixed.value.cost):
         taken = moving
     if taken is None:
@@ -72,6 +74,10 @@ def _fixed(search: AxisSearch, trial: AxisTrial) -> FollowedAxes | None:
     """The best of the best few fixed places."""
     found = [one for start in search.fixed_places() if (one := trial.fixed(start)) is not None]
     return min(found, key=lambda one: one.value.cost, default=None)
+
+
+def _cheaper(one: FollowedAxes | None, other: FollowedAxes | None) -> FollowedAxes | None:
+    return min((f for f in (one, other) if f is not None), key=lambda f: f.value.cost, default=None)
 
 
 def _moving(

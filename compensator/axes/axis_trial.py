@@ -66,6 +66,11 @@ class AxisTrial:
         places = np.broadcast_to(start.places[0], (len(self.toolpath), len(self.free)))
         return self._followed(places, self.turn(start), None)
 
+    def stopped(self, moving: FollowedAxes) -> FollowedAxes | None:
+        """A way at the place in its middle, for the whole path, with its turn; None: the arm cannot follow."""
+        places = np.broadcast_to(np.median(moving.places, axis=0), moving.places.shape)
+        return self._followed(places, (moving.path.turn, moving.path.branch), None)
+
     def turn(self, start: AxisStart) -> TurnAlong:
         """(N,) rad and configurations (N,) of a start."""
         count = len(self.toolpath)

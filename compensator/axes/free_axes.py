@@ -54,10 +54,12 @@ class FreeAxes:
             return None
         tables = list(free.values())
         rail = np.array([axis.carries == "robot" for axis in tables])
-        ranges = np.array([axis.range or (0.0, 0.0) for axis in tables])
+        unit = 10.0**DIGITS  # what is written is rounded, and stays within
+        ranges = np.array([axis.range or (0.0, 0.0) for axis in tables]) * unit
+        low, high = np.ceil(ranges[:, 0]) / unit, np.floor(ranges[:, 1]) / unit
         direction = np.array([axis.direction for axis in tables])
         return cls(
-            placement=placement, names=tuple(free), rail=rail, low=ranges[:, 0], high=ranges[:, 1],
+            placement=placement, names=tuple(free), rail=rail, low=low, high=high,
             speed=np.array([axis.speed or SPEED for axis in tables]),
             acceleration=np.array([axis.acceleration or ACCELERATION for axis in tables]),
             ways=np.where(rail[:, None], direction * 1e-3, 0.0),

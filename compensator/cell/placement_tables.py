@@ -153,6 +153,8 @@ class ExternalAxisTable(TomlTable):
             raise ValueError(f"range = [{low:g}, {high:g}]: the lowest value first, and a higher one behind it")
         if self.carries == "robot" and high - low < 20.0:
             raise ValueError(f"range = [{low:g}, {high:g}]: {high - low:g} mm of a rail: is this in m? mm are expected")
+        if self.carries == "part" and high - low < 0.1:
+            raise ValueError(f"range = [{low:g}, {high:g}]: less than 0.1 deg of a table: is this in rad?")
         if self.carries == "part" and high - low > 720.0:
             raise ValueError(f"range = [{low:g}, {high:g}]: more than two turns of a table, deg")
         if self.carries == "part" and len(limits) > 1:

@@ -51,6 +51,7 @@ CASES: list[tuple[str, dict[str, Any], str]] = [
     ("speed alone", free(free=None, range=None, speed=10.0), r"speed is of an axis that is chosen: set free = true"),
     ("standing speed", free(speed=0.0), r"external\.E1\.speed = 0\.0"),
     ("fast table", free(carries="part", center=[0.0] * 3, range=[-90.0, 90.0], speed=9.0), r"speed is of a rail"),
+    ("narrow table", free(carries="part", center=[0.0] * 3, range=[0.0, 0.05]), r"less than 0\.1 deg of a table"),
     ("free thrice", {"external": {f"E{k}": FREE for k in (1, 2, 3)}}, r"E1, E2, E3 are free: 2 at most"),
     ("free twice", {"external": {"E2": FREE, "eax_b": FREE}}, r"E2 and eax_b are two names of one axis"),
     ("free group", {"external": {"GP2 J1": FREE}}, r"external\.GP2 J1\.free: an axis of another group"),
