@@ -28,6 +28,7 @@ Floats = npt.NDArray[np.float64]
 
 ROUNDS = 3  # of refinement, as long as they gain
 PAYS = 0.9  # of the cost of the best fixed places: what gains less than a tenth is not worth moving tons for
+BESIDE = 4  # rounds of looking beside the best fixed places, a cell away and nearer
 CURVES, EVERY = (6, 320), 0.25  # coefficients of the curve of a rail, one for so many m of path
 SHORTER = (1.0, 0.5, 0.2)  # of a refinement, until it can be followed between its keys too, and pays
 ENOUGH = 0.99  # of the cost: a round that gains less is the last
@@ -71,9 +72,20 @@ def _told(free: FreeAxes, taken: FollowedAxes, fixed: FollowedAxes | None, said:
 
 
 def _fixed(search: AxisSearch, trial: AxisTrial) -> FollowedAxes | None:
-    """The best of the best few fixed places."""
-    found = [one for start in search.fixed_places() if (one := trial.fixed(start)) is not None]
-    return min(found, key=lambda one: one.value.cost, default=None)
+    """The best of the best few fixed places, and of places beside it: what is counted, reversals, is not smooth."""
+    found = [trial.fixed(start) for start in search.fixed_places()]
+    best = None
+    for one in found:
+        best = _cheaper(best, one)
+    step = search.cell
+    for _ in range(BESIDE):
+        if best is None:
+            return None
+        tried = best
+        for way in (*np.diag(step), *-np.diag(step)):
+            tried = _cheaper(tried, trial.beside(best, way)) or tried
+        step, best = (step if tried is not best else step / 2), tried
+    return best
 
 
 def _cheaper(one: FollowedAxes | None, other: FollowedAxes | None) -> FollowedAxes | None:

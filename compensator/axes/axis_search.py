@@ -28,7 +28,7 @@ CELLS = {1: 41, 2: 13}  # places of each axis, by their number
 STAGES = {1: 300, 2: 120}  # poses at most
 SPACING = 0.05  # m of path between stages, as long as there are few
 FEWEST = 8  # stages
-BEST = 4  # fixed places that are followed
+BEST = 8  # fixed places that are followed
 CLOSER = 5  # places about each of the best, along each axis
 FINER = 2  # of the best that are looked about
 
@@ -72,7 +72,7 @@ class AxisSearch:
             ways = [w for one in self.lattices if (w := cheapest_way(one, self.shape, one_turn=False, still=True))]
             return [AxisStart.of(min(ways, key=lambda w: w.price))] if ways else []
         picked: list[tuple[float, int, AxisLattice]] = []
-        cell = self._cell
+        cell = self.cell
         for score in scored:
             at = score[2].places[score[1]]
             if len(picked) < BEST and all(np.any(np.abs(at - o.places[k]) > 1.5 * cell) for _, k, o in picked):
@@ -112,7 +112,8 @@ class AxisSearch:
         return self.stages.job.placement.solve.turn == "constant" or self.stages.turns == 1
 
     @property
-    def _cell(self) -> Floats:
+    def cell(self) -> Floats:
+        """(A,) from place to place."""
         free = self.stages.free
         return np.asarray((free.high - free.low) / (np.array(self.shape) - 1))
 
@@ -124,7 +125,7 @@ class AxisSearch:
 
     def _closer(self, places: Floats, branch: int) -> AxisStart | None:
         """The best of some places less than a cell away."""
-        free, cell = self.stages.free, self._cell
+        free, cell = self.stages.free, self.cell
         lines = [np.linspace(-cell[a], cell[a], CLOSER + 2)[1:-1] + places[a] for a in range(len(free))]
         near = np.clip(_product(lines), free.low, free.high)
         lattice = _lattice(self.stages, near, branch)

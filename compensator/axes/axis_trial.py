@@ -66,6 +66,11 @@ class AxisTrial:
         places = np.broadcast_to(start.places[0], (len(self.toolpath), len(self.free)))
         return self._followed(places, self.turn(start), None)
 
+    def beside(self, one: FollowedAxes, way: Floats) -> FollowedAxes | None:
+        """Fixed places ``way`` (A,) from others, with their turn; None: the arm cannot follow."""
+        places = np.clip(one.places[0] + way, self.free.low, self.free.high)
+        return self._followed(np.broadcast_to(places, one.places.shape), (one.path.turn, one.path.branch), None)
+
     def stopped(self, moving: FollowedAxes) -> FollowedAxes | None:
         """A way at the place in its middle, for the whole path, with its turn; None: the arm cannot follow."""
         places = np.broadcast_to(np.median(moving.places, axis=0), moving.places.shape)
