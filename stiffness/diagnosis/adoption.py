@@ -144,6 +144,11 @@ def with_richer_forms(fits: ModelFits, additions: list[Addition], fit: Fit) -> t
     return additions, fit
 
 
+def richest(additions: Sequence[Addition]) -> list[Addition]:
+    """With the richer form of every law, wherever it has one."""
+    return [a if a.held else replace(a, extras=a.extras | set(_simple(a))) for a in additions]
+
+
 def _simple(a: Addition) -> list[Site]:
     """Sites where the law of an addition could be richer."""
     kinds = {p.site for p in a.effect.parameters if p.extra}

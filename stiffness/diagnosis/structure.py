@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of
-from stiffness.diagnosis.adoption import better
+from stiffness.diagnosis.adoption import better, richest
 from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import ResidualSource, residual_sources
 from stiffness.diagnosis.beyond_catalogue import beyond_catalogue
@@ -49,11 +49,16 @@ class Judged:
 def without_crumbs(
     search: Search, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
 ) -> tuple[Fit, list[Addition]]:
-    """Without additions that only polish what another explains: laws that are not exact to the last digit. A small
-    cause of its own is no polish: of what is left without it, it explains nearly all."""
+    """Without additions that only polish what another explains: laws that are not exact to the last digit, or the
+    simple form of one whose richer form leaves no more. A small cause of its own is no polish: of what is left without
+    it, it explains nearly all."""
     for r in sorted((r for r in found if r.explains < CRUMB), key=lambda r: r.explains):
         kept = [a for a in additions if a.effect is not r.addition.effect]
         if len(kept) == len(additions) or not kept:
+            continue
+        rich = richest(kept)
+        if rich != kept and (whole := search.fits.fit(rich, fit)).solution.chi2 <= fit.solution.chi2:
+            fit, additions = whole, at_values_of(whole, rich)
             continue
         trial = search.fits.fit(kept, fit)
         if trial.solution.chi2 > SLIGHTLY**2 * trial.solution.freedom:
