@@ -50,6 +50,10 @@ class MadeColumn:
     def __getitem__(self, rows: Rows | slice) -> Floats:
         return self._make(np.arange(*rows.indices(self._count)) if isinstance(rows, slice) else rows)
 
+    def rows(self, index: Rows) -> MadeColumn:
+        """Rows ``index`` (K,) of it, as a column of their own."""
+        return MadeColumn(len(index), lambda rows: self._make(index[rows]))
+
     def __array__(self, dtype: object = None, copy: bool | None = None) -> Floats:
         return np.concatenate([self[b] for b in blocks(self._count)])
 

@@ -11,6 +11,19 @@ from toolpaths.columns import Rows, blocks
 from toolpaths.frame import Floats, Frame
 
 
+def with_other_turns(frames: Frame, rows: Rows, rotation: Floats) -> Frame:
+    """N frames, those at ``rows`` (K,), ascending, turned as ``rotation`` (K, 3, 3)."""
+
+    def change(some: Frame, chosen: Rows) -> Frame:
+        at = np.minimum(np.searchsorted(rows, chosen), len(rows) - 1)
+        here = rows[at] == chosen
+        turned = some.rotation.copy()
+        turned[here] = rotation[at[here]]
+        return Frame(turned, some.origin)
+
+    return frames.mapped(change)
+
+
 class MadeFrames(Frame):
     """N frames, as ``Frame``; ``take`` makes those that are asked for, ``rotation`` and ``origin`` make all.
 

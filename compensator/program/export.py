@@ -74,18 +74,26 @@ class Export(ProgramMaker):
         return verify(made.result, made.files[0], self.language.name)
 
 
-def program_of(c: Compensation, *, corrected: bool = True, name: str = "") -> Program:
+def program_poses(c: Compensation, *, corrected: bool = True) -> Frame:
+    """(N) TCP in the work object: what ``program_of`` writes."""
+    return _in_work(c.job.placement, c.path.toolpath, c.printed if corrected else c.path.tcp)
+
+
+def program_of(
+    c: Compensation, *, corrected: bool = True, name: str = "", poses: Frame | None = None
+) -> Program:
     """The commands of a path in the work object, with everything a controller has to know.
 
     Args:
         name: of the program, where the cell gives none.
         corrected: False writes the nominal poses, as ``preview`` shows them.
+        poses: (N) that stand in the program instead.
     """
     arm, placement, path, inverse = c.job.arm, c.job.placement, c.path, c.job.planner.inverse
     toolpath = path.toolpath
     joints = c.command.q if corrected else path.q
     nominal = _in_work(placement, toolpath, path.tcp)
-    poses = _made(_in_work(placement, toolpath, c.printed) if corrected else nominal)
+    poses = _made(program_poses(c, corrected=corrected) if poses is None else poses)
     feed, findings = _feed(placement, toolpath)
     ordered = orders(toolpath, placement.program.events, placement.source)
     return Program(

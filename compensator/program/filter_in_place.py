@@ -10,16 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.placement import Placement
-from compensator.program.export import program_of
+from compensator.program.export import program_of, program_poses
 from compensator.program.filtered_program import TURNED, FilteredProgram, verify_filtered
 from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
 from compensator.solve.upright import largest_tilt, without_tilt
 from compensator.solve.verify import Verified
-from toolpaths.columns import MadeColumn
+from toolpaths.columns import MadeColumn, blocks
 from toolpaths.errors import WriteError
 from toolpaths.files import refuse_own
 from toolpaths.finding import WARNING, Finding
+from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
 from toolpaths.program_files import ProgramFiles
 from toolpaths.rotation import quaternion_from_matrix, slerp_quaternion
@@ -70,7 +71,7 @@ class FilterInPlace(ProgramMaker):
         if not self.language.filter.says_turns(source):
             c, left = without_tilt(c), _left_tilted(c, self.file)
         index = needed_poses(c, self.rows)
-        program = replace(_taken(_as_written(c), index), stamp=self.stamp)
+        program = replace(_taken(program_of(c, poses=_as_written(c)), index), stamp=self.stamp)
         row = c.path.toolpath.row[index]
         rewritten = self.language.rewrite(
             source, program, row=row, path=self.file, machine=c.job.placement.machine, others=self.source.others
@@ -140,8 +141,7 @@ def needed_poses(c: Compensation, rows: Floats) -> Index:
     cut = toolpath.kind == CUT
     source = np.isin(toolpath.row, rows)
     keep = source & (cut | np.concatenate([cut[1:], [False]]))
-    written = _as_written(c)
-    p, q = written.position, quaternion_from_matrix(written.rotation)
+    p, q = _places_and_turns(_as_written(c))
     bound = SHARE * c.job.placement.sampling.chord * 1e-3
     while True:
         kept = np.flatnonzero(keep)
@@ -168,24 +168,35 @@ def _missed(row: Floats, p: Floats, q: Floats, *, a: Index, k: Index, b: Index, 
     return np.asarray(np.maximum(off / bound, turned / TURNED))
 
 
-def _as_written(c: Compensation) -> Program:
-    """Commands at cuts; rapids stay where the source has them."""
-    program = program_of(c)
-    nominal = program_of(c, corrected=False)
-    cut = c.cutting
-    return replace(
-        program,
-        position=np.where(cut[:, None], program.position, nominal.position),
-        rotation=np.where(cut[:, None, None], program.rotation, nominal.rotation),
-    )
+def _as_written(c: Compensation) -> Frame:
+    """(N) TCP in the work object: commands at cuts; rapids stay where the source has them."""
+    nominal, cut = program_poses(c, corrected=False), c.cutting
+
+    def change(commanded: Frame, rows: Index) -> Frame:
+        stays, here = nominal.take(rows), cut[rows]
+        rotation = np.where(here[:, None, None], commanded.rotation, stays.rotation)
+        return Frame(rotation, np.where(here[:, None], commanded.origin, stays.origin))
+
+    return program_poses(c).mapped(change)
+
+
+def _places_and_turns(frames: Frame) -> tuple[Floats, Floats]:
+    """(N, 3) m and quaternions (N, 4) of N frames."""
+    place, turn = np.empty((frames.count, 3)), np.empty((frames.count, 4))
+    for b in blocks(frames.count):
+        some = frames.take(b)
+        place[b], turn[b] = some.origin, quaternion_from_matrix(some.rotation)
+    return place, turn
 
 
 def _taken(program: Program, index: Index) -> Program:
     """Some poses of a program, without its comments."""
     n = len(program)
+    if len(index) == n:
+        return replace(program, comments=())
     arrays = {f.name: getattr(program, f.name) for f in fields(program) if f.name not in ("workobject", "start_joints")}
     per_pose: dict[str, Any] = {
-        name: value[index]
+        name: value.rows(index) if isinstance(value, MadeColumn) else value[index]
         for name, value in arrays.items()
         if isinstance(value, np.ndarray | MadeColumn) and len(value) == n
     }

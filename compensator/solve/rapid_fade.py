@@ -15,6 +15,7 @@ from compensator.path.planned_path import PlannedPath
 from stiffness.memory.preload import PreloadState
 from stiffness.statics.prediction import Command
 from toolpaths.frame import Frame
+from toolpaths.made_frames import with_other_turns
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -57,9 +58,9 @@ def held_targets(
 ) -> Frame:
     """(N) TCP targets, base: ``target``, at ``rows`` where the command of the nominal path leads."""
     goes = arm.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.take(rows).middle)
-    rotation, position = path.tcp.rotation.copy(), target.origin.copy()
-    rotation[rows], position[rows] = goes.rotation, goes.position
-    return Frame(rotation, position)
+    position = target.origin.copy()
+    position[rows] = goes.position
+    return with_other_turns(path.tcp, rows, goes.rotation).at_origins(position)
 
 
 def _unloaded(arm: EquippedArm, path: PlannedPath, state: PreloadState, rows: Rows) -> Command:

@@ -101,7 +101,7 @@ def _printed(c: Compensation, path: File, language: str) -> tuple[_Printed, Floa
     work, printed, commanded = c.job.placement.workobject, text.poses, c.printed
     on_axes, target, astray = _axes(c, text.external, path)
     if on_axes is not None:
-        printed = _on_axes(on_axes, printed)
+        printed = moved_on_axes(on_axes, printed)
     if not text.turn_known:  # it is that of the solve
         printed = printed.mapped(lambda some, rows: _turned_as(some, work.rotation.T @ commanded.take(rows).rotation))
     off, turned = np.empty(len(c)), np.empty(len(c))
@@ -112,7 +112,7 @@ def _printed(c: Compensation, path: File, language: str) -> tuple[_Printed, Floa
     return _Printed(printed, target), np.maximum(off, astray), turned
 
 
-def _on_axes(on_axes: Frame, printed: Frame) -> Frame:
+def moved_on_axes(on_axes: Frame, printed: Frame) -> Frame:
     """Printed poses (N) in the work object with all axes at 0; ``on_axes``: (N), or one of all."""
     one = on_axes.origin.ndim == 1
     return printed.mapped(lambda some, rows: (on_axes if one else on_axes.take(rows)).then(some))

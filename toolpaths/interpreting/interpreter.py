@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterable
 from typing import Any, NoReturn
 
 from toolpaths.interpreting.program_text import CHOICE, COMMENT, DATA, LOOP, PLAIN, LinkedText, Statement
@@ -53,7 +54,7 @@ class Interpreter:
         """The value of an expression."""
         raise NotImplementedError
 
-    def idle(self, body: list[Statement]) -> bool:
+    def idle(self, body: Iterable[Statement]) -> bool:
         """Whether statements neither move nor set anything that moves depend on."""
         raise NotImplementedError
 
@@ -65,7 +66,7 @@ class Interpreter:
         """The variable of a loop gets its next value."""
         raise NotImplementedError
 
-    def routine(self, body: list[Statement]) -> None:
+    def routine(self, body: Iterable[Statement]) -> None:
         """Run a routine up to its end or RETURN."""
         self._depth += 1
         if self._depth > _DEEPEST:
@@ -74,7 +75,7 @@ class Interpreter:
             self.body(body)
         self._depth -= 1
 
-    def body(self, body: list[Statement]) -> None:
+    def body(self, body: Iterable[Statement]) -> None:
         """Run statements."""
         for s in body:
             self.here = s.start

@@ -6,6 +6,7 @@ A program of several files is one text, a LinkedText: its files one behind the o
 from __future__ import annotations
 
 import re
+from array import array
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import NoReturn
@@ -81,7 +82,11 @@ class ProgramText:
 
     def __init__(self, text: str, source: str) -> None:
         self.text, self.source = text, source
-        self._lines = [m.end() for m in re.finditer(r"\r\n|\n|\r|\f", text)]
+        self._lines = array("q", (m.end() for m in re.finditer(r"\r\n|\n|\r|\f", text)))
+
+    def forget_text(self) -> None:
+        """Leave the text to the LinkedText that this is a part of; lines stay known."""
+        self.text = ""
 
     def line(self, at: int) -> int:
         """The line of a place, counted from 1."""
@@ -112,7 +117,14 @@ class LinkedText(ProgramText):
         """One more file; places in the others stay what they are."""
         self.begins.append(len(self.text) + 1)
         self.parts = (*self.parts, part)
-        self.text = f"{self.text}\n{part.text}"
+        whole, self.text = self.text, ""
+        whole += "\n"  # a text that nobody else has grows where it is
+        whole += part.text
+        self.text = whole
+
+    def text_of(self, k: int) -> str:
+        """The text of a part."""
+        return self.text[self.begins[k] : self.begins[k + 1] - 1 if k + 1 < len(self.begins) else None]
 
     def part(self, at: int) -> int:
         """Which part holds a place."""

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from toolpaths.errors import ReadError
 from toolpaths.frame import Frame
 from toolpaths.interpreting.arcs import with_arc_points
+from toolpaths.interpreting.move_columns import Marks
 from toolpaths.reading.track import LIMIT
 from toolpaths.rotation import matrix_from_quaternion, quaternion_from_matrix
 from toolpaths.tool_frame import ToolFrame
@@ -53,7 +54,7 @@ class RobotMoves:
     via: Floats
     feed: Floats
     zone: Floats
-    mark: dict[str, npt.NDArray[np.int64]]
+    mark: dict[str, Marks]
     joints: dict[int, Floats]
     frames: tuple[Frame | None, ...]
     tools: dict[int, ToolFrame]
@@ -74,6 +75,12 @@ class RobotMoves:
     def refuse(self, move: int, problem: str, remedy: str = "") -> NoReturn:
         """Raise ReadError for the line of a move."""
         raise ReadError(self.file(move), int(self.mark["line"][move]), problem, remedy)
+
+    @property
+    def given_once(self) -> npt.NDArray[np.bool_]:
+        """(N,) moves whose statement runs once, and gives the target itself."""
+        _, which, runs = np.unique(self.mark["start"], return_inverse=True, return_counts=True)
+        return np.asarray((runs[which] == 1) & (self.mark["target_start"] == self.mark["ref_start"]))
 
     @property
     def main_frame(self) -> int:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import re
-from array import array
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from toolpaths.errors import ReadError
 from toolpaths.frame import Frame
+from toolpaths.interpreting.move_columns import MoveColumns
 from toolpaths.interpreting.program_text import LinkedText
 from toolpaths.interpreting.robot_moves import MARKS, RobotMoves
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import Event, Floats, MachineCommand
 
 _FIRST_WORD = re.compile(r"\$?\w+")
+SAME_PLACES = {"ref_start": "target_start", "ref_end": "target_end"}
 NUMBERS = ("x", "y", "z", "a", "b", "c", "d", "feed", "zone", "via_x", "via_y", "via_z")
 
 
@@ -33,7 +34,7 @@ class RobotTrack:
         text: LinkedText | None = None,
     ) -> None:  # fmt: skip
         self.source, self.language, self._quaternions, self._text = source, language, quaternions, text
-        self.numbers, self.marks = array("d"), array("q")
+        self._columns = MoveColumns(NUMBERS, MARKS)
         self.joints: dict[int, Floats] = {}
         self.frames: list[Floats | None] = []
         self._unknown: dict[str, int] = {}
@@ -41,7 +42,11 @@ class RobotTrack:
         self.events: list[Event] = []
         self.external = tuple(external)
         self.stands: list[tuple[int, tuple[float, ...]]] = []
-        self.count = 0
+
+    @property
+    def count(self) -> int:
+        """How many moves there are."""
+        return self._columns.count
 
     def event(self, word: str, line: int, instruction: str = "", file: int = 0) -> None:
         """Keep a remark of a file for the next move; ``instruction``: what it is, if it acts on the machine."""
@@ -77,25 +82,26 @@ class RobotTrack:
 
     def move(self, numbers: tuple[float, ...], marks: tuple[int, ...]) -> None:
         """Append a move: values of NUMBERS (lengths in mm, feed in mm/s) and of MARKS."""
-        self.numbers.extend(numbers)
-        self.marks.extend(marks)
-        self.count += 1
+        self._columns.append(numbers, marks)
 
     def moves(self) -> RobotMoves:
-        """All moves, in SI."""
+        """All moves, in SI; they are given away."""
         if not self.count:
             raise ReadError(self.source, None, "there is no move in the program", "Give one that moves the arm.")
-        table = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, len(NUMBERS))
-        marks = np.frombuffer(self.marks, dtype=np.int64).reshape(-1, len(MARKS))
+        c = self._columns
         frames = tuple(None if pose is None else Frame.of(pose) for pose in self.frames)
-        mark = {name: marks[:, k] for k, name in enumerate(MARKS)}
+        mark = {name: c.mark(name) for name in MARKS}
+        for name, same in SAME_PLACES.items():  # of poses that stand in the move itself
+            if np.array_equal(mark[name], mark[same]):
+                mark[name] = mark[same]
         sources: tuple[str, ...] = ()
         if self._text is not None and len(self._text.parts) > 1:
             sources = tuple(part.source for part in self._text.parts)
             mark["file"] = np.searchsorted(self._text.begins, mark["start"], side="right") - 1
         return RobotMoves(
-            source=self.source, language=self.language, position=table[:, :3] * 1e-3,
-            quaternion=self._quaternions(table[:, 3:7]), via=table[:, 9:12] * 1e-3,
-            feed=table[:, 7] * 1e-3, zone=table[:, 8] * 1e-3, mark=mark, sources=sources,
+            source=self.source, language=self.language, position=c.numbers("x", "y", "z") * 1e-3,
+            quaternion=self._quaternions(c.numbers("a", "b", "c", "d")),
+            via=c.numbers("via_x", "via_y", "via_z") * 1e-3,
+            feed=c.number("feed") * 1e-3, zone=c.number("zone") * 1e-3, mark=mark, sources=sources,
             joints=self.joints, frames=frames, tools=self.tools, events=tuple(self.events), external=self._external(),
         )  # fmt: skip

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+Places = npt.NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True)
@@ -37,10 +43,37 @@ def edited_parts(texts: Sequence[str], begins: Sequence[int], edits: Iterable[Ed
     return [edited(text, mine) for text, mine in zip(texts, own, strict=True)]
 
 
-def parts_to_write(begins: Sequence[int], places: Sequence[int], edits: Iterable[Edit]) -> list[int]:
+def parts_to_write(begins: Sequence[int], places: Places, edits: Iterable[Edit]) -> list[int]:
     """Parts of a program that hold one of ``places`` (of moves), or an edit; the first in any case."""
-    used = {0, *(bisect_right(begins, place) - 1 for place in {*places, *(e.start for e in edits)})}
-    return sorted(used)
+    moving = np.unique(np.searchsorted(begins, places, side="right") - 1).tolist()
+    return sorted({0, *moving, *(bisect_right(begins, e.start) - 1 for e in edits)})
+
+
+class MadeFiles(Sequence[tuple[str, bytes]]):
+    """Names and contents of files that are made when they are asked for: one at a time is held.
+
+    Args:
+        names: of the files.
+        make: number -> content.
+    """
+
+    def __init__(self, names: Sequence[str], make: Callable[[int], bytes]) -> None:
+        self._names, self._make = tuple(names), make
+
+    def __repr__(self) -> str:
+        return f"MadeFiles({len(self)})"
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    @overload
+    def __getitem__(self, k: int) -> tuple[str, bytes]: ...
+    @overload
+    def __getitem__(self, k: slice) -> Sequence[tuple[str, bytes]]: ...
+    def __getitem__(self, k: int | slice) -> tuple[str, bytes] | Sequence[tuple[str, bytes]]:
+        if isinstance(k, slice):
+            return [self[number] for number in range(*k.indices(len(self)))]
+        return self._names[k], self._make(k)
 
 
 def respelled(match: re.Match[str], values: Sequence[float], decimals: Sequence[int], first: int = 1) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,7 +26,7 @@ class Rewritten:
 
     text: bytes
     changes: tuple[Finding, ...] = ()
-    beside: tuple[tuple[str, bytes], ...] = ()
+    beside: Sequence[tuple[str, bytes]] = ()
     kept: tuple[Path, ...] = ()
 
     def __repr__(self) -> str:

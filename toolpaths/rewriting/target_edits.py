@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from toolpaths.columns import blocks
 from toolpaths.errors import WriteError
 from toolpaths.finding import NOTE, Finding
+from toolpaths.frame import Frame
 from toolpaths.interpreting.program_text import Declaration
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import ProgramArcs
@@ -49,7 +52,6 @@ class TargetEdits:
     moves: RobotMoves
     program: Program
     row: Floats
-    edits: list[Edit] = field(default_factory=list)
     changes: list[Finding] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -62,35 +64,46 @@ class TargetEdits:
         for k in np.flatnonzero(~whole).tolist():
             self._between.setdefault(int(np.ceil(self.row[k])), []).append(k)
         self._work_out_poses()
-        self._arcs = ProgramArcs(self.moves, self.program, self.row)
+        self._edits: list[Edit] = []
+        self._plain = self.moves.given_once  # those that only they need, with its numbers in the statement
+        self._later = np.zeros(len(self.moves), dtype=bool)  # of these the ones that get other numbers
         self._uses: dict[tuple[int, int], dict[int, _Use]] = {}  # place of the numbers -> place of naming -> use
         self._lines: dict[int, str] = {}  # statement -> lines put in before it
         self._straight: set[int] = set()
 
     def _work_out_poses(self) -> None:
-        """What ``spelled`` takes, for all poses at once: each in the frame of the move that it belongs to."""
-        move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
-        position, rotation = self.program.position.copy(), self.program.rotation.copy()
-        for number, main in enumerate(self.moves.from_main()):
-            mine = self.moves.mark["frame"][move] == number
+        """What ``spelled`` takes, for all poses: each in the frame of the move that it belongs to."""
+        count, frames = len(self.row), self.moves.from_main()
+        self._move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
+        self._turned, self._other, self._other_branch = (np.zeros(count, dtype=bool) for _ in range(3))
+        position, turns = np.empty((count, 3)), list[Floats]()
+        for b in blocks(count):
+            position[b], rotation = self._in_own_frame(b, frames)
+            turns.append(self.spelling.turns(rotation))
+        self._position = position
+        self._turns = np.concatenate(turns) if turns else np.empty((0, 4))
+
+    def _in_own_frame(self, b: slice, frames: Sequence[Frame]) -> tuple[Floats, Floats]:
+        """Some poses, (K, 3) mm and (K, 3, 3), looked at: which are others than the file has."""
+        move, moves = self._move[b], self.moves
+        position, rotation = self.program.position[b].copy(), self.program.rotation[b].copy()
+        for number, main in enumerate(frames):
+            mine = moves.mark["frame"][move] == number
             if mine.any():
                 position[mine] = main.at(position[mine])
                 rotation[mine] = main.rotation @ rotation[mine]
-        off = np.linalg.norm(position - self.moves.position[move], axis=1)
+        off = np.linalg.norm(position - moves.position[move], axis=1)
         with np.errstate(invalid="ignore"):  # moves to joint angles have no pose
-            turned = np.abs(rotation - matrix_from_quaternion(self.moves.quaternion[move])).max(axis=(1, 2)) > SAME_TURN
-        self._other = turned | (off > SAME_PLACE)
-        self._position, self._turned = (position * 1e3).tolist(), turned.tolist()
-        self._turns = self.spelling.turns(rotation).tolist()
-        nominal = self.program.nominal_joints
-        self._other_branch = np.zeros(len(self.row), dtype=bool)
+            turned = np.abs(rotation - matrix_from_quaternion(moves.quaternion[move])).max(axis=(1, 2)) > SAME_TURN
+        self._turned[b], self._other[b] = turned, turned | (off > SAME_PLACE)
+        nominal, end = self.program.nominal_joints, self._at[move]
         if nominal is not None and nominal.shape[1] == 6:
-            self._nominal = nominal[np.maximum(self._at[move], 0)]  # of the end of the move
-            differ = self.spelling.branches_differ(self._nominal, self.program.joints)
-            self._other_branch = differ & (self._at[move] >= 0)
+            differ = self.spelling.branches_differ(nominal[np.maximum(end, 0)], self.program.joints[b])
+            self._other_branch[b] = differ & (end >= 0)
+        return position * 1e3, rotation
 
     def place(self) -> None:
-        """Make all edits.
+        """Find all edits.
 
         Raises:
             WriteError: one line would need two poses.
@@ -100,6 +113,8 @@ class TargetEdits:
         if len(missing):
             raise WriteError(f"{self._line(int(missing[0]))}: no pose was worked out for this move")
         arcs = self.moves.mark["word"][cutting] == ARC
+        if arcs.any():
+            self._arcs = ProgramArcs(self.moves, self.program, self.row)
         for r, other, arc in zip(cutting.tolist(), self._other[self._at[cutting]].tolist(), arcs.tolist(), strict=True):
             if arc:
                 self._arc(r, other)
@@ -107,6 +122,25 @@ class TargetEdits:
                 self._line_move(r, other)
         for place, uses in self._uses.items():
             self._settle(place, uses)
+
+    @property
+    def kept(self) -> Sequence[Edit]:
+        """Those that are more than other numbers in a statement."""
+        return self._edits
+
+    def edits(self, first: int = 0, end: int | None = None) -> list[Edit]:
+        """Those from one place of the text up to another, once ``place`` has found them; those that only other numbers
+        make are made here: of a million moves they are not kept."""
+        end = len(self.spelling.text) + 1 if end is None else end
+        start = self.moves.mark["target_start"]
+        rows = np.flatnonzero(self._later & (start >= first) & (start < end)).tolist()
+        made = (self._renumbered(r) for r in rows)
+        return [*(e for e in self._edits if first <= e.start < end), *(e for e in made if e is not None)]
+
+    def _renumbered(self, r: int) -> Edit | None:
+        literal = self._literal(r)
+        new = self._spelled(literal, int(self._at[r]))
+        return Edit(*literal.span(), new) if new != literal[0] else None
 
     def _line(self, r: int) -> str:
         return f"{self.moves.file(r)}:{int(self.moves.mark['line'][r])}"
@@ -117,28 +151,32 @@ class TargetEdits:
         self.changes.append(Finding(NOTE, line, what, "", count=count))
 
     def _spelled(self, literal: re.Match[str], k: int) -> str:
-        out = self.spelling.spelled(literal, self._position[k], self._turns[k] if self._turned[k] else None)
-        if self._other_branch[k]:
-            return self.spelling.configured(out, self._nominal[k], self.program.joints[k])
+        turn = self._turns[k].tolist() if self._turned[k] else None
+        out = self.spelling.spelled(literal, self._position[k].tolist(), turn)
+        if self._other_branch[k] and (nominal := self.program.nominal_joints) is not None:
+            end = max(int(self._at[self._move[k]]), 0)
+            return self.spelling.configured(out, nominal[end], self.program.joints[k])
         return out
 
     def _literal(self, r: int, name: str = "target") -> re.Match[str]:
-        mark = self.moves.mark
-        literal = self.spelling.literal
-        match = literal.fullmatch(self.spelling.text, int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r]))
-        if match is None and (match := literal.fullmatch(self.spelling.aggregate(r))) is None:
+        match = self._numbers(r, name) or self.spelling.literal.fullmatch(self.spelling.aggregate(r))
+        if match is None:
             raise WriteError(f"{self._line(r)}: this target cannot be written as numbers")
         return match
 
+    def _numbers(self, r: int, name: str = "target") -> re.Match[str] | None:
+        """The target as it stands, if that is numbers."""
+        mark, literal = self.moves.mark, self.spelling.literal
+        return literal.fullmatch(self.spelling.text, int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r]))
+
     def _line_move(self, r: int, other: bool) -> None:
         between = self._between.get(r)
-        if not other and not between:
-            self._use(r, None, "target")
-            return
-        literal = self._literal(r)
         if between:
-            self._insert(r, between, literal)
-        self._use(r, self._spelled(literal, int(self._at[r])) if other else None, "target")
+            self._insert(r, between, self._literal(r))
+        if self._plain[r] and (not other or self._numbers(r)):
+            self._later[r] = other
+            return
+        self._use(r, self._spelled(self._literal(r), int(self._at[r])) if other else None, "target")
 
     def _insert(self, r: int, between: list[int], literal: re.Match[str]) -> None:
         if not between:
@@ -154,7 +192,7 @@ class TargetEdits:
                 raise WriteError(f"{self._line(r)}: this line runs several times, with different poses: write it out")
             return
         self._lines[start] = text
-        self.edits.append(Edit(start, start, text))
+        self._edits.append(Edit(start, start, text))
         self._note(r, "poses put in before the move", len(between))
 
     def _standing(self, r: int, k: int, pose: str) -> str:
@@ -203,7 +241,7 @@ class TargetEdits:
         start = int(self.moves.mark["start"][r])
         if start not in self._straight:
             self._straight.add(start)
-            self.edits += self.spelling.straight(r)
+            self._edits += self.spelling.straight(r)
 
     def _settle(self, place: tuple[int, int], uses: dict[int, _Use]) -> None:
         """One pose in the text and all moves that take it."""
@@ -211,7 +249,7 @@ class TargetEdits:
         first = next(iter(uses.values()))
         if place[0] == first.reference[0]:  # it stands in the move itself
             if first.wanted != text:
-                self.edits.append(Edit(*place, first.wanted))
+                self._edits.append(Edit(*place, first.wanted))
                 if not self.spelling.literal.fullmatch(text):
                     if self.moves.mark["word"][first.move] != ARC:  # a relative move becomes an absolute one
                         self._make_straight(first.move)
@@ -223,7 +261,7 @@ class TargetEdits:
         target = self._declaration(place[0])
         stays = text if self._others(target, len(uses)) or text in kept else first.wanted
         if stays != text:
-            self.edits.append(Edit(*place, stays))
+            self._edits.append(Edit(*place, stays))
         self._split(target, place, stays, uses)
 
     def _split(self, target: Declaration, place: tuple[int, int], stays: str, uses: dict[int, _Use]) -> None:
@@ -236,7 +274,7 @@ class TargetEdits:
                 self._taken.add(name.upper())
                 self._declare(target, place, name, use.wanted)
                 self._note(use.move, f"{target.name} is used by several moves: {name} was declared beside it")
-            self.edits.append(Edit(*use.reference, names[use.wanted]))
+            self._edits.append(Edit(*use.reference, names[use.wanted]))
 
     def _declare(self, target: Declaration, place: tuple[int, int], name: str, wanted: str) -> None:
         text = self.spelling.text
@@ -244,7 +282,7 @@ class TargetEdits:
         head = re.sub(rf"(?<![\w$]){re.escape(target.name)}(?![\w$])", name, text[begin : place[0]], count=1)
         line_end = re.compile(r"[\r\n\f]|$").search(text, target.end)
         at = line_end.start() if line_end else len(text)
-        self.edits.append(Edit(at, at, self.spelling.newline + head + wanted + text[place[1] : target.end]))
+        self._edits.append(Edit(at, at, self.spelling.newline + head + wanted + text[place[1] : target.end]))
 
     def _declaration(self, at: int) -> Declaration:
         if not hasattr(self, "_targets"):

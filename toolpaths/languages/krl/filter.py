@@ -44,15 +44,16 @@ def rewrite(
     spelling = KrlSpelling(run, moves)
     target_edits = TargetEdits(spelling, moves, program, row)
     target_edits.place()
+    edits = target_edits.edits()
     found = [*target_edits.changes, *calls_elsewhere(run.elsewhere)]
     texts, places = [], []  # of each .src and, behind it, its .dat
     for begin, module in zip(begins, modules, strict=True):
         texts += [module.text[: module.border], module.text[module.border + 1 :]]
         places += [begin, begin + module.border + 1]
-    written = parts_to_write(begins, moves.mark["start"].tolist(), target_edits.edits)
+    written = parts_to_write(begins, moves.mark["start"], edits)
     ends = (begins[k] + line_end(modules[k].text, modules[k].header_end) for k in written)
     marks = [Edit(at, at, f"; {marked(program.stamp)}{spelling.newline}") for at in ends]
-    made = [text.encode("latin-1") for text in edited_parts(texts, places, [*marks, *target_edits.edits])]
+    made = [text.encode("latin-1") for text in edited_parts(texts, places, [*marks, *edits])]
     beside = [(Path(modules[0].beside).suffix, made[1])] if modules[0].beside else []
     for k in written[1:]:
         beside.append((Path(modules[k].source).name, made[2 * k]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 from toolpaths.interpreting.interpreter import Interpreter, ReturnedError
 from toolpaths.interpreting.program_text import COMMENT, NOTHING, PLAIN, Statement
@@ -219,7 +220,7 @@ class KrlInterpreter(Interpreter):
         """The variable of FOR gets its next value."""
         self.names.put(name, value)
 
-    def idle(self, body: list[Statement]) -> bool:
+    def idle(self, body: Iterable[Statement]) -> bool:
         """Whether lines neither move nor set anything that moves depend on."""
         for s in body:
             text = self.program.text[s.start : s.end].upper()

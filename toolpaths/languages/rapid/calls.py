@@ -6,6 +6,7 @@ Source: ABB 3HAC050917 "RAPID Instructions, Functions and Data types".
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from toolpaths.interpreting.program_text import CHOICE, COMMENT, PLAIN, Statement
 from toolpaths.interpreting.values import Runtime
@@ -38,7 +39,7 @@ _GIVEN = re.compile(r'"[^"]*+"|[,\\]?\s*+(?:\w+\s*:=\s*)?([A-Za-z]\w*+)\s*+(?=[,
 _NUMBERS = ("num", "dnum", "bool", "string", "byte")
 
 
-def idle(body: list[Statement]) -> bool:
+def idle(body: Iterable[Statement]) -> bool:
     """Whether statements neither move nor set anything."""
     return all(
         s.kind == COMMENT

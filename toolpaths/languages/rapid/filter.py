@@ -17,7 +17,7 @@ from toolpaths.languages.rapid.interpreter import RapidInterpreter
 from toolpaths.languages.rapid.moves import EXTERNAL, LITERAL
 from toolpaths.languages.rapid.reader import run_of
 from toolpaths.languages.rapid.writer import confdata
-from toolpaths.rewriting.edits import Edit, edited_parts, line_end, newline_of, parts_to_write, respelled
+from toolpaths.rewriting.edits import Edit, MadeFiles, edited_parts, line_end, newline_of, parts_to_write, respelled
 from toolpaths.rewriting.filter import Filter, Rewritten, calls_elsewhere
 from toolpaths.rewriting.target_edits import TargetEdits
 from toolpaths.rotation import quaternion_from_matrix
@@ -44,14 +44,20 @@ def rewrite(
     target_edits.place()
     found = [*target_edits.changes, *calls_elsewhere(run.elsewhere)]
     modules, begins = run.program.modules, run.program.begins
-    written = parts_to_write(begins, moves.mark["start"].tolist(), target_edits.edits)
-    ends = [begins[k] + line_end(modules[k].text, modules[k].body_at) for k in written]
-    marks = [Edit(at, at, f"  ! {marked(program.stamp)}{spelling.newline}") for at in ends]
-    texts = edited_parts([module.text for module in modules], begins, [*marks, *target_edits.edits])
-    made = [text.encode("latin-1") for text in texts]
-    beside = tuple((Path(modules[k].source).name, made[k]) for k in written[1:])
-    kept = tuple(Path(modules[k].source) for k in range(len(modules)) if k not in written)
-    return Rewritten(made[0], merged(found), beside, kept)
+    files = [Path(module.source) for module in modules]
+    written = parts_to_write(begins, moves.mark["start"], target_edits.kept)
+
+    def made(k: int) -> bytes:
+        """The text of a module as it becomes."""
+        begin, text = begins[k], run.program.text_of(k)
+        at = begin + line_end(text, modules[k].body_at)
+        mark = Edit(at, at, f"  ! {marked(program.stamp)}{spelling.newline}")
+        (new,) = edited_parts([text], [begin], [mark, *target_edits.edits(begin, begin + len(text) + 1)])
+        return new.encode("latin-1")
+
+    beside = MadeFiles([files[k].name for k in written[1:]], lambda number: made(written[1 + number]))
+    kept = tuple(file for k, file in enumerate(files) if k not in written)
+    return Rewritten(made(0), merged(found), beside or (), kept)
 
 
 class RapidSpelling:

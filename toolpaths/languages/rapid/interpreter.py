@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import math
 import re
+from collections.abc import Iterable
 
 from toolpaths.errors import ReadError
 from toolpaths.interpreting.interpreter import Interpreter, ReturnedError
 from toolpaths.interpreting.program_text import PLAIN, Statement
+from toolpaths.interpreting.statements import Statements
 from toolpaths.interpreting.values import ExpressionError, Runtime
 from toolpaths.interpreting.variables import Variable
 from toolpaths.languages.rapid.calls import (
@@ -79,7 +81,7 @@ class RapidInterpreter(Interpreter):
         problem = f"no PROC main() in the module, and {what}"
         raise ReadError(self.program.source, None, problem, "Call the one to run main.")
 
-    def _call(self, body: list[Statement], module: int) -> None:
+    def _call(self, body: Iterable[Statement], module: int) -> None:
         outer = self.names.local, self.names.module
         self._in_scope({}, module)
         self.routine(body)
@@ -93,7 +95,7 @@ class RapidInterpreter(Interpreter):
         """The value of an expression."""
         return self.names.value(text)
 
-    def idle(self, body: list[Statement]) -> bool:
+    def idle(self, body: Iterable[Statement]) -> bool:
         """Whether statements neither move nor set anything."""
         return idle(body)
 
@@ -121,7 +123,7 @@ class RapidInterpreter(Interpreter):
         else:
             self._other(s, word, rest)
 
-    def _routine(self, word: str) -> tuple[list[Statement], int] | None:
+    def _routine(self, word: str) -> tuple[Statements, int] | None:
         """A routine without arguments, be it in a module beside."""
         found = self.program.routine(word, self.names.module)
         if found is None and word not in HARMLESS and self.program.find(word):
@@ -153,7 +155,7 @@ class RapidInterpreter(Interpreter):
             if variable and not (variable.declaration and variable.declaration.storage == "CONST"):
                 self._set(name, Runtime(f"{name}, which {s.word} may set (line {self.program.line(s.start)})"))
 
-    def _with_arguments(self, word: str) -> list[Statement] | None:
+    def _with_arguments(self, word: str) -> Statements | None:
         body = self.program.with_arguments(word, self.names.module)
         if body is None and not STEERING.match(word) and self.program.find(word):
             body = self.program.with_arguments(word, self.names.module)

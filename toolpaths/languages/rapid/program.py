@@ -11,7 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from toolpaths.errors import ReadError
-from toolpaths.interpreting.program_text import Declaration, LinkedText, Statement
+from toolpaths.interpreting.program_text import Declaration, LinkedText
+from toolpaths.interpreting.statements import Statements
 from toolpaths.languages.rapid.scan import RapidModule
 from toolpaths.reading.source_text import load_lines
 
@@ -55,6 +56,7 @@ class RapidProgram(LinkedText):
     def _join(self, module: RapidModule) -> None:
         """A module joins: its places count in the whole from here on."""
         number, by = len(self.modules), self.begins[-1]
+        module.forget_text()  # the whole has it: once is enough
         self.modules.append(module)
         local: dict[str, Declaration] = {}
         for key, d in module.data.items():
@@ -70,8 +72,8 @@ class RapidProgram(LinkedText):
             self.inner[d.start] = d
         for table in (module.routines, module.with_arguments):
             for name, body in table.items():
-                for s in body if by else ():
-                    s.move(by)
+                if by:
+                    body.move(by)
                 if name not in module.local and self._routines.setdefault(name, number) != number:
                     other = self.modules[self._routines[name]].source
                     self.refuse(by, f"PROC {name} stands in {other} as well", "Give the files of one program.")
@@ -89,15 +91,15 @@ class RapidProgram(LinkedText):
         k = self.part(d.start)
         if d.start not in self.inner and d.name.lower() not in self.modules[k].local:
             return 0, len(self.text)
-        return self.begins[k], self.begins[k] + len(self.modules[k].text)
+        return self.begins[k], self.begins[k] + len(self.text_of(k))
 
-    def routine(self, name: str, module: int) -> tuple[list[Statement], int] | None:
+    def routine(self, name: str, module: int) -> tuple[Statements, int] | None:
         """Statements and module of a routine without arguments, as it is called in ``module``."""
         home = self._home(name, module)
         body = None if home is None else self.modules[home].routines.get(name)
         return None if body is None or home is None else (body, home)
 
-    def with_arguments(self, name: str, module: int) -> list[Statement] | None:
+    def with_arguments(self, name: str, module: int) -> Statements | None:
         """Statements of a routine with arguments."""
         home = self._home(name, module)
         return None if home is None else self.modules[home].with_arguments.get(name)

@@ -17,6 +17,7 @@ from toolpaths.interpreting.program_text import (
     ProgramText,
     Statement,
 )
+from toolpaths.interpreting.statements import Statements
 from toolpaths.languages.rapid.tails import PIECE, ends_value, is_name, refuse_second
 
 _SKIP = re.compile(r"(?:[\s\x1a]++|![^\n\r]*+)*+")
@@ -65,11 +66,11 @@ class RapidModule(ProgramText):
         self.name, self.body_at = "", 0
         self.data: dict[str, Declaration] = {}
         self.inner: dict[int, Declaration] = {}
-        self.routines: dict[str, list[Statement]] = {}
+        self.routines: dict[str, Statements] = {}
         self.shown: dict[str, str] = {}
         self.functions: set[str] = set()
         self.local: set[str] = set()
-        self.with_arguments: dict[str, list[Statement]] = {}
+        self.with_arguments: dict[str, Statements] = {}
         self._at = 3 if text.startswith("\xef\xbb\xbf") else 0
         self._depth = 0
         self._scan()
@@ -92,7 +93,7 @@ class RapidModule(ProgramText):
         if after and after.end() < len(self.text):
             self.refuse(after.end(), "text after ENDMODULE", "Two programs in one file: give one module a file.")
 
-    def _word(self, comments: list[Statement] | None = None) -> str:
+    def _word(self, comments: Statements | None = None) -> str:
         """The next word in upper case; ``at`` is its beginning. A file that ends after a routine counts as whole."""
         skipped = _SKIP.match(self.text, self._at)
         begin = self._at
@@ -191,9 +192,9 @@ class RapidModule(ProgramText):
                 return
         self.refuse(begin, f"{end} is missing", "The file may be cut off.")
 
-    def _block(self, kind: str) -> tuple[list[Statement], str]:
+    def _block(self, kind: str) -> tuple[Statements, str]:
         """Statements up to the word that ends the block, and that word; ``at`` is behind it."""
-        out: list[Statement] = []
+        out = Statements()
         ends = _ENDS[kind]
         self._depth += 1
         if self._depth > _DEEPEST:
@@ -238,7 +239,7 @@ class RapidModule(ProgramText):
         self._at = match.end()
         body, _ = self._block("FOR")
         terms = (match[1], match[2], match[3], match[4] or "")
-        return Statement(LOOP, start, self._at, body=body, terms=terms)
+        return Statement(LOOP, start, self._at, body=list(body), terms=terms)
 
     def _choice(self, start: int) -> Statement:
         branches: list[Statement] = []
@@ -249,10 +250,10 @@ class RapidModule(ProgramText):
                 return self._short_choice(start, at)
             self._at = match.end()
             body, end = self._block("IF")
-            branches.append(Statement(CHOICE, start, self._at, body=body, terms=(match[1],)))
+            branches.append(Statement(CHOICE, start, self._at, body=list(body), terms=(match[1],)))
             if end == "ELSE":
                 body, end = self._block("IF")
-                branches.append(Statement(CHOICE, start, self._at, body=body, terms=("TRUE",)))
+                branches.append(Statement(CHOICE, start, self._at, body=list(body), terms=("TRUE",)))
             if end == "ENDIF":
                 return Statement(CHOICE, start, self._at, body=branches)
             at = self._at
@@ -293,5 +294,5 @@ class RapidModule(ProgramText):
             condition = " OR ".join(f"({match[1]})=({v})" for v in values) or "TRUE"
             self._at = case.end()
             body, end = self._block("TEST")
-            branches.append(Statement(CHOICE, start, self._at, body=body, terms=(condition,)))
+            branches.append(Statement(CHOICE, start, self._at, body=list(body), terms=(condition,)))
         return Statement(CHOICE, start, self._at, body=branches)
