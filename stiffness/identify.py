@@ -15,7 +15,7 @@ import numpy as np
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
 from stiffness.diagnosis.structure import standing
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
@@ -133,7 +133,7 @@ def _numbers_searched(
     sessions: Sequence[Session], found: list[Addition], *, fit: Fit, prior: ComplianceModel | None
 ) -> tuple[list[Addition], Fit]:
     """Additions of a fit and the fit, with better numbers where no derivative leads to them."""
-    moved = with_better_numbers(fit, at_values_of(fit, found))
+    moved = with_final_numbers(fit, at_values_of(fit, found))
     if moved is None:
         return found, fit
     used = [s.used for s in fit.sessions]

@@ -21,7 +21,7 @@ from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
 from stiffness.diagnosis.refined_model import given_way, refined_model
 from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
 from stiffness.identification.common_numbers import with_common_numbers
@@ -117,9 +117,9 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         allowed=tuple(np.ones_like(h) for h in held),
     )
     whole, last = _without_outliers(whole, additions, fit)
-    better = with_better_numbers(last, additions)
-    if better is not None:
-        additions, last = better, whole.fit(better, last)
+    final = with_final_numbers(last, additions)
+    if final is not None:
+        additions, last = final, whole.fit(final, last)
     last, common = with_common_numbers(nearest_to_drawing(last))
     last = replace(last, searched_sd=searched_deviations(last, additions))
     moved = bool(other or changed)

@@ -25,6 +25,7 @@ Floats = npt.NDArray[np.float64]
 # studied in tests/stiffness/diagnosis/test_search.py
 VALUES = 8  # on trial at a time
 FINER = 2  # looks at what is between them
+ALIKE = 1.0  # of chi-square over the misfit: values that leave no more than that beside the least are alike
 SURE = 0.95  # of an interval
 NORMAL = float(stats.norm.isf((1 - SURE) / 2))
 
@@ -50,6 +51,49 @@ def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Additio
             if best is not None and best.chi2 < now * (1 - 1e-9):
                 out[k], found = with_number(out[k], p.name, index, best.value), True
     return out if found else None
+
+
+def with_final_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Addition] | None:
+    """Additions with searched numbers that leave less chi-square, torques in the middle of all that leave as little:
+    between two torques of the readings none is likelier, and the middle is least wrong at a load that lies between
+    them. None where there are none to move."""
+    better = with_better_numbers(fit, additions)
+    out, found = list(better or additions), better is not None
+    trials = MemoryTrials(fit.problem, fit.solution.vector, fit.states)
+    for k, a in enumerate(out):
+        for p, index in _searched(a, fit.unknowns.joints):
+            middle = _middle(fit, trials, every=out, a=out[k], p=p, index=index) if p.trials_of == "torque" else None
+            if middle is not None:
+                out[k], found = with_number(out[k], p.name, index, middle), True
+    return out if found else None
+
+
+def _middle(
+    fit: Fit, trials: MemoryTrials, *, every: Sequence[Addition], a: Addition, p: Parameter, index: int
+) -> float | None:
+    """Middle of the torques about that of an addition that leave as little; None where no torque of the readings
+    bounds them."""
+    torque, now = _torques(fit, index), float(a.values[p.name][index])
+    last = len(torque) - 2  # beyond all torques
+    own = int(np.searchsorted(torque, now, side="right")) - 1
+    if last < 1 or not 0 <= own < last:
+        return None
+
+    def chi2(k: int) -> float:
+        value = 0.5 * (torque[k] + torque[k + 1])
+        return _chi2(fit, trials, every=every, a=with_number(a, p.name, index, value))
+
+    limit = _chi2(fit, trials, every=every, a=a) + ALIKE * fit.solution.misfit**2
+    ends = []
+    for way, end in ((-1, 0), (1, last)):
+        at, step = own, 1
+        while step:
+            k = at + way * step
+            alike = (k - end) * way <= 0 and chi2(k) <= limit
+            at, step = (k, 2 * step) if alike else (at, step // 2)
+        ends.append(at)
+    low, high = ends
+    return None if high == last else float(0.5 * (torque[low] + torque[high + 1]))
 
 
 def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, dict[str, Floats]]:

@@ -74,7 +74,8 @@ def _without_far(fit: Fit) -> Fit:
 
 def _with_whole_states(fit: Fit) -> Fit:
     """Where the model lacks something, with those states back that all reflectors of a link contradict: what a model
-    lacks it misses in all of them. Gross errors stay out."""
+    lacks it misses in all of them. The points of a probe are one reading, and one may be wrong. Gross errors stay
+    out."""
     if not fit.lacks:
         return fit
     used = []
@@ -84,7 +85,10 @@ def _with_whole_states(fit: Fit) -> Fit:
         _, of = np.unique(key, axis=0, return_inverse=True)
         of = of.reshape(-1)
         there, gone = np.bincount(of, s.allowed), np.bincount(of, out)
-        used.append(s.used | (out & (gone == there)[of] & (there > 1)[of]))
+        probe = s.session.group[s.samples.reflector]
+        reading = np.column_stack([of, np.where(probe < 0, -1 - s.samples.reflector, probe)])
+        several = np.bincount(np.unique(reading[s.allowed], axis=0)[:, 0], minlength=len(there)) > 1
+        used.append(s.used | (out & (gone == there)[of] & several[of]))
     if all(np.array_equal(u, s.used) for u, s in zip(used, fit.sessions, strict=True)):
         return fit
     states = tuple(replace(s.state, used=u) for u, s in zip(used, fit.sessions, strict=True))
