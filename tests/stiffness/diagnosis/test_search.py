@@ -13,7 +13,12 @@ from stiffness.diagnosis.adoption import adopted, pruned, site_chance
 from stiffness.diagnosis.candidates import columns_of
 from stiffness.diagnosis.linearisation import FOLDS, WARMED, folds
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.searched_numbers import searched_deviations, with_better_numbers, with_number
+from stiffness.diagnosis.searched_numbers import (
+    searched_deviations,
+    with_better_numbers,
+    with_final_numbers,
+    with_number,
+)
 from stiffness.effects import BASE, BY_NAME, CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.session.session import Session
@@ -291,3 +296,25 @@ def test_the_interval_of_a_searched_number_is_that_of_refits() -> None:
     assert sd["breakaway_nm"][2] < 0.2 * torque[-1]
     assert np.all(sd["breakaway_nm"][[0, 1, 3, 4, 5]] == 0)
     assert sd["side"][2] in (0.0, pytest.approx(1 / 1.96, rel=1e-3))  # a choice is known, or it is open
+
+
+def test_a_switching_torque_stands_in_the_middle_of_those_that_leave_as_little() -> None:
+    """Begun at the lower end: between two torques of the readings nothing tells values apart."""
+    ill = sick("backlash joint-3")
+    found = [addition("backlash", "joint-3")]
+    fit = ill.fits.fit(found, ill.base)
+    found = with_final_numbers(fit, at_values_of(fit, found)) or found
+    fit = ill.fits.fit(found, fit)
+    torque = np.unique(np.abs(fit.sessions[0].predicted.torque[:, 2]))
+    own = int(np.searchsorted(torque, found[0].values["breakaway_nm"][2]))
+    alike = []
+    for k in range(max(own - 8, 1), min(own + 8, len(torque))):
+        trial = [with_number(found[0], "breakaway_nm", 2, float(0.5 * (torque[k - 1] + torque[k])))]
+        if ill.fits.fit(trial, fit).solution.chi2 < fit.solution.chi2 + fit.solution.misfit**2:
+            alike += [torque[k - 1], torque[k]]
+    low, high = min(alike), max(alike)
+    begun = [with_number(found[0], "breakaway_nm", 2, float(0.99 * low + 0.01 * high))]
+    again = with_final_numbers(ill.fits.fit(begun, fit), begun)
+    assert again is not None
+    middle = float(again[0].values["breakaway_nm"][2])
+    assert middle == pytest.approx(0.5 * (low + high), abs=0.25 * (high - low))

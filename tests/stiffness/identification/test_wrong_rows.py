@@ -23,10 +23,13 @@ ON_ARM = (("tcp", 6, (0.02, -0.01, 0.25)), ("side", 6, (0.15, 0.0, 0.2)), ("elbo
 ON_BASE = ((0.5, 0.2, 0.1), (-0.4, 0.5, 0.1), (-0.3, -0.5, 0.3), (0.4, -0.3, 0.6))
 
 
-def session(folder: Path, gap: tuple[float, ...] | None = None, setups: int = 14) -> Session:
-    """Reflectors on arm and base, none exactly known, the tracker not registered; a gap is what no spring explains."""
+def session(
+    folder: Path, gap: tuple[float, ...] | None = None, setups: int = 14, group: str | None = None
+) -> Session:
+    """Reflectors on arm and base, none exactly known, the tracker not registered; a gap is what no spring explains.
+    ``group``: those at the tool are one probe."""
     plant = Lab("ur10", gap=gap).plant()
-    targets = [lab.Target(*t, exact=False) for t in ON_ARM]
+    targets = [lab.Target(*t, exact=False, group=group if t[1] == 6 else None) for t in ON_ARM]
     targets += [lab.Target(f"base {k}", 0, at, exact=False) for k, at in enumerate(ON_BASE)]
     plan = random_setups(plant.arm, setups, 3, force=FORCE["ur10"], levels=(0.4, 1.0))
     notes = lab.measure(plant, plan, targets, form=lab.Form(registered=False, rough=0.003), seed=1003)
@@ -72,6 +75,20 @@ def test_a_gross_row_is_found_beside_structure(loose: Session) -> None:
     out = [line for _, line in fit.outlier_rows()]
     assert set(clean_lines := loose.samples.line[rows].tolist()) <= set(out)
     assert len(out) - len(clean_lines) <= 0.005 * len(loose)
+
+
+def test_a_wrong_reading_of_a_probe_is_found_beside_structure(tmp_path: Path) -> None:
+    """All its points are off alike, as they are where the model lacks something: but they are one reading."""
+    loose = session(tmp_path, gap=(5e-4,) * 6, group="probe")
+    s = loose.samples
+    probe = np.flatnonzero((loose.group[s.reflector] >= 0) & (s.setup == s.setup[60]) & (s.state == s.state[60]))
+    position = s.position.copy()
+    position[probe] += [0.015, -0.01, 0.012]
+    fit = identify([replace(loose, samples=replace(s, position=position))], ["joint-stiffness", "kinematic-offset"])
+    assert fit.solution.misfit > 2
+    out = {line for _, line in fit.outlier_rows()}
+    assert set(s.line[probe].tolist()) <= out
+    assert len(out) <= len(probe) + 4
 
 
 def test_a_reflector_of_which_a_quarter_is_moved_loses_no_rows(clean: Session) -> None:
