@@ -180,7 +180,7 @@ def _stages(
     begun = PlannedPath(toolpath=path, tcp=job.planner.reference(path), q=q, turn=np.zeros(len(path)), branch=none)
     whole = wrench(begun)
     motion, _, allowed = key_motion(job, replace(begun, toolpath=path), rows)
-    collider = collider_of(job) if job.placement.surroundings.scene else None
+    collider = collider_of(job, on_rail=bool(free.rail.any())) if job.placement.surroundings.scene else None
     stages = PathStages(
         job=job, free=free, toolpath=toolpath, rows=rows, some=toolpath.take(rows), wrench=whole[rows], motion=motion,
         allowed=allowed, time=free.time(toolpath)[rows], collider=collider, turned_at=middle,

@@ -34,8 +34,8 @@ def clearance(
     """
     if not job.placement.surroundings.settings.check:
         return lambda rows, q: np.ones(q.shape[:2], dtype=np.bool_)
-    collider, tools = collider_of(job) if collider is None else collider, job.arm.tools
     work, shift = workobject_along(job.placement, toolpath), rail_shift(job.placement, toolpath)
+    collider, tools = collider or collider_of(job, on_rail=shift is not None), job.arm.tools
 
     def free(rows: Rows, q: Floats) -> Bools:
         count, turns = q.shape[:2]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from compensator.cell.scene_tables import CollisionsTable
 from compensator.errors import CellError
-from compensator.scene.body import TOOL, Body
+from compensator.scene.body import BASE, TOOL, Body
 from stiffness.robot.robot import Robot
 
 CLOSE = 2  # places in the chain between bodies whose distance is a matter of design: contact counts, nearness does not
@@ -40,9 +40,14 @@ def depth(body: Body, n: int) -> int:
     return n if body.carrier == TOOL else 0
 
 
-def pairs_of(bodies: Sequence[Body], robot: Robot, settings: CollisionsTable, source: str) -> tuple[Pair, ...]:
+def pairs_of(
+    bodies: Sequence[Body], robot: Robot, settings: CollisionsTable, source: str, *, on_rail: bool = False
+) -> tuple[Pair, ...]:
     """All pairs that are looked at. Links that follow each other are neighbours, as are those that robot file and cell
     declare; the tool is one with the flange; the cutter, shank and holder against the stock are the process's affair.
+
+    Args:
+        on_rail: a rail carries the robot: its base, and what rides with it, goes past what stands on the floor.
 
     Raises:
         CellError: the cell declares a body as neighbour that is not there.
@@ -52,11 +57,11 @@ def pairs_of(bodies: Sequence[Body], robot: Robot, settings: CollisionsTable, so
     out = []
     for i, a in enumerate(bodies):
         for k, b in enumerate(bodies[:i]):
-            inner, outer = (k, i) if depth(b, robot.n) <= depth(a, robot.n) else (i, k)
+            inner, outer = (k, i) if _place(b, robot.n) <= _place(a, robot.n) else (i, k)
             first, second = bodies[inner], bodies[outer]
             if frozenset((first.name, second.name)) in allowed:
                 continue
-            if _apart(first, second, robot, settings=settings, linked=linked):
+            if _apart(first, second, robot, settings=settings, linked=linked, on_rail=on_rail):
                 continue
             begin, end = depth(first, robot.n), depth(second, robot.n)
             out.append(Pair(
@@ -64,6 +69,11 @@ def pairs_of(bodies: Sequence[Body], robot: Robot, settings: CollisionsTable, so
                 cut=first.sacrificial and second.role == "cutter",
             ))  # fmt: skip
     return tuple(out)
+
+
+def _place(body: Body, n: int) -> tuple[int, bool]:
+    """As ``depth``; what rides with the base is farther out than what stands on the floor."""
+    return depth(body, n), body.carrier == BASE
 
 
 def _allowed(bodies: Sequence[Body], settings: CollisionsTable, source: str) -> set[frozenset[str]]:
@@ -76,11 +86,18 @@ def _allowed(bodies: Sequence[Body], settings: CollisionsTable, source: str) -> 
 
 
 def _apart(
-    first: Body, second: Body, robot: Robot, *, settings: CollisionsTable, linked: Iterable[frozenset[int]]
+    first: Body,
+    second: Body,
+    robot: Robot,
+    *,
+    settings: CollisionsTable,
+    linked: Iterable[frozenset[int]],
+    on_rail: bool,
 ) -> bool:
     """Whether a pair is not looked at; ``second`` is the outer one."""
     begin, end = depth(first, robot.n), depth(second, robot.n)
-    if begin == end or (first.tool is not None and first.tool != second.tool):
+    passing = on_rail and end == 0 and (first.carrier == BASE) != (second.carrier == BASE)
+    if (begin == end and not passing) or (first.tool is not None and first.tool != second.tool):
         return True  # nothing moves between them
     if first.role in ("stock", "part"):
         taken = "part" if settings.stock == "part" else "stock"

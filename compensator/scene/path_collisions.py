@@ -86,9 +86,10 @@ def collisions_along(job: Job, toolpath: Toolpath, q: Floats) -> PathCollisions:
     if not settings.check:
         what = "collisions are not looked for: the cell says [collisions] check = false"
         return PathCollisions(Bodies(()), toolpath, (), (Finding(NOTE, placement.source, what),), checked=False)
-    bodies = bodies_of(job)
-    collider = Collider(job.arm.robot, bodies.all, pairs_of(bodies.all, job.arm.robot, settings, placement.source))
-    walk = PathWalk(collider, arm_path(job, toolpath, q), margin=settings.margin / 1e3, step=settings.step / 1e3)
+    bodies, way = bodies_of(job), arm_path(job, toolpath, q)
+    pairs = pairs_of(bodies.all, job.arm.robot, settings, placement.source, on_rail=WORLD in way.moving)
+    collider = Collider(job.arm.robot, bodies.all, pairs)
+    walk = PathWalk(collider, way, margin=settings.margin / 1e3, step=settings.step / 1e3)
     active = [(pair, _active(pair, toolpath)) for pair in collider.pairs]
     found = [walk.approach(pair, moves) for pair, moves in active if moves.any()]
     order = sorted(range(len(found)), key=lambda k: found[k].bound)
@@ -105,14 +106,17 @@ def is_certain(bodies: Sequence[Body], pair: Pair) -> bool:
     return not (inner.on_arm and (inner.approximate or outer.approximate))
 
 
-def collider_of(job: Job) -> Collider:
+def collider_of(job: Job, *, on_rail: bool = False) -> Collider:
     """Ready to be asked at which postures of a job there is a contact that is an error.
+
+    Args:
+        on_rail: a rail of the cell moves the base.
 
     Raises:
         CellError: as ``collisions_along``.
     """
     bodies, robot, placement = bodies_of(job).all, job.arm.robot, job.placement
-    pairs = pairs_of(bodies, robot, placement.surroundings.settings, placement.source)
+    pairs = pairs_of(bodies, robot, placement.surroundings.settings, placement.source, on_rail=on_rail)
     return Collider(robot, bodies, [p for p in pairs if is_certain(bodies, p)])
 
 

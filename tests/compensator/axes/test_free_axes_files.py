@@ -239,6 +239,18 @@ def test_a_contact_is_kept_away_from(tmp_path: Path) -> None:
     assert abs(done.report["external"]["axes"]["E1"]["least_mm"] - best) > 50.0
 
 
+def test_the_base_is_kept_away_from_what_stands_on_the_floor(tmp_path: Path) -> None:
+    """A block that the arm goes over, where the base would best stand."""
+    rows = [*LONG[:2], [60, 0, -2, 0, 0, 1, 1200, "cut"]]
+    alone = job(tmp_path / "alone", rows)
+    best = compensate_file(alone.toolpath, alone.cell, alone.out / "c.mod").report["external"]["axes"]["E1"]["least_mm"]
+    block = {"name": "block", "box": [[-150.0, best - 80.0, 0.0], [150.0, best + 80.0, 200.0]]}
+    held = job(tmp_path / "held", rows, scene=[block])
+    done = compensate_file(held.toolpath, held.cell, held.out / "c.mod")
+    assert done.report["collisions"]["contacts"] == []
+    assert abs(done.report["external"]["axes"]["E1"]["least_mm"] - best) > 80.0
+
+
 def test_a_milled_path(tmp_path: Path) -> None:
     """The engagement is that of the part: the same while the base goes 800 mm."""
     rows = [[-25, 20, 40, 0, 0, 1, 0, "rapid"], [-25, 20, -3, 0, 0, 1, 600, "cut"], [100, 20, -3, 0, 0, 1, 600, "cut"]]
