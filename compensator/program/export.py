@@ -56,9 +56,7 @@ class Export(ProgramMaker):
 
     def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
         orders(toolpath, placement.program.events, placement.source)
-        if not self.language.external_axes:
-            free = [name for name, axis in placement.external.items() if axis.free]
-            refuse_errors(str(program), without_axes(free, self.language.name))
+        refuse_lost_axes(placement, self.language, program)
         given = placement.program.name
         found = self.language.writer.name_findings(given or program.stem, program, len(toolpath))
         wrong = [replace(f, level=ERROR) if f.place == "name" and given else f for f in found]
@@ -72,6 +70,17 @@ class Export(ProgramMaker):
 
     def verify(self, made: MadeProgram, shown: Path) -> Verified:
         return verify(made.result, made.files[0], self.language.name)
+
+
+def refuse_lost_axes(placement: Placement, language: Language, program: Path) -> None:
+    """Refuse to choose places of axes that a language has no words for.
+
+    Raises:
+        WriteError: names the axes and the languages that have them.
+    """
+    if not language.external_axes:
+        free = [name for name, axis in placement.external.items() if axis.free]
+        refuse_errors(str(program), without_axes(free, language.name))
 
 
 def program_poses(c: Compensation, *, corrected: bool = True) -> Frame:

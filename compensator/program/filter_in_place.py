@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.placement import Placement
-from compensator.program.export import program_of, program_poses
+from compensator.program.export import program_of, program_poses, refuse_lost_axes
 from compensator.program.filtered_program import TURNED, FilteredProgram, verify_filtered
 from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
@@ -58,6 +58,7 @@ class FilterInPlace(ProgramMaker):
 
     def check(self, placement: Placement, toolpath: Toolpath, program: Path) -> None:
         """Names and words of the source stay: so its other files keep their names, and its folder is refused."""
+        refuse_lost_axes(placement, self.language, program)
         if self.beside and program.resolve().parent == self.file.resolve().parent:
             shown = ", ".join(self.beside[:3]) + (" ..." if len(self.beside) > 3 else "")
             raise WriteError(

@@ -119,6 +119,18 @@ def test_a_language_without_axes_is_refused_before_solving(tmp_path: Path, name:
     assert made.left() == []
 
 
+@pytest.mark.parametrize("carries", ["robot", "part"])
+def test_gcode_that_is_filtered_in_place_has_none_either(tmp_path: Path, carries: str) -> None:
+    table = {"carries": "part", "direction": [0.0, 0.0, 1.0], "center": [1500.0, 0.0, 700.0], "free": True,
+             "range": [-90.0, 90.0]}  # fmt: skip
+    made = job(tmp_path, rail=RAIL if carries == "robot" else table)
+    code = tmp_path / "part.nc"
+    code.write_text("G21 G90 G17\nT1 M6\nS5000 M3\nG0 X0 Y0 Z50\nG1 Z-2 F1200\nX60\nG0 Z50\nM30\n")
+    with pytest.raises(ToolpathError, match=r"gcode has no place for external axes, and E1 would be lost"):
+        compensate_file(code, made.cell, made.out / "c.nc")
+    assert made.left() == []
+
+
 def test_fanuc_has_three(tmp_path: Path) -> None:
     rows = [[0, 0, 60, 0, 0, 1, 0, "rapid"], [0, 0, -2, 0, 0, 1, 1200, "cut"], [50, 0, -2, 0, 0, 1, 1200, "cut"]]
     made = files(tmp_path, {"external": {"E4": RAIL}}, rows=rows)
