@@ -84,6 +84,11 @@ class Cell(TomlTable):
             raise ValueError(f"{what}; E1 ... E6 and eax_a ... eax_f are")
         if len(set(slots)) < len(slots):
             raise ValueError(f"external: {' and '.join(free)} are two names of one axis")
+        numbered = {name: number for name in self.external if (number := axis_number(name)) is not None}
+        for name, number in numbered.items():
+            other = next(n for n in numbered if numbered[n] == number)
+            if self.external[other] != self.external[name]:
+                raise ValueError(f"external: {other} and {name} are two names of one axis: they have to tell the same")
         return self
 
     def __repr__(self) -> str:

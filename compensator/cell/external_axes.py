@@ -180,7 +180,8 @@ def external_findings(placement: Placement, toolpath: Toolpath, language: Langua
     out = []
     for name, (rows, _, end) in cut_places(toolpath.setting.external, cut).items():
         if (np.abs(end) > SAME).any():
-            axis = placement.external.get(name)
+            ours = declared_as(placement.external, name)
+            axis = None if ours is None else placement.external[ours]
             harmless = language.table or (axis is not None and axis.carries == "nothing")
             at = int(rows[int(np.argmax(np.abs(end) > SAME))])
             where = toolpath.where(int(np.searchsorted(toolpath.row, at - 1e-9)))
@@ -221,8 +222,16 @@ def external_notes(external: Mapping[str, ExternalAxisTable], toolpath: Toolpath
             f"where the robot's base sees it; if it carries robot or part, say so in [external.{name}]",
         )
         for name, stands in found
-        if name not in external
+        if declared_as(external, name) is None
     )
+
+
+def declared_as(external: Mapping[str, ExternalAxisTable], name: str) -> str | None:
+    """How a cell calls an axis of a program: E1 and eax_a are two names of one; None: the cell does not declare it."""
+    number = axis_number(name)
+    if name in external or number is None:
+        return name if name in external else None
+    return next((ours for ours in external if axis_number(ours) == number), None)
 
 
 def _stands(placement: Placement, toolpath: Toolpath) -> dict[str, Floats]:
@@ -230,7 +239,8 @@ def _stands(placement: Placement, toolpath: Toolpath) -> dict[str, Floats]:
     if toolpath.ways is not None:
         return toolpath.ways.at(toolpath.row)
     given = {} if toolpath.setting is None else toolpath.setting.external
-    return {name: places(v, toolpath.row) for name, v in given.items() if name in placement.external}
+    ours = {declared_as(placement.external, name): v for name, v in given.items()}
+    return {name: places(v, toolpath.row) for name, v in ours.items() if name is not None}
 
 
 def _axes(external: Mapping[str, ExternalAxisTable], stands: Mapping[str, Floats]) -> Mapping[str, ExternalAxisTable]:

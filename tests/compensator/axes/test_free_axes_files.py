@@ -95,12 +95,14 @@ def test_a_program_is_read_as_any_other(written: Files, name: str) -> None:
     np.testing.assert_allclose(values[-len(expected) :], expected, atol=6e-5)
 
 
-def test_a_preview_of_the_program_sees_the_same_arm(written: Files, tmp_path: Path) -> None:
-    """As a program with a rail that the cell declares, not free: the joint angles are those that were solved."""
+@pytest.mark.parametrize(("program", "name"), [("c.mod", "eax_a"), ("c.mod", "E1"), ("c.src", "eax_a"), ("c.ls", "E1")])
+def test_a_preview_of_the_program_sees_the_same_arm(written: Files, tmp_path: Path, program: str, name: str) -> None:
+    """As a program with a rail that the cell declares, not free, by either name of the axis: the joint angles are those
+    that were solved."""
     plain = job(tmp_path, rail={k: RAIL[k] for k in ("carries", "direction")})
-    text = plain.cell.read_text().replace("[external.E1]", "[external.eax_a]")
+    text = plain.cell.read_text().replace("[external.E1]", f"[external.{name}]")
     plain.cell.write_text(text)
-    preview_file(written.out / "c.mod", plain.cell, csv=tmp_path / "p.csv")
+    preview_file(written.out / program, plain.cell, csv=tmp_path / "p.csv")
     rows = [np.genfromtxt(f, delimiter=",", names=True, dtype=None, encoding="ascii") for f in
             (written.out / "c.csv", tmp_path / "p.csv")]  # fmt: skip
     at = [np.stack([r[c] for c in ("x_mm", "y_mm", "z_mm")], axis=1) for r in rows]
@@ -329,6 +331,15 @@ def test_an_arm_without_a_closed_form(tmp_path: Path) -> None:
     made = files(tmp_path, tables, {"robot": "ur10"}, rows=LONG)
     with pytest.raises(CompensatorError, match=r"external\.E1\.free: places are looked at in closed form"):
         compensate_file(made.toolpath, made.cell, made.out / "c.mod")
+
+
+def test_two_names_of_one_axis_tell_the_same(tmp_path: Path) -> None:
+    same = {k: RAIL[k] for k in ("carries", "direction")}
+    both = job(tmp_path, external={"E1": same, "eax_a": same})
+    assert set(load_job(both.cell).placement.external) == {"E1", "eax_a"}
+    other = job(tmp_path, external={"E1": same, "eax_a": {**same, "direction": [1.0, 0.0, 0.0]}})
+    with pytest.raises(CompensatorError, match="E1 and eax_a are two names of one axis: they have to tell the same"):
+        load_job(other.cell)
 
 
 def test_a_robot_program_keeps_its_own(written: Files) -> None:
