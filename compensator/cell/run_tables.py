@@ -47,6 +47,13 @@ class SolveTable(TomlTable):
             raise ValueError('lean is chosen along the path together with the turn: set turn = "path", or take it away')
         return self
 
+    @property
+    def along_path(self) -> str:
+        """The key by which the turn or the lean is chosen along the path; empty: the turn is one for all of it."""
+        if self.lean > 0:
+            return f"solve.lean = {self.lean:g}"
+        return 'solve.turn = "path"' if self.turn == "path" else ""
+
 
 class SamplingTable(TomlTable):
     """How arcs and long moves become points: mm and deg."""

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from compensator.cell.arm import Arm
 from compensator.cell.job import Job, job_of
 from compensator.cell.placement import Placement
+from compensator.cell.run_tables import SolveTable
 from compensator.errors import CompensatorError
 from compensator.place.candidates import COLUMNS, Candidates
 from compensator.place.judge import GOOD
@@ -63,10 +64,11 @@ def first_places(arm: Arm, job: Job, toolpath: Toolpath, columns: Columns) -> It
 
 
 def placed(placement: Placement, columns: Columns, row: int) -> Placement:
-    """A placement with the work object, the turn and the configuration of a row: the start fixes both."""
+    """A placement with the work object, the turn and the configuration of a row: the start fixes both; where turn or
+    lean are chosen along the path it fixes the configuration."""
     pose = np.array([[columns[name][row] for name in COLUMNS]])
     start = np.radians([columns[f"start_q{k + 1}_deg"][row] for k in range(6)])
-    solve = placement.solve.model_copy(update={"free_tool_axis": False})
+    solve = placement.solve.model_copy(update={"free_tool_axis": placement.solve.along_path != ""})
     return replace(placement, workobject=Candidates(pose).frame(0), start=start, solve=solve)
 
 
@@ -75,8 +77,10 @@ def cell_table(raw: dict[str, Any], columns: Columns, row: int) -> dict[str, Any
     numbers = [round(float(columns[name][row]), 6) for name in COLUMNS]
     work = {**raw.get("workobject", {}), "xyz": numbers[:3], "rpy": numbers[3:]}
     start = {"joints": [round(float(columns[f"start_q{k + 1}_deg"][row]), 6) for k in range(6)]}
-    solve = {**raw.get("solve", {}), "free_tool_axis": False}
-    return {**raw, "workobject": work, "start": start, "solve": solve}
+    solve = raw.get("solve", {})
+    if not SolveTable(**solve).along_path:
+        solve = {**solve, "free_tool_axis": False}
+    return {**raw, "workobject": work, "start": start} | ({"solve": solve} if solve else {})
 
 
 def seen_from(value: Any, folder: Path, target: Path) -> Any:

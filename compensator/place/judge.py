@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -26,8 +27,7 @@ Floats = npt.NDArray[np.float64]
 MM = 1e3
 
 GOOD, COLLIDES, BEYOND, OUT = "good", "collides", "beyond-limits", "out-of-reach"
-MOST = 12  # usable choices whose deflection is compared, those with the most room first
-TRIED = 4  # of these, the best first, until one is free of collisions
+MOST = 12  # usable choices whose deflection is compared, those with the most room first, until one of them is free
 PUSH = 100.0  # N along the normal: small against the load, large against rounding
 REVERSAL = 1e-6  # m in the score, for every reversal in a metre of cut
 HURRY = 1e-3  # m in the score, for every whole share of a joint's speed limit beyond the limit
@@ -110,18 +110,20 @@ class Judge:
         planner = self.job.planner
         bounds: MotionBounds = planner.bounds
         found = placed_postures(self.study, planner.inverse, bounds, work)
-        reached = float(found.reached.max())
+        reached = float(found.reached.max(initial=0.0))
         usable = found.usable
         if not len(usable):
-            return Judgement(BEYOND if reached == 1.0 else OUT, reached, 0)
-        some = usable[np.argsort(-found.margin[usable], kind="stable")[:MOST]]
-        sd = np.array([self._relied_on(found.q[c], self._wrench(found, c, work), found.origin) for c in some])
+            return Judgement(BEYOND if found.reachable else OUT, reached, 0)
         words = ""
-        for k in np.argsort(sd, kind="stable")[:TRIED].tolist():
-            touching = self._touching(found.q[some[k]], work)
-            if not touching:
-                return self._judged(found, int(some[k]), work, seen=(reached, len(usable)), sd=float(sd[k]))
-            words = words or touching
+        for some in with_most_room(usable, found.margin[usable]):
+            if words:  # where those with more room touch, most others do: the look costs less than the deflection
+                some = np.array([c for c in some if not self._touching(found.q[c], work)], dtype=np.intp)
+            sd = np.array([self._relied_on(found.q[c], self._wrench(found, c, work), found.origin) for c in some])
+            for k in np.argsort(sd, kind="stable").tolist():
+                touching = self._touching(found.q[some[k]], work)
+                if not touching:
+                    return self._judged(found, int(some[k]), work, seen=(reached, len(usable)), sd=float(sd[k]))
+                words = words or touching
         return Judgement(COLLIDES, reached, len(usable), words)
 
     def _wrench(self, found: PlacedPostures, choice: int, work: Frame) -> Floats:
@@ -199,3 +201,14 @@ class Judge:
         moved = arm.forward(path, q, push, state).position - arm.forward(path, q, wrench, state).position
         yielded = np.sum(moved * normal, axis=1)[self.cut]
         return float(PUSH / np.maximum(yielded, 1e-12).max() * 1e-6)
+
+
+def with_most_room(usable: npt.NDArray[np.intp], margin: Floats) -> Iterator[npt.NDArray[np.intp]]:
+    """MOST choices at a time, those with the most room first, and with them what has as much room as the last."""
+    order = np.argsort(-margin, kind="stable")
+    begin = 0
+    while begin < len(order):
+        last = margin[order[min(begin + MOST, len(order)) - 1]]
+        end = int(np.sum(margin >= last))
+        yield usable[order[begin:end]]
+        begin = end

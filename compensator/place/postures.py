@@ -10,6 +10,7 @@ import numpy.typing as npt
 from compensator.path.free_turn import about_z
 from compensator.path.motion_bounds import MotionBounds
 from compensator.path.tcp_inverse import TcpInverse
+from compensator.place.choices import choices
 from compensator.place.study import Study
 from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame
@@ -27,7 +28,9 @@ class PlacedPostures:
     Attributes:
         q: (C, P, n) rad, without jumps, within the limits where they can be.
         turn: (C,) rad; branch: (C,).
-        reached: (C,) share of the poses within reach. within: (C,) all poses within the limits.
+        reached: (C,) share of the poses within reach; of arms without a closed form of those that follow the first.
+        reachable: False if the reach alone forbids all of them.
+        within: (C,) all poses within the limits.
         margin: (C,) the smallest, as ``MotionBounds.margin``.
         rotation: (C, P, 3, 3) of the TCP in the base; origin: (P, 3) m.
     """
@@ -36,6 +39,7 @@ class PlacedPostures:
     turn: Floats
     branch: npt.NDArray[np.int64]
     reached: Floats
+    reachable: bool
     within: Bools
     margin: Floats
     rotation: Floats
@@ -49,26 +53,17 @@ class PlacedPostures:
 
 def placed_postures(study: Study, inverse: TcpInverse, bounds: MotionBounds, workobject: Frame) -> PlacedPostures:
     """All choices at one placement."""
-    robot, poses, branches = inverse.robot, len(study.path), inverse.inverse.branches
-    at = workobject.then(study.tcp)
+    robot, poses, at = inverse.robot, len(study.path), workobject.then(study.tcp)
     rotation = at.rotation[None] @ about_z(study.turns)[:, None]  # (T, P, 3, 3)
-    count = branches * len(study.turns)
-    turned = np.tile(rotation, (branches, 1, 1, 1))
-    label = np.repeat(np.arange(branches), len(study.turns))
-    rows = np.tile(np.arange(poses), count)
-    tcp = Frame(turned.reshape(-1, 3, 3), np.tile(at.origin, (count, 1)))
-    middle = np.broadcast_to(_middle(robot), (len(rows), robot.n))
-    found = inverse.along(study.path.take(rows), tcp, np.repeat(label, poses), middle)
-    ok = found.ok.reshape(count, poses)
-    q = _without_jumps(np.where(found.ok[:, None], found.q, middle).reshape(count, poses, robot.n))
-    q, within = _in_limits(robot, q)
-    margin = np.full(count, -np.inf)
-    good = np.flatnonzero(ok.all(axis=1) & within)
+    found = choices(study.path, inverse, [Frame(one, at.origin) for one in rotation])
+    q, within = _in_limits(robot, _without_jumps(np.where(found.ok[..., None], found.q, _middle(robot))))
+    margin = np.full(len(q), -np.inf)
+    good = np.flatnonzero(found.ok.all(axis=1) & within)
     if len(good):
         margin[good] = bounds.margin(q[good].reshape(-1, robot.n)).reshape(len(good), poses).min(axis=1)
     return PlacedPostures(
-        q=q, turn=np.tile(study.turns, branches), branch=label, reached=ok.mean(axis=1), within=within, margin=margin,
-        rotation=turned, origin=at.origin,
+        q=q, turn=study.turns[found.turn], branch=found.branch, reached=found.ok.mean(axis=1),
+        reachable=found.reachable, within=within, margin=margin, rotation=rotation[found.turn], origin=at.origin,
     )  # fmt: skip
 
 

@@ -16,12 +16,11 @@ from compensator.cell.job import Job
 from compensator.cell.placement import Placement
 from compensator.errors import CellError
 from compensator.path.free_turn import reference_rotation
-from compensator.path.tcp_inverse import TcpInverse
 from compensator.place.candidates import Candidates
 from compensator.process.process import ToolMotion, WrenchAxes
 from compensator.scene.bodies import bodies_of
 from compensator.scene.body import Body
-from compensator.turn.turn_grid import refuse_without_closed_form
+from compensator.turn.turn_choice import refuse_fixed
 from compensator.version import version
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
@@ -81,9 +80,10 @@ def study_of(
         inputs: hashes of all files.
 
     Raises:
-        CellError, PathError: the arm has no closed form; rail or table move the part.
+        CellError, PathError: rail or table move the part; a turn or lean along the path is asked for that is not open.
     """
-    refuse_without_closed_form(TcpInverse(job.arm.inverse, job.arm.tools))
+    if job.placement.solve.along_path:
+        refuse_fixed(job, toolpath)
     if names := [name for name, axis in job.placement.external.items() if axis.free]:
         what = f"{job.placement.source}: external.{names[0]}.free = true"
         raise CellError(f"{what}: place ranks placements of one base and one table: take free and its range away")

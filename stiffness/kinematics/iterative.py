@@ -1,17 +1,17 @@
 """Inverse kinematics by Newton steps, for arms whose wrist axes do not meet in a point.
 
-Every branch of one pose: ``posture_search``. Along a path: knots one after the other, each started from the one
-before, then all poses between them at once, each started from the knots around it.
+Every branch of one pose: ``posture_search``. Along a path: ``follower``.
 """
 
 from __future__ import annotations
 
-from itertools import pairwise
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from stiffness.errors import RobotError
+from stiffness.kinematics.follower import Follower
 from stiffness.kinematics.full_turns import continuous, limit_margin, nearest_turn, turns
 from stiffness.kinematics.inverse import (
     EXACT,
@@ -26,14 +26,11 @@ from stiffness.kinematics.inverse import (
 from stiffness.kinematics.jacobian import Conditioning
 from stiffness.kinematics.newton import Newton
 from stiffness.kinematics.posture_search import SAME, PostureSearch
-from stiffness.kinematics.waypoints import densified, knots_of
-from stiffness.poses import PoseArray, Poses
+from stiffness.poses import Poses
 from stiffness.robot.robot import Robot, placement
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
-
-_SLIP = 0.3  # rad: a solution farther than this from its prediction may be on another branch
 
 
 class IterativeInverse(Inverse):
@@ -50,6 +47,10 @@ class IterativeInverse(Inverse):
         self._newton = Newton(robot)
         self._conditioning = Conditioning(robot)
         self._postures = PostureSearch(robot, self._newton, self._conditioning)
+
+    def __reduce__(self) -> tuple[type[IterativeInverse], tuple[Robot]]:
+        """Pickled as its robot: the stored postures of a search are megabytes that every process can draw itself."""
+        return IterativeInverse, (self.robot,)
 
     def all(self, pose: Floats, *, limits: bool = True) -> list[tuple[int, Floats]]:
         found = self._postures.every(np.asarray(pose, dtype=float))
@@ -77,10 +78,24 @@ class IterativeInverse(Inverse):
             return self._solution(
                 nothing, np.full((len(path), 2), np.inf), "the first pose has no such posture"
             )
-        q, error = self._follow(path, start)
+        q, error = Follower(self._newton, [path], np.zeros(1, dtype=np.int64)).follow(start[None])
         return self._solution(
-            continuous(self.robot, q, seed), error, "out of reach, or beyond such a pose of the path"
+            continuous(self.robot, q[0], seed), error[0], "out of reach, or beyond such a pose of the path"
         )
+
+    def followed(self, paths: Sequence[Poses], which: Ints, start: Floats) -> tuple[Floats, Bools]:
+        """Postures from many starts at once, each along one of several paths of N poses.
+
+        Args:
+            paths: which move alike, as a tool does that is turned about its axis: they share their knots.
+            which: (S,) the path of each start. start: (S, n) rad, postures of its first pose.
+
+        Returns:
+            (S, N, n) rad, whole turns as they came out; (S, N) which poses are followed, all of them from the first on.
+        """
+        checked = [checked_path(self.robot, path) for path in paths]
+        q, error = Follower(self._newton, checked, which).follow(start)
+        return q, np.asarray(np.logical_and.accumulate(error.max(axis=2) < EXACT, axis=1))
 
     def reached(self, poses: Poses, *, thorough: bool = True) -> Bools:
         return self._postures.reached(checked_path(self.robot, poses), thorough=thorough)
@@ -127,50 +142,3 @@ class IterativeInverse(Inverse):
             apart = [float(np.abs(nearest_turn(q, seed) - seed).max()) for q in found]
             return nearest_turn(found[int(np.argmin(apart))], np.asarray(seed)) if found else None
         return found[branch] if branch < len(found) else None
-
-    def _follow(self, path: Poses, start: Floats) -> tuple[Floats, Floats]:
-        """Angles (N, n) and what is left (N, 2), infinite from the first pose that does not follow."""
-        dense, rows = densified(path)
-        q = np.empty((len(dense), self.robot.n))
-        error = np.full((len(dense), 2), np.inf)
-        q[0] = start
-        reached = self._reach_knots(dense, q, knots_of(dense))
-        last = reached[-1]
-        q[last:] = q[last]
-        between = np.arange(last + 1)
-        guess = np.stack([np.interp(between, reached, q[reached, j]) for j in range(self.robot.n)], axis=1)
-        solved, error[: last + 1] = self._newton.solve(dense.take(slice(last + 1)), guess)
-        slipped = np.abs(solved - guess).max(axis=1) > _SLIP
-        error[: last + 1][slipped] = np.inf
-        q[: last + 1] = solved
-        return q[rows], error[rows]
-
-    def _reach_knots(self, path: PoseArray, q: Floats, knots: Ints) -> list[int]:
-        """Fill in ``q`` at the knots, as far as one follows from the other; the rows that were filled in."""
-        reached = [0]
-        for a, b in pairwise(knots.tolist()):
-            got = self._step(path, q[a], a, b)
-            if got is not None:
-                q[b] = got
-                reached.append(b)
-                continue
-            for k in range(a + 1, b + 1):  # to the very pose where it ends
-                got = self._step(path, q[k - 1], k - 1, k)
-                if got is None:
-                    break
-                q[k] = got
-                reached.append(k)
-            break
-        return reached
-
-    def _step(self, path: PoseArray, q: Floats, a: int, b: int) -> Floats | None:
-        """Angles at pose b from those at pose a; by way of the pose half-way when the step is too long."""
-        got, error = self._newton.solve(path.take(slice(b, b + 1)), q[None])
-        if error.max() < EXACT and np.abs(got[0] - q).max() < _SLIP:
-            return np.asarray(got[0])
-        if b - a < 2:
-            # Near a singularity a joint may well turn far between neighbours: the caller has its own bounds.
-            near = error.max() < EXACT and np.abs(got[0] - q).max() < np.pi / 2
-            return np.asarray(got[0]) if near else None
-        middle = self._step(path, q, a, (a + b) // 2)
-        return None if middle is None else self._step(path, middle, (a + b) // 2, b)

@@ -65,6 +65,9 @@ class PostureSearch:
         return found
 
     def _every(self, pose: Floats) -> list[Floats]:
+        centre, farthest = self._outermost
+        if np.linalg.norm(pose[:3, 3] - centre) > farthest:
+            return []
         order = self._nearest_stored(PoseArray(pose[None, :3, :3], pose[None, :3, 3]), _ROUND * _ROUNDS)[0]
         found: list[Floats] = []
         for k in range(_ROUNDS):

@@ -14,16 +14,20 @@ Ints = npt.NDArray[np.int64]
 _KNOT = (4096, 0.05, 0.1)  # poses, m and rad from one knot to the next at most
 
 
-def densified(poses: Poses) -> tuple[PoseArray, Ints]:
-    """The path with poses put in, on the straight line, where it moves far; rows of the given poses."""
-    rotation, origin = poses.rotation, poses.origin
-    turn = rotation_vector(rotation[1:] @ rotation[:-1].swapaxes(1, 2))
-    move = np.diff(origin, axis=0)
+def inserted(poses: Poses) -> Ints:
+    """(N - 1,) in how many parts each move is divided, 1: nothing is put in."""
+    turn, move = _moves(poses)
     parts = np.maximum(np.linalg.norm(move, axis=1) / _KNOT[1], np.linalg.norm(turn, axis=1) / _KNOT[2])
-    parts = np.maximum(np.ceil(parts), 1).astype(np.int64)
+    return np.asarray(np.maximum(np.ceil(parts), 1).astype(np.int64))
+
+
+def densified(poses: Poses, parts: Ints) -> tuple[PoseArray, Ints]:
+    """The path with each move divided into ``parts`` (N - 1,) on the straight line; rows of the given poses."""
+    rotation, origin = poses.rotation, poses.origin
     rows = np.concatenate([[0], np.cumsum(parts)])
-    if rows[-1] == len(move):
+    if rows[-1] == len(parts):
         return PoseArray(rotation, origin), rows
+    turn, move = _moves(poses)
     r, p = np.empty((rows[-1] + 1, 3, 3)), np.empty((rows[-1] + 1, 3))
     r[rows], p[rows] = rotation, origin
     for k in np.flatnonzero(parts > 1):
@@ -34,11 +38,22 @@ def densified(poses: Poses) -> tuple[PoseArray, Ints]:
     return PoseArray(r, p), rows
 
 
-def knots_of(poses: Poses) -> Ints:
-    """Rows from the first to the last pose, no two farther apart than _KNOT."""
-    rotation, origin = poses.rotation, poses.origin
-    turn = np.linalg.norm(rotation_vector(rotation[1:] @ rotation[:-1].swapaxes(1, 2)), axis=1)
-    share = np.maximum(np.linalg.norm(np.diff(origin, axis=0), axis=1) / _KNOT[1], turn / _KNOT[2])
+def shares(poses: Poses) -> Floats:
+    """(N - 1,) which share of the way from one knot to the next each move is."""
+    turn, move = _moves(poses)
+    return np.asarray(
+        np.maximum(np.linalg.norm(move, axis=1) / _KNOT[1], np.linalg.norm(turn, axis=1) / _KNOT[2])
+    )
+
+
+def knots_of(share: Floats) -> Ints:
+    """Rows from the first to the last pose, no two farther apart than _KNOT; ``share`` (N - 1,) of every move."""
     way = np.concatenate([[0.0], np.cumsum(np.maximum(share, 1 / _KNOT[0]))])
     rows = np.flatnonzero(np.diff(np.floor(way))) + 1
-    return np.unique(np.concatenate([[0], rows, [len(origin) - 1]])).astype(np.int64)
+    return np.unique(np.concatenate([[0], rows, [len(share)]])).astype(np.int64)
+
+
+def _moves(poses: Poses) -> tuple[Floats, Floats]:
+    """From each pose to the next: turns (N - 1, 3) rad and ways (N - 1, 3) m."""
+    rotation = poses.rotation
+    return rotation_vector(rotation[1:] @ rotation[:-1].swapaxes(1, 2)), np.diff(poses.origin, axis=0)

@@ -34,7 +34,7 @@ def place_report(columns: dict[str, Any], tried: Sequence[Place], study: Study, 
         "status": {name: count.get(name, 0) for name in (GOOD, COLLIDES, BEYOND, OUT)},
         "ranked": [_row(columns, int(k)) for k in order[:LISTED]],
         "whole_path": [{"index": int(columns["index"][p.row]), "holds": p.holds, "why": p.why} for p in tried],
-        "findings": findings_report(_findings(columns, tried, len(order))),
+        "findings": findings_report([*_findings(columns, tried, len(order)), *_held_in_ranking(study)]),
     }
 
 
@@ -63,3 +63,14 @@ def _findings(columns: dict[str, Any], tried: Sequence[Place], good: int) -> lis
         what = "none of the ten best placements serves the whole path"
         out.append(Finding(WARNING, "", what, "Take more --poses or a finer --box", kind="path"))
     return out
+
+
+def _held_in_ranking(study: Study) -> list[Finding]:
+    key = study.placement.solve.along_path
+    if not key:
+        return []
+    what = (
+        f"{key}: placements are ranked by turns that stay the same along the path and upright "
+        "tools; what the key asks for is chosen at the best of them only, along the whole path, and their cell keeps it"
+    )
+    return [Finding(NOTE, study.placement.source, what, kind="path")]

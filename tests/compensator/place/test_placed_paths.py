@@ -12,9 +12,10 @@ import pytest
 from compensator.cell.cell_file import load_cell
 from compensator.errors import CompensatorError
 from compensator.place.candidates import box, listed
+from compensator.place.judge import with_most_room
 from compensator.place.parts import Parts
 from compensator.place.study import windows
-from compensator.tasks.compensate import preview_file
+from compensator.tasks.compensate import compensate_file, preview_file
 from compensator.tasks.place import place_file
 from tests.compensator import small_job
 from tests.compensator.place import placement_job
@@ -165,3 +166,34 @@ def test_poses_are_taken_in_rows() -> None:
     assert len(rows) == 200 and rows[0] == 0 and rows[-1] == 9999
     assert np.sum(np.diff(rows) == 1) == 180
     assert windows(7, 200).tolist() == list(range(7))
+
+
+@pytest.mark.parametrize("solve", [{"turn": "path"}, {"lean": 4.0}])
+def test_what_is_chosen_along_the_path_is_chosen_at_the_best_and_stays_in_its_cell(tmp_path: Path, solve: dict) -> None:
+    """The ranking is that of constant turns; the command tells so."""
+    plain = study(placement_job.files(tmp_path), "plain.parquet")
+    files = placement_job.files(tmp_path, solve=solve)
+    made = study(files, best=files.out / "best.toml")
+    assert [r["index"] for r in made.report["ranked"]] == [r["index"] for r in plain.report["ranked"]]
+    (note,) = [f for f in made.report["findings"] if "ranked by turns that stay the same" in f["what"]]
+    key = ", ".join(f'{k} = "{v}"' if isinstance(v, str) else f"{k} = {v:g}" for k, v in solve.items())
+    assert note["where"] == str(files.cell) and note["what"].startswith(f"solve.{key}: ")
+    assert made.report["whole_path"][-1]["holds"]
+    best = load_cell(files.out / "best.toml")
+    assert best.solve.along_path == f"solve.{key}" and best.solve.free_tool_axis
+    turn = compensate_file(files.toolpath, files.out / "best.toml", files.out / "c.mod").report["turn"]
+    assert turn["chosen"]["cost_um2"]["sum"] < turn["constant"]["cost_um2"]["sum"]
+    assert not [f for f in plain.report["findings"] if "ranked by turns" in f["what"]]
+
+
+def test_a_turn_along_a_path_that_is_held_is_refused_before_anything_is_judged(tmp_path: Path) -> None:
+    files = placement_job.files(tmp_path, solve={"turn": "path", "free_tool_axis": False})
+    with pytest.raises(CompensatorError, match=r"free_tool_axis = false holds it; take one of the two away"):
+        study(files)
+    assert files.left() == []
+
+
+def test_choices_with_as_much_room_are_looked_at_together() -> None:
+    margin = np.array([0.9, 1.0, 0.2, 1.0, *[0.5] * 12, 0.4])
+    blocks = [b.tolist() for b in with_most_room(np.arange(17) + 3, margin)]
+    assert blocks == [[4, 6, 3, *range(7, 19)], [19, 5]]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,39 +14,9 @@ from stiffness.kinematics.solver import inverse_kinematics
 from stiffness.poses import PoseArray
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
+from tests.oracles.ur10_postures import closed_form
 
-A2, A3, D1, D4, D5, D6 = -0.612, -0.5723, 0.1273, 0.163941, 0.1157, 0.0922
 START = np.array([0.3, -1.2, 1.4, -1.5, -1.3, 0.4])
-
-
-def row(theta: float, d: float, a: float, alpha: float) -> np.ndarray:
-    c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-    return np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
-
-
-def closed_form(t: np.ndarray) -> Iterator[np.ndarray]:
-    """Up to eight postures of a UR10 (K. P. Hawkins, Analytic IK for the UR-5/UR-10 arms, 2013)."""
-    wrist = t @ [0, 0, -D6, 1]
-    radius, heading = np.hypot(wrist[0], wrist[1]), np.arctan2(wrist[1], wrist[0])
-    if radius < D4:
-        return
-    for q1 in (heading + s * np.arccos(D4 / radius) + np.pi / 2 for s in (1, -1)):
-        c5 = (t[0, 3] * np.sin(q1) - t[1, 3] * np.cos(q1) - D4) / D6
-        if abs(c5) > 1:
-            continue
-        for q5 in (np.arccos(c5), -np.arccos(c5)):
-            side = np.array([np.sin(q1), -np.cos(q1), 0]) @ t[:3, :2] / np.sin(q5)
-            q6 = np.arctan2(-side[1], side[0])
-            inner = np.linalg.inv(row(q1, D1, 0, np.pi / 2)) @ t
-            inner = inner @ np.linalg.inv(row(q5, D5, 0, -np.pi / 2) @ row(q6, D6, 0, 0))
-            x, y = (inner @ [0, -D4, 0, 1])[:2]
-            c3 = (x * x + y * y - A2 * A2 - A3 * A3) / (2 * A2 * A3)
-            if abs(c3) > 1:
-                continue
-            for q3 in (np.arccos(c3), -np.arccos(c3)):
-                q2 = np.arctan2(y, x) - np.arctan2(A3 * np.sin(q3), A2 + A3 * np.cos(q3))
-                last = np.linalg.inv(row(q2, 0, A2, 0) @ row(q3, 0, A3, 0)) @ inner
-                yield np.array([q1, q2, q3, np.arctan2(last[1, 0], last[0, 0]), q5, q6])
 
 
 def apart(a: np.ndarray, b: np.ndarray) -> float:
@@ -242,3 +211,26 @@ def test_no_flange_is_farther_away_than_the_links_are_long(ur: Robot) -> None:
     q[:100, 1:] = [0.0, 0.0, 0.0, 0.0, 0.0]  # stretched
     away = [np.linalg.norm(ur.pose(row)[:3, 3] - centre) for row in q]
     assert max(away) <= farthest < 1.3 * max(away)
+
+
+def matrix(path: PoseArray, k: int) -> np.ndarray:
+    return np.block([[path.rotation[k], path.origin[k][:, None]], [np.zeros((1, 3)), np.ones((1, 1))]])
+
+
+def test_many_starts_side_by_side_are_what_each_is_alone(ur: Robot, inverse: IterativeInverse) -> None:
+    """Two paths, one of them turned about an axis off the flange, so that it needs other poses in between."""
+    rotation, origin = circle(ur, 12)
+    about = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    turned = rotation @ about
+    paths = [PoseArray(rotation, origin), PoseArray(turned, origin + 0.2 * (rotation[:, :, 0] - turned[:, :, 0]))]
+    first = [[q for _, q in inverse.all(matrix(path, 0), limits=False)] for path in paths]
+    which = np.repeat([0, 1], [len(f) for f in first])
+    start = np.concatenate(first)
+    q, ok = inverse.followed(paths, which, start)
+    assert ok.all(axis=1).sum() >= 8 and len(start) > 8
+    for k in np.flatnonzero(ok.all(axis=1)):
+        alone = inverse.along(paths[which[k]], 0, start[k])
+        assert alone.ok.all()
+        assert apart(alone.q, q[k]) < 1e-9
+        expected = closed_form(matrix(paths[which[k]], 7))
+        assert min(apart(e, q[k, 7]) for e in expected) < 1e-7
