@@ -54,7 +54,8 @@ def _named(path: Toolpath, inverse: TcpInverse, tcp: Sequence[Frame]) -> Choices
     found = inverse.along(path.take(rows), all_, np.repeat(label, poses), near)
     ok = found.ok.reshape(count, poses)
     turn = np.tile(np.arange(turns), branches)
-    return Choices(found.q.reshape(count, poses, n), ok, turn, label, bool(ok.all(axis=1).any()))
+    q, reachable = found.q.reshape(count, poses, n), bool(ok.all(axis=1).any())
+    return Choices(q=q, ok=ok, turn=turn, branch=label, reachable=reachable)
 
 
 def _followed(path: Toolpath, inverse: TcpInverse, arm: IterativeInverse, flange: Sequence[Frame]) -> Choices:
@@ -76,7 +77,7 @@ def _followed(path: Toolpath, inverse: TcpInverse, arm: IterativeInverse, flange
             part = slice(begin, end)
             q[going, part], ok[going, part] = arm.followed([one.take(part) for one in flange], turn[going], start)
             going = going[ok[going, end - 1]]
-    return Choices(q, ok, turn, branch, _reachable(arm, flange, turn, ok))
+    return Choices(q=q, ok=ok, turn=turn, branch=branch, reachable=_reachable(arm, flange, turn, ok))
 
 
 def _nearest(
