@@ -25,6 +25,7 @@ MINOR = 0.1  # of it is the most that any place or column explains
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
 LARGE = 0.6  # of what was above the noise: an effect that explains more and leaves all others behind stands
 AHEAD = 0.5  # of what it explains in cross-validation: where no other explains more, it leaves all others behind
+WHOLE = 0.95  # of what was above the noise: where one source explains so much, it needs no effect beside it
 PARTLY = 0.2  # of what was above the noise: an effect that explains less is not called the explanation
 
 
@@ -142,8 +143,9 @@ def _sources(search: Search, fit: Fit) -> list[ResidualSource]:
 
 
 def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alternatives]) -> Addition | None:
-    """The first addition that only took the nearest name beside structure that is left; one that is far ahead of all
-    other effects is the right name for its part."""
+    """The first addition that only took the nearest name beside structure that is left: in the same place, or beside a
+    source that explains all of it by itself. One that is far ahead of all other effects is the right name for its
+    part."""
     joints = search.fits.joints
     places = [s.what for s in now.structure.sources if s.is_place]
     for a in (a for a in now.additions if not a.held):
@@ -156,7 +158,17 @@ def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alt
         certain = own is not None and share > LARGE and own.runner_up < AHEAD * own.held_out
         if share < PARTLY or (share < 1 - PARTLY and there and not certain):
             return a
+        if share < LARGE and _one_source(search, without, now):
+            return a
     return None
+
+
+def _one_source(search: Search, without: Fit, now: Judged) -> bool:
+    """Whether what is left points at one source that, without an addition, explains all of it too."""
+    left = now.structure.sources[:1]
+    if not left or left[0].fraction < WHOLE:
+        return False
+    return any(s.what == left[0].what and s.fraction > WHOLE for s in _sources(search, without))
 
 
 def _above(fit: Fit) -> float:
