@@ -89,7 +89,12 @@ def smoothed(free: FreeAxes, basis: CurveBasis, way: CoarseWay, time: Floats) ->
 def program(
     h: sp.spmatrix, gradient: Floats, a: sp.spmatrix, *, low: Floats, high: Floats, bounds: tuple[Floats, Floats]
 ) -> Floats | None:
-    """Minimise x h x / 2 + gradient x with bounds of a x and of x, by PIQP; None where it failed."""
+    """Minimise x h x / 2 + gradient x with bounds of a x and of x, by PIQP; None where it failed.
+
+    Rows of a without any bound are left out: of each of them PIQP writes a line to standard error.
+    """
+    bound = np.isfinite(low) | np.isfinite(high)
+    low, high, a = low[bound], high[bound], sp.csr_matrix(a)[np.flatnonzero(bound)]
     matrices = [sp.csc_matrix(m) for m in (h, a)]
     for matrix in matrices:
         matrix.sum_duplicates()

@@ -18,6 +18,7 @@ import scipy.sparse as sp
 
 from compensator.path.lean import within_cone
 from compensator.turn.lean_cost import LeanCost
+from compensator.turn.turn_cost import ENDLESS
 from compensator.turn.turn_kinematics import moves
 from compensator.turn.windows import (
     DAMPING,
@@ -127,7 +128,7 @@ class _Window:
         near = self.cost.arm.within(commands)
         back, ahead = (np.where(self.runs == sign, -ONWARDS, most) for sign in (1.0, -1.0))
         ways = np.minimum(-back, way) - way, np.maximum(ahead, way) - way
-        limits = np.minimum(robot.lower - near, 0.0), np.maximum(robot.upper - near, 0.0)
+        limits = np.clip(robot.lower - near, -ENDLESS, 0.0), np.clip(robot.upper - near, 0.0, ENDLESS)
         low, high = (np.concatenate([ways[k].ravel(), limits[k].ravel()]) for k in (0, 1))
         opened = self.cost.room.open[self.part]
         edge = np.stack([np.full(m, np.inf), *(np.where(opened, self.cost.room.cone, 0.0),) * 2], axis=1)

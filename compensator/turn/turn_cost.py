@@ -34,6 +34,7 @@ Bools = npt.NDArray[np.bool_]
 LASTS = 0.01  # m of the path along which a crossing leaves its error: where it falls is not known better
 WINDUP = 5e-5  # rad, 10 arc seconds: a sixth of the minute that reducers have as lost motion by their catalogues
 ROUGH = 3e-5  # m: what an acceleration at the limit is worth
+ENDLESS = 4 * np.pi  # rad, in place of no bound: PIQP writes a line to standard error for a row without any
 AIR = 0.5  # of max_joint_step: between two poses in the air
 
 
@@ -85,10 +86,11 @@ class KeyMotion:
         return np.asarray(np.append(False, timed) & np.append(timed, False) & ~self.corner)
 
     def allowed(self, velocity: Floats, max_joint_step: float) -> Floats:
-        """(K - 1, n) rad that each joint may go on the way to the next key."""
+        """(K - 1, n) rad that each joint may go on the way to the next key; ENDLESS to another tool."""
         fast = np.where(np.isnan(velocity), np.inf, velocity)
         timed = np.where(self.time[:, None] > 0, self.time[:, None] * fast, np.inf)
-        return np.asarray(np.minimum(0.8 * timed, AIR * max_joint_step * self.poses[:, None]))
+        most = np.minimum(0.8 * timed, AIR * max_joint_step * self.poses[:, None])
+        return np.where(np.isfinite(most), most, ENDLESS)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
