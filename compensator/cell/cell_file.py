@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args
 
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
 
 from compensator.cell.machine_table import MachineTable
 from compensator.cell.placement_tables import (
@@ -29,7 +30,19 @@ from stiffness.text_file import toml_table
 from toolpaths.external_axes import axis_number
 from toolpaths.machine import Machine
 
-AxisName = Annotated[str, Field(pattern=r"^eax_[a-f]$|^E[1-6]$|^GP[2-8] J[1-9]$")]
+AXIS_NAMES = r"eax_[a-f]|E[1-6]|GP[2-8] J[1-9]"
+
+
+def _axis_name(name: str) -> str:
+    if not re.fullmatch(AXIS_NAMES, name):
+        raise ValueError(
+            "expected the name of an external axis: E1 ... E6 or eax_a ... eax_f, which are the same six, or "
+            "GP2 J1 ... GP8 J9 of a Fanuc group, as in [external.E1]"
+        )
+    return name
+
+
+AxisName = Annotated[str, AfterValidator(_axis_name)]
 FREE_AXES = 2  # that are chosen together
 if TYPE_CHECKING:
     AnyProcessTable = ProcessTable

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, Strict, field_validator, model_validator
 
 from compensator.cell.scene_tables import BodyTable
 from compensator.toml_table import Number, Three, TomlTable, refuse_metres, refuse_radians
@@ -120,6 +120,22 @@ class StartTable(TomlTable):
         return self
 
 
+ROUNDED = 1e-3  # of the length of a direction: 0.7071 is meant as the half of the root of 2
+
+
+def _quarters_in_rad(angle: float) -> bool:
+    """Whether an angle is 0 or some quarter turns, one turn at most, in rad, as far as two digits tell."""
+    quarters = round(angle / (np.pi / 2))
+    return abs(quarters) <= 4 and abs(angle - quarters * np.pi / 2) < 5e-3
+
+
+def _of_length_one(direction: tuple[float, float, float]) -> str:
+    length = float(np.linalg.norm(direction))
+    if length == 0.0:
+        return "a direction of length 1 in base axes is expected"
+    return f"its length is {length:.4g}; of length 1 it is {[round(v / length, 7) + 0.0 for v in direction]}"
+
+
 class ExternalAxisTable(TomlTable):
     """What an external axis carries; mm, base axes.
 
@@ -136,6 +152,14 @@ class ExternalAxisTable(TomlTable):
     range: Annotated[tuple[Number, Number], listed_numbers(2)] | None = None
     speed: Number | None = Field(default=None, gt=0, le=10000)
     acceleration: Number | None = Field(default=None, gt=0, le=20000)
+
+    @field_validator("direction")
+    @classmethod
+    def _rounded_direction(cls, direction: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Of length 1 where it is so but for rounding."""
+        length = float(np.linalg.norm(direction))
+        x, y, z = (v / length if abs(length - 1.0) < ROUNDED else v for v in direction)
+        return x, y, z
 
     @model_validator(mode="after")
     def _freedom(self) -> ExternalAxisTable:
@@ -155,6 +179,9 @@ class ExternalAxisTable(TomlTable):
             raise ValueError(f"range = [{low:g}, {high:g}]: {high - low:g} mm of a rail: is this in m? mm are expected")
         if self.carries == "part" and high - low < 0.1:
             raise ValueError(f"range = [{low:g}, {high:g}]: less than 0.1 deg of a table: is this in rad?")
+        if self.carries == "part" and _quarters_in_rad(low) and _quarters_in_rad(high):
+            what = f"range = [{low:g}, {high:g}]: quarter turns of a table in rad? deg are expected"
+            raise ValueError(f"{what}: [{np.degrees(low):.0f}, {np.degrees(high):.0f}]")
         if self.carries == "part" and high - low > 720.0:
             raise ValueError(f"range = [{low:g}, {high:g}]: more than two turns of a table, deg")
         if self.carries == "part" and len(limits) > 1:
@@ -165,8 +192,11 @@ class ExternalAxisTable(TomlTable):
     def _complete(self) -> ExternalAxisTable:
         if self.carries == "nothing":
             return self
+        if "direction" not in self.model_fields_set:
+            what = "the way of the base as the value rises" if self.carries == "robot" else "that the table turns about"
+            raise ValueError(f"direction is missing: {what}, of length 1 in base axes, such as [0.0, 1.0, 0.0]")
         if not abs(float(np.linalg.norm(self.direction)) - 1.0) < 1e-6:
-            raise ValueError(f"direction = {list(self.direction)}: a direction of length 1 in base axes is expected")
+            raise ValueError(f"direction = {list(self.direction)}: {_of_length_one(self.direction)}")
         if self.carries == "part" and "center" not in self.model_fields_set:
             raise ValueError("center is missing: a point on the axis of the table, mm in the base")
         if self.carries == "robot" and "center" in self.model_fields_set:
