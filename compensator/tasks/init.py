@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from compensator.cell.cell_file import load_cell
+from compensator.cell.flange import urdf_flange_findings
 from compensator.cell.new_cell import CellAnswers, assumed_wrench, cell_text, numbers_of, tools_of
 from compensator.cell.new_cut import NONE, UNKNOWN, CutAnswers, cut_lines, wrench_lines
 from compensator.errors import CompensatorError
@@ -18,8 +20,10 @@ from compensator.tasks.outputs import Outputs
 from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
-from stiffness.model.model import builtin_model, load_model, model_text
+from stiffness.errors import RobotError
+from stiffness.model.model import ComplianceModel, builtin_model, load_model, model_text, robot_of
 from stiffness.model.sister import starting_model
+from stiffness.model.tips import other_tip_remedy
 from stiffness.robot.load import builtin_robots, load_robot
 from stiffness.robot.robot import Robot
 from stiffness.robot.tips import MAKERS
@@ -118,7 +122,7 @@ def _with_new_model(asked: _Question, output: Path, new_model: Path, say: Say) -
 @writes("output")
 def _with_known_model(asked: _Question, output: Path, stiffness: str, say: Say) -> NewCell:
     read = _read(asked, say)
-    load_model(stiffness, read.robot.n)
+    _refuse_other_tip(load_model(stiffness, read.robot.n), read.robot)
     _refuse_standing(output)
     model = stiffness if builtin_model(stiffness) is not None else _seen_from(output, Path(stiffness))
     cut = _cut(asked, output, read)
@@ -129,9 +133,7 @@ def _with_known_model(asked: _Question, output: Path, stiffness: str, say: Say) 
 
 def _read(asked: _Question, say: Say) -> _Read:
     say("reading the robot")
-    robot, tip = load_robot(asked.robot), None
-    if robot.former_flange is not None:
-        robot, tip = load_robot(asked.robot, tip=MAKERS), MAKERS
+    robot, tip, flange = _with_flange(asked.robot)
     if asked.robot not in builtin_robots():
         Path(asked.robot).read_bytes()  # a URDF is read by C++: this tells the run that it is an input
     say(f"reading {asked.cam.name}")
@@ -141,7 +143,27 @@ def _read(asked: _Question, say: Say) -> _Read:
     if len(used) > 1 and "=" not in asked.tool:
         what = f"the CAM file cuts with {len(used)} tools, and all are taken to be as long as the one that is given"
         found = (*found, Finding(WARNING, "tools", what, "Give --tool '1=X Y Z; 2=X Y Z'", kind="cell"))
-    return _Read(robot, tip, tools, toolpath=toolpath, findings=found)
+    return _Read(robot, tip, tools, toolpath=toolpath, findings=(*flange, *found))
+
+
+def _with_flange(name: str) -> tuple[Robot, str | None, tuple[Finding, ...]]:
+    """The robot, its tip where it has to be named, and what is to be said about that."""
+    robot = load_robot(name)
+    if robot.former_flange is not None:
+        return load_robot(name, tip=MAKERS), MAKERS, ()
+    if robot.flange_frame is not None:
+        tip = robot.flange_frame.name
+        return load_robot(name, tip=tip), tip, urdf_flange_findings(name, robot)
+    return robot, None, urdf_flange_findings(name, robot) if name not in builtin_robots() else ()
+
+
+def _refuse_other_tip(model: ComplianceModel, robot: Robot) -> None:
+    """Refuse a model of this arm that was made for another tip than the one that the cell is to name."""
+    with suppress(RobotError):  # a model of a robot that is lost: `check` tells
+        other = robot_of(model)
+        if advice := other_tip_remedy(model, other, robot):
+            what = f"{model.source}: was made for tip {other.tip!r}, the cell has {robot.tip!r}"
+            raise CompensatorError(f"{what}: {advice}")
 
 
 def _cut(asked: _Question, output: Path, read: _Read) -> CutAnswers | None:

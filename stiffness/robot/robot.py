@@ -18,7 +18,7 @@ import pinocchio as pin
 from stiffness.errors import RobotError
 from stiffness.robot.link_shape import NO_SHAPES, RobotShapes
 from stiffness.robot.reducer import Reducer
-from stiffness.robot.tips import FormerFlange
+from stiffness.robot.tips import FlangeFrame, FormerFlange
 
 Floats = npt.NDArray[np.float64]
 
@@ -47,6 +47,7 @@ class Robot:
         reducers: n data sheets, None for a joint without one; None where the file has none at all.
         tip_why: why no controller has the tip as its flange, so that no program is made for it; empty where one has.
         former_flange: what the flange of a built-in robot was in earlier versions.
+        flange_frame: what controllers measure tools from, where a URDF has it and no tip was asked for.
         reach: m, as the maker gives it; None: not known.
         shapes: what the links look like.
     """
@@ -69,6 +70,7 @@ class Robot:
     reducers: tuple[Reducer | None, ...] | None = None
     tip_why: str = ""
     former_flange: FormerFlange | None = None
+    flange_frame: FlangeFrame | None = None
     reach: float | None = None
     acceleration: Floats | None = None
     shapes: RobotShapes = NO_SHAPES

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from stiffness.errors import RobotError
 from stiffness.robot.robot import Robot
 from stiffness.robot.urdf_bodies import chain_shapes
+from stiffness.robot.urdf_flange import flange_frame
 from stiffness.robot.urdf_tree import TURNING, UrdfJoint, UrdfTree, parse
 
 Floats = npt.NDArray[np.float64]
@@ -55,6 +56,7 @@ def read(path: Path, *, base: str | None, tip: str | None) -> Robot:
         base=start,
         tip=end,
         shapes=chain_shapes(tree, start, turning, after),
+        flange_frame=flange_frame(tree, end, turning[-1].axis) if tip is None and turning else None,
     )
 
 
