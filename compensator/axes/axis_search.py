@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from compensator.axes.axis_contacts import contacts_in_the_way
 from compensator.axes.axis_lattice import AxisLattice, PathStages
 from compensator.axes.cheapest_way import SHARE, CoarseWay, cheapest_way
 from compensator.axes.free_axes import FreeAxes
@@ -18,6 +19,7 @@ from compensator.path.pose_text import mm, place
 from compensator.scene.path_collisions import collider_of
 from compensator.turn.reliance import tool_reliances
 from compensator.turn.turn_choice import key_motion
+from compensator.turn.turn_grid import TurnGrid
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -55,6 +57,7 @@ class AxisSearch:
         shape: of the grid of places, over the axes.
         lattices: of arm configurations in which every stage can be reached from somewhere.
         reached: (S,) whether anything reaches a stage.
+        grids: arm configuration -> postures at each place of the grid, where contacts are looked at.
         wrench: (N, 6) of the whole path, tables where ``stages`` have them.
     """
 
@@ -63,6 +66,7 @@ class AxisSearch:
     lattices: tuple[AxisLattice, ...]
     reached: Bools
     wrench: Floats
+    grids: Mapping[int, list[TurnGrid]]
 
     def fixed_places(self) -> list[AxisStart]:
         """Of places that stay for the whole path the best ones, which lie apart, and better ones beside them."""
@@ -92,20 +96,26 @@ class AxisSearch:
         """Why nothing serves, with the pose, and what to do; ``first``: why a path could not be followed."""
         stages, free = self.stages, self.stages.free
         spans = ", ".join(f"{n} = {a:g} ... {b:g}" for n, a, b in zip(free.names, free.low, free.high, strict=True))
-        robot = stages.job.arm.robot.name
+        robot, contacts = stages.job.arm.robot.name, self._contacts()
         if not self.reached.all():
             k = int(np.argmin(self.reached))
             return (
                 f"{place(stages.toolpath, int(stages.rows[k]))}: out of reach of {robot} wherever {spans} stand (TCP "
                 f"{mm(stages.some.position[k])} mm in the work object), or a limit or a contact is in the way at every "
-                f"turn: widen range, or check [workobject], direction and center"
+                f"turn{contacts}: widen range, or check [workobject], direction and center"
             )
         what = f"{stages.toolpath.source}: every pose can be reached from somewhere with {spans}, but no fixed place"
         rails = [n for n, rail in zip(free.names, free.rail, strict=True) if rail]
         moved = f" and no smooth way of {', '.join(rails)} within speed and acceleration" if rails else ""
-        told = f" ({first})" if first else ""
+        told = f"{f' ({first})' if first else ''}{contacts}"
         remedy = "widen range, give speed and acceleration of the rail, or lower the feed" if rails else "widen range"
         return f"{what}{moved} serves the whole path in one arm configuration{told}; {remedy}, or split the file"
+
+    def _contacts(self) -> str:
+        """What touches where the path could be followed otherwise; empty: that closes nothing."""
+        free = self.stages.free
+        lines = [np.linspace(a, b, n) for a, b, n in zip(free.low, free.high, self.shape, strict=True)]
+        return contacts_in_the_way(self.stages, self.shape, _product(lines), self.grids, one_turn=self._one_turn)
 
     @property
     def _one_turn(self) -> bool:
@@ -152,14 +162,17 @@ def axis_search(
     start, form = job.planner.start, job.planner.inverse.inverse
     branches = range(form.branches) if start is None else [int(form.configuration(start[None])[0])]
     references = stages.references(places)
+    kept = dict[int, list[TurnGrid]]()
     lattices, reached = [], np.zeros(len(stages.rows), dtype=np.bool_)
     for branch in branches:
         grids = stages.grids(places, references, branch)
+        if stages.collider is not None:
+            kept[branch] = grids
         here = np.any([grid.free.any(axis=1) for grid in grids], axis=0)
         reached |= here
         if here.all():
             lattices.append(AxisLattice.of(stages, places, grids, references=references, branch=branch))
-    return AxisSearch(stages, shape, lattices=tuple(lattices), reached=reached, wrench=whole)
+    return AxisSearch(stages, shape, lattices=tuple(lattices), reached=reached, wrench=whole, grids=kept)
 
 
 def _lattice(stages: PathStages, places: Floats, branch: int) -> AxisLattice:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from compensator.axes.axis_contacts import touching
 from compensator.axes.axis_cost import AxisCost, places_of
 from compensator.axes.axis_curve import CurveBasis
 from compensator.axes.axis_lattice import PathStages
@@ -17,6 +18,7 @@ from compensator.cell.job import Job
 from compensator.errors import PathError
 from compensator.path.chosen_turn import TurnValue
 from compensator.path.planned_path import PlannedPath
+from compensator.path.pose_text import place
 from compensator.scene.clearance import clearance
 from toolpaths.toolpath import Toolpath
 
@@ -99,7 +101,7 @@ class AxisTrial:
             self.refused = self.refused or str(e)
             return None
         if not self._clear(path):
-            self.refused = self.refused or "something touches on the way"
+            self.refused = self.refused or self._contact(path)
             return None
         wrench = self.stages.wrench_at(places[0], self.wrench)
         cost = AxisCost.of(self.job, self.free, path, wrench=wrench, tools=self.stages.tools)
@@ -120,6 +122,14 @@ class AxisTrial:
             with suppress(PathError):
                 return planner.turned(PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branch), turn)
         return planner.plan(toolpath)
+
+    def _contact(self, path: PlannedPath) -> str:
+        """What touches first on a path that is not clear, and where."""
+        rows = self.stages.rows
+        found = touching(self.stages, path.toolpath.take(rows), path.q[rows])
+        if found is None:
+            return "something touches on the way"
+        return f"{place(self.toolpath, int(rows[found[0]]))}: {found[1]} touch"
 
     def _clear(self, path: PlannedPath) -> bool:
         if self.stages.collider is None:

@@ -72,16 +72,16 @@ class Collider:
         return out
 
     def first_touching(
-        self, q: Floats, *, workobject: Frame, tool: int | None = None, cutting: bool = True
+        self, q: Floats, *, workobject: Frame, world: Frame = STILL, tool: int | None = None, cutting: bool = True
     ) -> tuple[str, str] | None:
         """Names of two bodies that touch at one of N postures (N, n) rad, the one on the arm first; None: none do.
 
         Args:
-            workobject, tool, cutting: as in ``collides``.
+            workobject, world, tool, cutting: as in ``collides``.
         """
         if not len(q):
             return None
-        frames = CarrierFrames(link_frames(self.robot, q), workobject)
+        frames = CarrierFrames(link_frames(self.robot, q), workobject, world)
         for pair in self._active(tool, cutting):
             inner, outer = (frames.of(self.bodies[k]) for k in (pair.inner, pair.outer))
             near = np.flatnonzero(self.bound(pair, inner, outer, len(q)) <= 0.0)
