@@ -20,6 +20,7 @@ Floats = npt.NDArray[np.float64]
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 COLUMNS = ("x_mm", "y_mm", "z_mm", "roll_deg", "pitch_deg", "yaw_deg")
 MOST = 10_000_000
+NEAR = 10.0  # mm: what stands no farther from the base in x, y and z was meant in m
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,16 +44,32 @@ def box(words: str, home: WorkObjectTable) -> Candidates:
         CompensatorError: names the part that is wrong.
     """
     values = {axis: np.array([v]) for axis, v in zip(AXES, (*(home.xyz or (0.0, 0.0, 0.0)), *home.rpy), strict=True)}
+    given = set[str]()
     for part in filter(None, (p.strip() for p in words.split(","))):
-        axis, _, span = part.partition("=")
-        if axis.strip() not in AXES:
+        name, _, span = part.partition("=")
+        axis = name.strip()
+        if axis not in AXES:
             raise CompensatorError(f"--box: {part!r}: expected one of {', '.join(AXES)}, such as x=1200:1800:13")
-        values[axis.strip()] = _span(part, span)
+        if axis in given:
+            raise CompensatorError(f"--box: {part!r}: {axis} is given twice, expected once: one of them would be lost")
+        values[axis] = _span(part, span)
+        given.add(axis)
+    _refuse_metres(words, [values[axis] for axis in AXES[:3] if axis in given])
     count = int(np.prod([len(v) for v in values.values()], dtype=float))
     if count > MOST:
         raise CompensatorError(f"--box: {count:,} placements; at most {MOST:,}: take coarser counts")
     grid = np.meshgrid(*values.values(), indexing="ij")
     return Candidates(np.stack([g.ravel() for g in grid], axis=1))
+
+
+def _refuse_metres(words: str, lengths: list[Floats]) -> None:
+    """Refuse a box whose lengths are all a few mm: no arm has its part that near to its base."""
+    largest = max((float(np.abs(v).max()) for v in lengths), default=0.0)
+    if 0.0 < largest < NEAR:
+        raise CompensatorError(
+            f"--box: {words!r}: no x, y or z is {NEAR:g} mm or more: is this in m? mm are expected, such as "
+            "x=1200:1800:13; where mm are meant, name the placements with --list"
+        )
 
 
 def _span(part: str, span: str) -> Floats:

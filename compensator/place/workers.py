@@ -21,15 +21,15 @@ from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from threading import Lock
+from threading import Lock, Thread
 from typing import Any
 
 from compensator.errors import CompensatorError
+from compensator.place.address import SECONDS, refuse_silent
 from compensator.place.judge import Judge, Judgement
 from compensator.place.study import Study
 
 Done = tuple[range, list[Judgement]]
-PATIENCE = "5s"  # for the answer of a scheduler
 DEATHS = 5  # pools that may break before the study is given up: something in it kills its workers
 _ALONE = Lock()
 
@@ -63,7 +63,15 @@ _SENT: list[bytes] = []  # of a local worker: the study
 
 
 def _receive(sent: str) -> None:
+    Thread(target=_end_with_parent, daemon=True).start()
     _SENT[:] = [Path(sent).read_bytes()]
+
+
+def _end_with_parent() -> None:
+    """Wait for the end of the process that started this one: a parent that was killed can end none of its workers."""
+    if (parent := multiprocessing.parent_process()) is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _local(start: int, stop: int) -> list[Judgement]:
@@ -138,7 +146,8 @@ def _client(address: str) -> Any:
     except ImportError as e:
         what = "--scheduler needs dask.distributed: pip install 'toolpath-compensator[cluster]'"
         raise CompensatorError(what) from e
+    refuse_silent(address)  # a client that fails waits for its own end in its __del__
     try:
-        return Client(address, timeout=PATIENCE, set_as_default=False)
+        return Client(address, timeout=SECONDS, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as e:
-        raise CompensatorError(f"--scheduler {address}: no scheduler answers there within {PATIENCE}: {e}") from e
+        raise CompensatorError(f"--scheduler {address}: no scheduler answers there within {SECONDS:g}s: {e}") from e

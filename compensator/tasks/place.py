@@ -12,6 +12,7 @@ from typing import Any
 from compensator.cell.arm import load_arm
 from compensator.cell.cell_file import Cell, load_cell
 from compensator.errors import CellError, CompensatorError
+from compensator.place.address import host_and_port
 from compensator.place.best import Place, cell_table, first_places, seen_from
 from compensator.place.candidates import Candidates, box, listed
 from compensator.place.parts import Parts, pyarrow, rows_of
@@ -71,6 +72,8 @@ def place_file(
         ToolpathError, StiffnessError, CompensatorError: refused; parts that are done stay for the next run.
     """
     _check(output, turns=turns, poses=poses)
+    if scheduler is not None:
+        host_and_port(scheduler)
     pyarrow()
     began = time.monotonic()
     given, table = read_input(files_of(toolpath, read_as), cell, say), load_cell(cell)
