@@ -30,7 +30,7 @@ from benchmarks import (
 )
 
 PARTS = ("start", "paths", "poses", "commands", "identify", "diagnose", "reading", "stages", "cut", "traces", "place")
-PARTS += ("turns",)
+PARTS += ("turns", "filter")
 
 
 def main() -> None:
@@ -50,6 +50,7 @@ def main() -> None:
         "traces": traces.run,
         "place": place.run,
         "turns": turns.run,
+        "filter": lambda: commands.run_filter((100_000, commands.LARGE) if options.large else (100_000,)),
     }
     rows: list[table.Row] = []
     print(_machine())

@@ -60,6 +60,21 @@ def run(sizes: Sequence[int] = (10_000, 100_000), rounds: int = ROUNDS) -> Itera
             yield Row(group, f"growth {first:,} to {last:,}", medians[last] / medians[first], "x", goal)
 
 
+def run_filter(sizes: Sequence[int] = (100_000,)) -> Iterator[Row]:
+    """A RAPID program in modules of 5,000 moves, filtered in place, without and with joint memory."""
+    for memory in (False, True):
+        group = "a RAPID program filtered in place, from the shell" + (" (backlash and preload)" if memory else "")
+        for moves in sizes:
+            with tempfile.TemporaryDirectory(prefix="bench-") as name:
+                write_inputs(Path(name), moves, memory=memory)
+                run_job("program", Path(name))
+                text, whole = run_job("text", Path(name)), run_job("filter", Path(name))
+            yield Row(group, f"{moves:,} moves", whole.seconds, "s")
+            against = ratio([whole.seconds], [text.seconds])
+            yield Row(group, "  against reading a csv and writing RAPID of as many", against, "x")
+            yield Row(group, "  peak memory", whole.peak_mb, "MB", "1000" if moves == LARGE else "")
+
+
 def measured(poses: int, rounds: int, *, memory: bool) -> tuple[list[Run], list[Run]]:
     """Runs of the text alone and of the whole command, in turn."""
     text, whole = [], []

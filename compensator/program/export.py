@@ -96,19 +96,19 @@ def program_of(
     Args:
         name: of the program, where the cell gives none.
         corrected: False writes the nominal poses, as ``preview`` shows them.
-        poses: (N) that stand in the program instead.
+        poses: (N) that stand in the program instead; their rotations are made where they are asked for.
     """
     arm, placement, path, inverse = c.job.arm, c.job.placement, c.path, c.job.planner.inverse
     toolpath = path.toolpath
     joints = c.command.q if corrected else path.q
     nominal = _in_work(placement, toolpath, path.tcp)
-    poses = _made(program_poses(c, corrected=corrected) if poses is None else poses)
+    made = _made(program_poses(c, corrected=corrected)) if poses is None else poses
     feed, findings = _feed(placement, toolpath)
     ordered = orders(toolpath, placement.program.events, placement.source)
     return Program(
         name=placement.program.name or name,
-        position=poses.origin,
-        rotation=poses.rotation,
+        position=made.origin,
+        rotation=made.rotation if poses is None else MadeColumn(len(c), lambda rows: made.take(rows).rotation),
         joints=joints,
         feed=feed,
         findings=(*findings, *change_findings(c, joints, ordered)),

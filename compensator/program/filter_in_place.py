@@ -16,7 +16,7 @@ from compensator.program.maker import MadeProgram, ProgramMaker
 from compensator.solve.compensation import Compensation
 from compensator.solve.upright import largest_tilt, without_tilt
 from compensator.solve.verify import Verified
-from toolpaths.columns import MadeColumn, blocks
+from toolpaths.columns import MadeColumn, blocks, give_back
 from toolpaths.errors import WriteError
 from toolpaths.files import refuse_own
 from toolpaths.finding import WARNING, Finding
@@ -73,6 +73,7 @@ class FilterInPlace(ProgramMaker):
             c, left = without_tilt(c), _left_tilted(c, self.file)
         index = needed_poses(c, self.rows)
         program = replace(_taken(program_of(c, poses=_as_written(c)), index), stamp=self.stamp)
+        give_back()
         row = c.path.toolpath.row[index]
         rewritten = self.language.rewrite(
             source, program, row=row, path=self.file, machine=c.job.placement.machine, others=self.source.others

@@ -17,7 +17,7 @@ from compensator.program.robot_program import with_joint_poses
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import equilibria
 from compensator.solve.verify import PRINTED, Verified, moved_on_axes
-from toolpaths.columns import blocks
+from toolpaths.columns import blocks, give_back
 from toolpaths.files import read_program
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
@@ -68,6 +68,7 @@ def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
     files = ProgramFiles(done.files[0], (*done.files[1:], *done.kept) or None, done.language)
     read = read_program(files, chord=chord, machine=c.job.placement.machine, shown=str(names))
     read = with_joint_poses(c.job.placement, c.job.arm.robot, in_frame(read, c.path.toolpath.setting))
+    give_back()
     row, pose = _aligned(done, read)
     toolpath, cut = c.path.toolpath, c.cutting
     printed = _between(done, read, row, pose)

@@ -32,6 +32,7 @@ from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.source_lines import source_lines
 from compensator.tasks.strict import refuse_warnings
+from toolpaths.columns import give_back
 from toolpaths.files import language_of, read_program, refuse_own, write_program
 from toolpaths.finding import Finding
 from toolpaths.languages.table import Language
@@ -124,11 +125,14 @@ def compensate_file(
     maker.check(given.job.placement, given.path, named)
     job, toolpath_read, provenance = given.job, given.path, given.provenance
     del given  # a path that is sampled is another one
+    give_back()
     say(job.placement.process.preparation() or "solving")
     path = planned(job, toolpath_read)
     del toolpath_read
     maker.check(job.placement, path.toolpath, named)
+    give_back()
     result = compensate(job, path, rapids_stay=maker.in_place)
+    give_back()
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
         with outputs.writing(program, written_in.writes) as staged:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from toolpaths.columns import once
 from toolpaths.errors import ReadError
 from toolpaths.frame import Frame
 from toolpaths.interpreting.move_columns import MoveColumns
@@ -99,9 +100,15 @@ class RobotTrack:
             sources = tuple(part.source for part in self._text.parts)
             mark["file"] = np.searchsorted(self._text.begins, mark["start"], side="right") - 1
         return RobotMoves(
-            source=self.source, language=self.language, position=c.numbers("x", "y", "z") * 1e-3,
+            source=self.source, language=self.language, position=_in_si(c.numbers("x", "y", "z")),
             quaternion=self._quaternions(c.numbers("a", "b", "c", "d")),
-            via=c.numbers("via_x", "via_y", "via_z") * 1e-3,
-            feed=c.number("feed") * 1e-3, zone=c.number("zone") * 1e-3, mark=mark, sources=sources,
+            via=_in_si(c.numbers("via_x", "via_y", "via_z")), feed=once(c.number("feed") * 1e-3),
+            zone=once(c.number("zone") * 1e-3), mark=mark, sources=sources,
             joints=self.joints, frames=frames, tools=self.tools, events=tuple(self.events), external=self._external(),
         )  # fmt: skip
+
+
+def _in_si(numbers: Floats) -> Floats:
+    """m of mm, in their place."""
+    numbers *= 1e-3
+    return numbers

@@ -12,7 +12,7 @@ class Statements:
     """Statements in a row. Instructions are numbers and made again where they are asked for; others are kept."""
 
     def __init__(self) -> None:
-        self._start, self._length, self._word = array("q"), array("q"), array("i")
+        self._start, self._length, self._word = array("q"), array("i"), array("i")
         self._words: dict[str, int] = {}
         self._others: dict[int, Statement] = {}
 

@@ -76,7 +76,7 @@ def _same(program: Program) -> Bools:
     nominal = program.position if program.nominal_position is None else program.nominal_position
     turned = program.rotation if program.nominal_rotation is None else program.nominal_rotation
     place = np.linalg.norm(program.position - np.asarray(nominal), axis=1) <= SAME_PLACE
-    turn = np.abs(program.rotation - np.asarray(turned)).max(axis=(1, 2), initial=0.0)
+    turn = np.abs(np.asarray(program.rotation) - np.asarray(turned)).max(axis=(1, 2), initial=0.0)
     return np.asarray(place & (turn <= SAME_TURN))
 
 
@@ -95,10 +95,10 @@ def _in_own_frames(moves: RobotMoves, program: Program, row: Floats) -> Frame:
     """The M poses of the program, each in the frame of the move that it belongs to."""
     owner = np.minimum(np.ceil(np.asarray(row) - 1e-9).astype(np.int64), len(moves) - 1)
     frame = moves.mark["frame"][owner]
-    position, rotation = program.position.copy(), program.rotation.copy()
+    position, rotation = program.position.copy(), np.array(program.rotation)
     for number, main in enumerate(moves.from_main()):
         at = (frame == number) & (number != moves.main_frame)
         if at.any():
             position[at] = main.at(program.position[at])
-            rotation[at] = main.rotation @ program.rotation[at]
+            rotation[at] = main.rotation @ rotation[at]
     return Frame(rotation, position)

@@ -15,7 +15,6 @@ import numpy as np
 from toolpaths.columns import blocks
 from toolpaths.errors import WriteError
 from toolpaths.finding import NOTE, Finding
-from toolpaths.frame import Frame
 from toolpaths.interpreting.program_text import Declaration
 from toolpaths.interpreting.robot_moves import ARC, RobotMoves
 from toolpaths.rewriting.arc_fit import ProgramArcs
@@ -55,8 +54,7 @@ class TargetEdits:
     changes: list[Finding] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        nearest = np.rint(self.row)
-        whole = np.abs(self.row - nearest) < _ROW
+        whole = np.abs(self.row - (nearest := np.rint(self.row))) < _ROW
         self._at = np.full(len(self.moves), -1, dtype=np.intp)
         inside = whole & (nearest >= 0) & (nearest < len(self.moves))
         self._at[nearest[inside].astype(np.intp)] = np.flatnonzero(inside)
@@ -68,26 +66,31 @@ class TargetEdits:
         self._plain = self.moves.given_once  # those that only they need, with its numbers in the statement
         self._later = np.zeros(len(self.moves), dtype=bool)  # of these the ones that get other numbers
         self._uses: dict[tuple[int, int], dict[int, _Use]] = {}  # place of the numbers -> place of naming -> use
-        self._lines: dict[int, str] = {}  # statement -> lines put in before it
-        self._straight: set[int] = set()
+        self._lines, self._straight = dict[int, str](), set[int]()  # statement -> lines put in before it
 
     def _work_out_poses(self) -> None:
         """What ``spelled`` takes, for all poses: each in the frame of the move that it belongs to."""
-        count, frames = len(self.row), self.moves.from_main()
+        count, self._frames = len(self.row), self.moves.from_main()
         self._move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
         self._turned, self._other, self._other_branch = (np.zeros(count, dtype=bool) for _ in range(3))
-        position, turns = np.empty((count, 3)), list[Floats]()
+        self._block, self._own = slice(0, 0), (np.empty((0, 3)), np.empty((0, 4)))
         for b in blocks(count):
-            position[b], rotation = self._in_own_frame(b, frames)
-            turns.append(self.spelling.turns(rotation))
-        self._position = position
-        self._turns = np.concatenate(turns) if turns else np.empty((0, 4))
+            self._in_own_frame(b)
 
-    def _in_own_frame(self, b: slice, frames: Sequence[Frame]) -> tuple[Floats, Floats]:
+    def _place_and_turn(self, k: int) -> tuple[list[float], list[float]]:
+        """Numbers of a pose; they are made for some poses in a row, which is the order that they are asked for in."""
+        if not self._block.start <= k < self._block.stop:
+            self._block = next(b for b in blocks(len(self.row)) if b.start <= k < b.stop)
+            position, rotation = self._in_own_frame(self._block)
+            self._own = position, self.spelling.turns(rotation)
+        place, turn = (numbers[k - self._block.start].tolist() for numbers in self._own)
+        return place, turn
+
+    def _in_own_frame(self, b: slice) -> tuple[Floats, Floats]:
         """Some poses, (K, 3) mm and (K, 3, 3), looked at: which are others than the file has."""
         move, moves = self._move[b], self.moves
         position, rotation = self.program.position[b].copy(), self.program.rotation[b].copy()
-        for number, main in enumerate(frames):
+        for number, main in enumerate(self._frames):
             mine = moves.mark["frame"][move] == number
             if mine.any():
                 position[mine] = main.at(position[mine])
@@ -146,13 +149,13 @@ class TargetEdits:
         return f"{self.moves.file(r)}:{int(self.moves.mark['line'][r])}"
 
     def _note(self, r: int, what: str, count: int = 1) -> None:
-        line = f"line {int(self.moves.mark['line'][r])}"
-        line = self._line(r) if self.moves.file(r) != self.moves.source else line
+        inside = self.moves.file(r) == self.moves.source
+        line = f"line {int(self.moves.mark['line'][r])}" if inside else self._line(r)
         self.changes.append(Finding(NOTE, line, what, "", count=count))
 
     def _spelled(self, literal: re.Match[str], k: int) -> str:
-        turn = self._turns[k].tolist() if self._turned[k] else None
-        out = self.spelling.spelled(literal, self._position[k].tolist(), turn)
+        position, turn = self._place_and_turn(k)
+        out = self.spelling.spelled(literal, position, turn if self._turned[k] else None)
         if self._other_branch[k] and (nominal := self.program.nominal_joints) is not None:
             end = max(int(self._at[self._move[k]]), 0)
             return self.spelling.configured(out, nominal[end], self.program.joints[k])
@@ -166,8 +169,8 @@ class TargetEdits:
 
     def _numbers(self, r: int, name: str = "target") -> re.Match[str] | None:
         """The target as it stands, if that is numbers."""
-        mark, literal = self.moves.mark, self.spelling.literal
-        return literal.fullmatch(self.spelling.text, int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r]))
+        place = (int(self.moves.mark[f"{name}_{end}"][r]) for end in ("start", "end"))
+        return self.spelling.literal.fullmatch(self.spelling.text, *place)
 
     def _line_move(self, r: int, other: bool) -> None:
         between = self._between.get(r)
@@ -181,11 +184,11 @@ class TargetEdits:
     def _insert(self, r: int, between: list[int], literal: re.Match[str]) -> None:
         if not between:
             return
-        start = int(self.moves.mark["start"][r])
+        text, start = self.spelling.text, int(self.moves.mark["start"][r])
         poses = [self._standing(r, k, self._spelled(literal, k)) for k in between]
         lines = [self.spelling.inserted(r, pose) for pose in poses]
-        begin = max(self.spelling.text.rfind("\n", 0, start), self.spelling.text.rfind("\r", 0, start)) + 1
-        indent = re.match(r"[ \t]*", self.spelling.text[begin:start])
+        begin = max(text.rfind("\n", 0, start), text.rfind("\r", 0, start)) + 1
+        indent = re.match(r"[ \t]*", text[begin:start])
         text = "".join(line + self.spelling.newline + (indent[0] if indent else "") for line in lines)
         if start in self._lines:
             if self._lines[start] != text:
@@ -197,8 +200,7 @@ class TargetEdits:
 
     def _standing(self, r: int, k: int, pose: str) -> str:
         """The pose with external axes where they are on the way: they move evenly, together with the TCP."""
-        share = float(self.row[k]) - (r - 1)
-        stands: dict[str, float] = {}
+        share, stands = float(self.row[k]) - (r - 1), dict[str, float]()
         for name, values in self.moves.external.items():
             a, b = float(values[r - 1]) if r else np.nan, float(values[r])
             known = values[np.isfinite(values)]
@@ -212,9 +214,8 @@ class TargetEdits:
 
     def _use(self, r: int, wanted: str | None, name: str) -> None:
         """Note that a move needs ``wanted`` where its target (or via point) stands; None: what stands there."""
-        mark = self.moves.mark
+        mark, prefix = self.moves.mark, "ref" if name == "target" else "via_ref"
         place = int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r])
-        prefix = "ref" if name == "target" else "via_ref"
         reference = int(mark[f"{prefix}_start"][r]), int(mark[f"{prefix}_end"][r])
         text = self.spelling.text[slice(*place)]
         wanted = text if wanted is None else wanted
@@ -286,9 +287,8 @@ class TargetEdits:
 
     def _declaration(self, at: int) -> Declaration:
         if not hasattr(self, "_targets"):
-            self._targets = list(self.spelling.declared())
+            self._targets, self._counts = list(self.spelling.declared()), dict[tuple[int, int], Counter[str]]()
             self._starts = np.array([d.start for d in self._targets])
-            self._counts: dict[tuple[int, int], Counter[str]] = {}
             self._taken = {w.upper() for w in _WORDS.findall(self.spelling.text)}
         return self._targets[int(np.searchsorted(self._starts, at, side="right")) - 1]
 

@@ -51,7 +51,7 @@ def blending(program: Program) -> Blending:
         b = slice(inner.start + 1, inner.stop + 1)  # not the ends
         radius[b], standing[b] = _radii(program, b)
     still = np.flatnonzero(standing)
-    turn[still] = _half_turns(program.rotation, still)
+    turn[still] = _half_turns(np.asarray(program.rotation), still)
     stop = stops(program)
     radius[stop], turn[stop] = 0.0, 0.0
     return Blending(radius, turn)

@@ -70,7 +70,7 @@ class Program:
     Attributes:
         name: of the program, as the user calls it; each language makes it legal in its own way.
         position: (N, 3) m, commanded TCP in the work-object frame.
-        rotation: (N, 3, 3) commanded orientation of the TCP in the work-object frame.
+        rotation: (N, 3, 3), or made where asked for: commanded orientation of the TCP in the work-object frame.
         joints: (N, n) rad, command.
         feed: (N,) m/s of the move that ends at the pose; NaN where none (rapids: ``rapid_speed`` holds).
         kind: (N,) RAPID or CUT.
@@ -100,7 +100,7 @@ class Program:
 
     name: str
     position: Floats
-    rotation: Floats
+    rotation: Column
     joints: Floats
     feed: Floats
     kind: npt.NDArray[np.uint8]

@@ -47,6 +47,7 @@ class BlockRewriter:
 
     def __init__(self, texts: Sequence[str], program: Program, row: Floats, path: Path, blocks: BlockReader) -> None:
         self.texts, self.program, self.path = texts, program, path
+        self._rotation = np.asarray(program.rotation)
         self.steps: list[MovedBlock] = blocks.state.trace or []
         self.spelling: GcodeSpelling = spelling_of(texts)
         self.row = row
@@ -151,7 +152,7 @@ class BlockRewriter:
         return out
 
     def _axis(self, step: MovedBlock, pose: int) -> Floats | None:
-        return -self.program.rotation[pose, :, 2] if step.vectors else None
+        return -self._rotation[pose, :, 2] if step.vectors else None
 
     def _keep(self, step: MovedBlock, text: str, words: list[GcodeWord]) -> None:
         """The line as it is, with its motion word where the lines before took that away."""
@@ -274,7 +275,7 @@ class BlockRewriter:
         rows = [p for s in flat for p in range(self.first[s.first], self.first[s.last]) if self.cut[p]]
         if not rows:
             return
-        tilt = np.linalg.norm(np.cross(-self.program.rotation[rows][:, :, 2], UP), axis=1)
+        tilt = np.linalg.norm(np.cross(-self._rotation[rows][:, :, 2], UP), axis=1)
         worst = int(np.argmax(tilt))
         if tilt[worst] > TILT:
             place = f"{self.path}:{int(self.program.line[rows[worst]])}"

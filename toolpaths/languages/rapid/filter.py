@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.columns import give_back
 from toolpaths.errors import WriteError
 from toolpaths.finding import merged
 from toolpaths.interpreting.program_text import Declaration
@@ -39,6 +40,7 @@ def rewrite(
     """
     run = run_of(source, str(path), path, others)
     moves = run.track.moves()
+    give_back()
     spelling = RapidSpelling(run, moves)
     target_edits = TargetEdits(spelling, moves, program, row)
     target_edits.place()
