@@ -31,6 +31,8 @@ PAYS = 0.9  # of the cost of the best fixed places: what gains less than a tenth
 BESIDE = 4  # rounds of looking beside the best fixed places, a cell away and nearer
 CURVES, EVERY = (6, 320), 0.25  # coefficients of the curve of a rail, one for so many m of path
 SHORTER = (1.0, 0.5, 0.2)  # of a refinement, until it can be followed between its keys too, and pays
+INSTEAD, APART = 4, 1.0  # next best ones, mm or deg from each other somewhere
+UNSETTLED = "a place or a way that costs less has no commands that agree with the joint states that they cause"
 ENOUGH = 0.99  # of the cost: a round that gains less is the last
 
 
@@ -48,15 +50,28 @@ def chosen_axes(job: Job, toolpath: Toolpath, wrench: Callable[[PlannedPath], Fl
         raise PathError(f"{job.placement.source}: no external axis is free")
     search = axis_search(job, free, toolpath, wrench)
     trial = AxisTrial(job, free, toolpath, stages=search.stages, wrench=search.wrench)
-    taken = fixed = _fixed(search, trial)
-    moving, said = _moving(search, trial, fixed) if free.rail.any() else (None, ())
+    fixed, places = _fixed(search, trial)
+    ways, said = _moving(search, trial, fixed) if free.rail.any() else ([], ())
+    taken, moving = fixed, min(ways, key=lambda one: one.value.cost, default=None)
     if moving is not None:
         taken = fixed = _cheaper(fixed, trial.stopped(moving))
     if moving is not None and (fixed is None or moving.value.cost < PAYS * fixed.value.cost):
         taken = moving
     if taken is None:
         raise PathError(search.refusal(trial.refused))
-    return replace(taken.path, axes=_told(free, taken, fixed, said))
+    path: PlannedPath | None = None
+    for one in reversed(_instead(taken, [*places, *ways] if fixed is None else [fixed, *places, *ways])):
+        path = replace(one.path, axes=_told(free, one, fixed, (*said, UNSETTLED)), instead=path)
+    return replace(taken.path, axes=_told(free, taken, fixed, said), instead=path)
+
+
+def _instead(taken: FollowedAxes, found: list[FollowedAxes]) -> list[FollowedAxes]:
+    """The next best ones, should commands of what is taken not agree with their joint states; no two at one place."""
+    out = [taken]
+    for one in sorted(found, key=lambda f: f.value.cost):
+        if len(out) <= INSTEAD and all(np.abs(one.places - o.places).max() > APART for o in out):
+            out.append(one)
+    return out[1:]
 
 
 def _told(free: FreeAxes, taken: FollowedAxes, fixed: FollowedAxes | None, said: tuple[str, ...]) -> ChosenAxes:
@@ -71,21 +86,22 @@ def _told(free: FreeAxes, taken: FollowedAxes, fixed: FollowedAxes | None, said:
     )
 
 
-def _fixed(search: AxisSearch, trial: AxisTrial) -> FollowedAxes | None:
-    """The best of the best few fixed places, and of places beside it: what is counted, reversals, is not smooth."""
-    found = [trial.fixed(start) for start in search.fixed_places()]
+def _fixed(search: AxisSearch, trial: AxisTrial) -> tuple[FollowedAxes | None, list[FollowedAxes]]:
+    """The best of the best few fixed places, and of places beside it: what is counted, reversals, is not smooth; and
+    the best few."""
+    found = [one for start in search.fixed_places() if (one := trial.fixed(start)) is not None]
     best = None
     for one in found:
         best = _cheaper(best, one)
     step = search.cell
     for _ in range(BESIDE):
         if best is None:
-            return None
+            return None, found
         tried = best
         for way in (*np.diag(step), *-np.diag(step)):
             tried = _cheaper(tried, trial.beside(best, way)) or tried
         step, best = (step if tried is not best else step / 2), tried
-    return best
+    return best, found
 
 
 def _cheaper(one: FollowedAxes | None, other: FollowedAxes | None) -> FollowedAxes | None:
@@ -94,33 +110,33 @@ def _cheaper(one: FollowedAxes | None, other: FollowedAxes | None) -> FollowedAx
 
 def _moving(
     search: AxisSearch, trial: AxisTrial, fixed: FollowedAxes | None
-) -> tuple[FollowedAxes | None, tuple[str, ...]]:
-    """The best way of the rails: refined from that over the lattice, and from the best fixed places; and what is to be
-    said of starts that led nowhere."""
+) -> tuple[list[FollowedAxes], tuple[str, ...]]:
+    """Ways of the rails: refined from that over the lattice, and from the best fixed places; and what is to be said of
+    starts that led nowhere."""
     length = float(np.linalg.norm(np.diff(trial.toolpath.on_part, axis=0), axis=1).sum())
     count = int(np.clip(length / EVERY, *CURVES))
     basis = CurveBasis.of(float(trial.time[-1]), count)
-    found, said = list[FollowedAxes | None](), list[str]()
+    found, said = list[FollowedAxes](), list[str]()
     if fixed is not None:
         start = np.tile(fixed.places[0], (count, 1))
-        found.append(_refined(trial, basis, start, (fixed.path.turn, fixed.path.branch)))
+        found += _refined(trial, basis, start, (fixed.path.turn, fixed.path.branch))
     way = search.way()
     if way is not None:
         curve = smoothed(trial.free, basis, way, search.stages.time)
         if curve is not None:
-            found.append(_refined(trial, basis, curve, trial.turn(AxisStart.of(way))))
+            near = _refined(trial, basis, curve, trial.turn(AxisStart.of(way)))
+            found += near
         if curve is None:
             said.append("near the way over the lattice no smooth one is within speed and acceleration of the rail")
-        elif found[-1] is None:
+        elif not near:
             said.append("the arm cannot follow the smooth way of the rail near that over the lattice")
-    followed = (one for one in found if one is not None)
-    return min(followed, key=lambda one: one.value.cost, default=None), tuple(said)
+    return found, tuple(said)
 
 
-def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong) -> FollowedAxes | None:
-    """A start, refined as long as that gains, each time at the turns that the path before it took; None: it cannot be
-    followed."""
-    one = trial.moving(basis, start, turn)
+def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong) -> list[FollowedAxes]:
+    """A start and what is refined of it as long as that gains, each time at the turns that the path before it took;
+    empty: it cannot be followed."""
+    one, found = trial.moving(basis, start, turn), list[FollowedAxes]()
     for _ in range(ROUNDS):
         if one is None or one.coefficients is None:
             break
@@ -130,7 +146,9 @@ def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong
         tried = (trial.moving(basis, start + share * (made.values - start), turn, windows) for share in SHORTER)
         before = one.value.cost
         better = next((other for other in tried if other is not None and other.value.cost < before), None)
+        if better is not None:
+            found.append(one)
         one = replace(one, windows=windows) if better is None else better
         if one.value.cost >= ENOUGH * before:
             break
-    return one
+    return found if one is None else [*found, one]

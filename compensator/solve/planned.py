@@ -73,11 +73,12 @@ def _with_chosen(job: Job, path: PlannedPath, room: LeanRoom | None) -> PlannedP
 
 
 def _with_axes(path: PlannedPath, axes: ChosenAxes | None) -> PlannedPath:
-    """The path, and what would stand in for it, with what was chosen before it was followed."""
+    """The path, and what would stand in for it, with what was chosen before it was followed; another choice of axes
+    keeps its own."""
     if axes is None:
         return path
     instead = None if path.instead is None else _with_axes(path.instead, axes)
-    return replace(path, axes=axes, instead=instead)
+    return replace(path, axes=path.axes or axes, instead=instead)
 
 
 def room_to_lean(job: Job, path: Toolpath) -> LeanRoom:
