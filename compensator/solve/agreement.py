@@ -51,12 +51,14 @@ class _Piece:
 
 @dataclass(frozen=True)
 class _Agreed:
-    """What a piece comes to; ``unsettled`` (N,): poses whose flank changes with every correction."""
+    """What a piece comes to; ``unsettled`` (N,): poses whose flank changes with every correction; ``creeping`` (N, n):
+    joints of them that move there by less than they are corrected."""
 
     command: Command
     state: PreloadState
     rounds: int
     unsettled: npt.NDArray[np.bool_]
+    creeping: npt.NDArray[np.bool_]
 
 
 def agreed(
@@ -83,6 +85,7 @@ def agreed(
     if not len(path):
         raise SolveError(f"{path.toolpath.source}: no poses")
     columns, states, unsettled = PathColumns(len(path), COLUMNS), list[PreloadState](), np.zeros(len(path), dtype=bool)
+    creeping = np.zeros(arm.robot.n, dtype=np.intp)
     first, nominal, without, steps, rounds = arm.unknown_state, start, start, 0, 0
     for rows in pieces(arm, len(path)):
         some = path if len(rows) == len(path) else path.take(rows)
@@ -94,12 +97,13 @@ def agreed(
         done = _piece_agreed(arm, piece, begin)
         columns.put(rows, done.command)
         states.append(done.state)
+        creeping += done.creeping.sum(axis=0)
         unsettled[rows], steps, rounds = done.unsettled, max(steps, done.command.steps), max(rounds, done.rounds)
         if rows[-1] < len(path) - 1:
             first, nominal = done.state.last, some.q[-1]
             if arm.unknown_state.low.size:
                 without = without_states(arm, done.command, done.state.middle)[-1]
-    _refuse_unsettled(path.toolpath, unsettled)
+    _refuse_unsettled(path.toolpath, unsettled, creeping)
     leads, whole = partial(arm.printed, path.toolpath), dict(columns.whole)
     if np.array_equal(whole["actual"], path.q):  # as in the closed form
         whole["actual"] = path.q
@@ -113,7 +117,7 @@ def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) ->
         arm.effects, arm.values, commanded_moves(path.q, piece.nominal), torque=np.zeros_like(path.q),
         start=piece.first,
     )  # fmt: skip
-    unsettled = np.zeros(len(path), dtype=bool)
+    unsettled, turned = np.zeros(len(path), dtype=bool), np.zeros(path.q.shape, dtype=bool)
     if len(piece.held):
         target = held_targets(arm, path, wrench, state, target=target, rows=piece.held)
     command = _solved(arm, path.toolpath, target, wrench=wrench, state=state.middle, seed=path.q, near=begin)
@@ -125,6 +129,7 @@ def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) ->
         if not len(rows):
             break
         if rounds >= UNSETTLED_FROM:
+            turned |= _by_joint(np.abs(new.middle - state.middle) > SAME_STATE, path.q.shape[1])
             new = _either(state, new, change > SAME_STATE)
             unsettled |= change > SAME_STATE
         state = new
@@ -138,7 +143,13 @@ def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) ->
             seed=path.q[rows], near=StartValues(command.q[rows], command.actual[rows], command.extra[rows]),
         )  # fmt: skip
         command = command.replaced(rows, part)
-    return _Agreed(command, state, rounds, unsettled)
+    way = np.abs(commanded_moves(path.q, piece.nominal))
+    return _Agreed(command, state, rounds, unsettled, creeping=turned & (way < np.abs(command.q - path.q)))
+
+
+def _by_joint(states: npt.NDArray[np.bool_], n: int) -> npt.NDArray[np.bool_]:
+    """(N, n) of states (N, S), which every effect has for each joint."""
+    return np.asarray(states.reshape(len(states), -1, n).any(axis=1))
 
 
 def _either(state: PreloadState, new: PreloadState, rows: npt.NDArray[np.bool_]) -> PreloadState:
@@ -147,14 +158,21 @@ def _either(state: PreloadState, new: PreloadState, rows: npt.NDArray[np.bool_])
     return PreloadState(np.where(at, low, new.low), np.where(at, high, new.high))
 
 
-def _refuse_unsettled(toolpath: Toolpath, unsettled: npt.NDArray[np.bool_]) -> None:
-    """Refuse a path on which that is so at more than a few poses."""
+def _refuse_unsettled(toolpath: Toolpath, unsettled: npt.NDArray[np.bool_], creeping: Rows) -> None:
+    """Refuse a path on which that is so at more than a few poses; ``creeping`` (n,): at how many each joint creeps."""
     if unsettled.sum() > max(10, 0.01 * len(unsettled)):
         k = int(np.argmax(unsettled))
-        raise SolveError(
-            f"{place(toolpath, k)}: joint state and correction do not agree at {int(unsettled.sum())} poses: every "
-            "correction turns a joint around again. Check gap, breakaway and side of the backlash in the model"
-        )
+        many, where = int(unsettled.sum()), place(toolpath, k)
+        what = f"{where}: joint state and correction do not agree at {many} poses: every correction turns a joint"
+        joint, count = int(np.argmax(creeping)), int(creeping.max())
+        if 2 * count >= many:
+            raise SolveError(
+                f"{what} around again: at {count} of them joint {joint + 1} moves by less from pose to pose than it is "
+                "corrected, so that the correction decides its direction. Let it move: another place of the part or "
+                "the rail, another turn, a coarser sampling.spacing"
+            )
+        remedy = "Check gap, breakaway and side of the backlash in the model"
+        raise SolveError(f"{what} around again. {remedy}")
 
 
 def _solved(
