@@ -81,7 +81,8 @@ def test_a_worker_ends_with_its_parent(tmp_path: Path) -> None:
     script.write_text(PARENT)
     here = Path(__file__).parents[3]
     asked = [sys.executable, str(script), str(tmp_path / "study")]
-    parent = subprocess.Popen(asked, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(here)})
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    parent = subprocess.Popen(asked, **pipes, env={**os.environ, "PYTHONPATH": str(here)})
     assert parent.stdout is not None
     worker = int(parent.stdout.readline())
     assert running(worker)
