@@ -109,6 +109,7 @@ class AxisSearch:
         moved = f" and no smooth way of {', '.join(rails)} within speed and acceleration" if rails else ""
         told = f"{f' ({first})' if first else ''}{contacts}"
         remedy = "widen range, give speed and acceleration of the rail, or lower the feed" if rails else "widen range"
+        remedy = "; ".join([*free.doubts(), remedy])
         return f"{what}{moved} serves the whole path in one arm configuration{told}; {remedy}, or split the file"
 
     def _contacts(self) -> str:

@@ -10,13 +10,15 @@ import numpy.typing as npt
 
 from compensator.cell.external_axes import on_ways
 from compensator.cell.placement import Placement
-from toolpaths.finding import NOTE, Finding
+from toolpaths.finding import NOTE, WARNING, Finding
 from toolpaths.toolpath import CUT, Toolpath
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 SPEED, ACCELERATION = 100.0, 100.0  # mm/s and mm/s2 of a rail, where the cell gives none: tons, and below what rails do
+LIMITS = {"speed": "m/s", "acceleration": "m/s2"}
+SLOW = 5.0  # mm/s and mm/s2: slower than any rail
 DIGITS = 4  # of places, mm and deg: as programs have them
 
 
@@ -65,8 +67,18 @@ class FreeAxes:
             ways=np.where(rail[:, None], direction * 1e-3, 0.0),
         )  # fmt: skip
 
+    def doubts(self) -> list[str]:
+        """Limits of rails that were most likely meant in m."""
+        given = [(n, key, getattr(self.placement.external[n], key)) for n in self.names for key in LIMITS]
+        return [
+            f"{key} of external.{name} is {value:g} m{LIMITS[key]}: is this in {LIMITS[key]}?"
+            for name, key, value in given if value is not None and value < SLOW
+        ]  # fmt: skip
+
     def assumptions(self) -> Iterator[Finding]:
-        """Limits that the cell does not give."""
+        """Limits that the cell does not give, and those that look like others."""
+        for what in self.doubts():
+            yield Finding(WARNING, self.placement.source, what, "mm/s and mm/s2 are expected")
         for k in np.flatnonzero(self.rail):
             name, axis = self.names[k], self.placement.external[self.names[k]]
             missing = [key for key in ("speed", "acceleration") if getattr(axis, key) is None]

@@ -194,6 +194,15 @@ def test_assumed_limits_are_told(tmp_path: Path) -> None:
     assert np.ptp(table(tmp_path / "p.csv")["E1_mm"]) == 0.0  # a short path: one place serves
 
 
+def test_limits_in_metres_are_asked_about(tmp_path: Path) -> None:
+    rows = [*LONG[:2], [60, 0, -2, 0, 0, 1, 1200, "cut"]]
+    made = job(tmp_path, rows, {**RAIL, "speed": 0.3, "acceleration": 0.2})
+    done = preview_file(made.toolpath, made.cell)
+    told = [str(f) for f in done.findings if "is this in m/s" in str(f)]
+    assert len(told) == 2 and all(one.startswith("warning") for one in told)
+    assert "speed of external.E1 is 0.3 mm/s: is this in m/s?" in told[0]
+
+
 def test_turn_and_lean_are_chosen_beside(tmp_path: Path) -> None:
     made = job(tmp_path, LONG, solve={"turn": "path", "lean": 3.0})
     done = compensate_file(made.toolpath, made.cell, made.out / "c.mod")
@@ -355,7 +364,8 @@ def test_nothing_serves(tmp_path: Path) -> None:
         compensate_file(far.toolpath, far.cell, far.out / "c.mod")
     longer = [[5200 if v == 3800 else v for v in row] for row in LONG]
     slow = job(tmp_path / "slow", longer, {**RAIL, "speed": 1.0, "acceleration": 1.0, "range": [-1500.0, 4000.0]})
-    with pytest.raises(CompensatorError, match=r"no smooth way of E1 within speed and acceleration.*lower the feed"):
+    doubt = r"speed of external\.E1 is 1 mm/s: is this in m/s\?"
+    with pytest.raises(CompensatorError, match=rf"no smooth way of E1 within speed and acc.*{doubt}.*lower the feed"):
         compensate_file(slow.toolpath, slow.cell, slow.out / "c.mod")
 
 
