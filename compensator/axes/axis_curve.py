@@ -7,7 +7,6 @@ the differences of neighbours. So range, speed and acceleration are linear bound
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +16,7 @@ from scipy.interpolate import BSpline
 
 from compensator.axes.cheapest_way import CoarseWay
 from compensator.axes.free_axes import FreeAxes
+from compensator.turn.windows import minimised
 
 Floats = npt.NDArray[np.float64]
 
@@ -101,10 +101,7 @@ def program(
     shapes = [ca.Sparsity(m.shape[0], m.shape[1], m.indptr.tolist(), m.indices.tolist()) for m in matrices]
     scale = float(np.abs(matrices[0].diagonal()).max()) or 1.0
     solver = ca.conic("rail", "piqp", {"h": shapes[0], "a": shapes[1]}, {"error_on_fail": False})
-    given: dict[str, Any] = {
-        "h": ca.DM(shapes[0], matrices[0].data / scale), "a": ca.DM(shapes[1], matrices[1].data),
-        "g": gradient / scale, "lba": low, "uba": high, "lbx": bounds[0], "ubx": bounds[1],
-    }  # fmt: skip
-    found = solver(**given)
-    x = np.asarray(found["x"], dtype=float).ravel()
-    return x if solver.stats()["success"] and np.isfinite(x).all() else None
+    return minimised(
+        solver, h=ca.DM(shapes[0], matrices[0].data / scale), a=ca.DM(shapes[1], matrices[1].data),
+        g=gradient / scale, lba=low, uba=high, lbx=bounds[0], ubx=bounds[1],
+    )  # fmt: skip

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from compensator.axes.axis_cost import AxisCost
 from compensator.axes.axis_curve import CurveBasis, program
+from compensator.turn.lean_refinement import bend
 from compensator.turn.turn_cost import ROUGH
 from compensator.turn.turn_kinematics import moves
 from compensator.turn.windows import (
@@ -113,7 +114,7 @@ class _Window:
         weight, rough, before, after = smooth_weights(cost.motion, keys)
         joints = _by_key(g, shapes[0])
         ways = joints[n:] - joints[:-n]
-        ends = _bend(before, after, cost.acceleration, n) @ ways
+        ends = bend(before, after, cost.acceleration, n) @ ways
         bent = (after * way[1:] - before * way[:-1]) / cost.acceleration
         price = self.price[keys.start : keys.stop - 1]
         rows = [
@@ -178,9 +179,3 @@ def _by_key(g: Floats, shape: sp.csr_matrix) -> sp.csr_matrix:
     by_place = sp.csr_matrix((g.ravel(), (row, column)), shape=(count * r, width * count))
     return (by_place @ sp.kron(shape, sp.eye(width), format="csr")).tocsr()
 
-
-def _bend(before: Floats, after: Floats, limit: Floats, n: int) -> sp.spmatrix:
-    """((K - 2) n, (K - 1) n): shares of the ways in the accelerations, of the limits (n,)."""
-    size = len(before) * n
-    shares = [(-before / limit).ravel(), (after / limit).ravel()]
-    return sp.diags(shares, [0, n], shape=(size, size + n), format="csr")

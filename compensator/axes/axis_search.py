@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -193,7 +193,7 @@ def _stages(
     q = np.zeros((len(path), job.arm.robot.n))
     begun = PlannedPath(toolpath=path, tcp=job.planner.reference(path), q=q, turn=np.zeros(len(path)), branch=none)
     whole = wrench(begun)
-    motion, _, allowed = key_motion(job, replace(begun, toolpath=path), rows)
+    motion, _, allowed = key_motion(job, begun, rows)
     collider = collider_of(job, on_rail=bool(free.rail.any())) if job.placement.surroundings.scene else None
     stages = PathStages(
         job=job, free=free, toolpath=toolpath, rows=rows, some=toolpath.take(rows), wrench=whole[rows], motion=motion,

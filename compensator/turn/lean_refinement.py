@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -25,6 +24,7 @@ from compensator.turn.windows import (
     STILL,
     Refined,
     descended,
+    minimised,
     refined_in_windows,
     smooth_weights,
     travelled,
@@ -92,7 +92,7 @@ class _Window:
         way, (weight, rough, before, after) = moves(at.commands), smooth_weights(self.cost.motion, self.part)
         own, joints = _blocks(slope[:, None]), _blocks(g)
         ways = _difference(m, n) @ joints
-        ends = sp.csr_matrix(_bend(before, after, self.cost.acceleration, n))
+        ends = sp.csr_matrix(bend(before, after, self.cost.acceleration, n))
         bent = (after * way[1:] - before * way[:-1]) / self.cost.acceleration
         rows = (
             (own, weight, at.sd),
@@ -134,16 +134,12 @@ class _Window:
         edge = np.stack([np.full(m, np.inf), *(np.where(opened, self.cost.room.cone, 0.0),) * 2], axis=1)
         least, greatest = np.maximum(-edge - state, -TRUST), np.minimum(edge - state, TRUST)
         least[: self.held] = greatest[: self.held] = 0.0
-        given: dict[str, Any] = {
-            "h": curvature.filled(h), "a": bounded.filled(a),
-            "g": gradient, "lba": low, "uba": high,
-            "lbx": np.minimum(least, 0.0).ravel(), "ubx": np.maximum(greatest, 0.0).ravel(),
-        }  # fmt: skip
-        found = solver(**given)
-        x = np.asarray(found["x"], dtype=float).ravel()
-        if not solver.stats()["success"] or not np.isfinite(x).all():
-            return None
-        return np.asarray(np.clip(x.reshape(m, 3), np.minimum(least, 0.0), np.maximum(greatest, 0.0)))
+        least, greatest = np.minimum(least, 0.0), np.maximum(greatest, 0.0)
+        x = minimised(
+            solver, h=curvature.filled(h), a=bounded.filled(a), g=gradient, lba=low, uba=high,
+            lbx=least.ravel(), ubx=greatest.ravel(),
+        )  # fmt: skip
+        return None if x is None else np.asarray(np.clip(x.reshape(m, 3), least, greatest))
 
 
 def _blocks(g: Floats) -> sp.csr_matrix:
@@ -160,7 +156,7 @@ def _difference(m: int, n: int) -> sp.csr_matrix:
     return sp.diags([-np.ones(size), np.ones(size)], [0, n], shape=(size, m * n), format="csr")
 
 
-def _bend(before: Floats, after: Floats, limit: Floats, n: int) -> sp.spmatrix:
+def bend(before: Floats, after: Floats, limit: Floats, n: int) -> sp.spmatrix:
     """((m - 2) n, (m - 1) n): shares of the ways in the accelerations, of the limits (n,)."""
     size = len(before) * n
     shares = [(-before / limit).ravel(), (after / limit).ravel()]

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -25,6 +24,7 @@ from compensator.turn.windows import (
     STILL,
     Refined,
     descended,
+    minimised,
     refined_in_windows,
     smooth_weights,
     travelled,
@@ -142,20 +142,11 @@ def _program(
     m, n = g.shape
     solver, h, a = _solver(m, n)
     most = np.maximum(allowed, np.abs(way))
-    given: dict[str, Any] = {
-        "h": ca.DM(h, _banded(*bands)),
-        "a": ca.DM(a, _columns(g)),
-        "g": gradient,
-        "lba": (-most - way).ravel(),
-        "uba": (most - way).ravel(),
-        "lbx": bounds[0],
-        "ubx": bounds[1],
-    }
-    found = solver(**given)
-    x = np.asarray(found["x"], dtype=float).ravel()
-    if not solver.stats()["success"] or not np.isfinite(x).all():
-        return None
-    return np.asarray(np.clip(x, *bounds))
+    x = minimised(
+        solver, h=ca.DM(h, _banded(*bands)), a=ca.DM(a, _columns(g)), g=gradient,
+        lba=(-most - way).ravel(), uba=(most - way).ravel(), lbx=bounds[0], ubx=bounds[1],
+    )  # fmt: skip
+    return None if x is None else np.asarray(np.clip(x, *bounds))
 
 
 @lru_cache(maxsize=8)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
+import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
@@ -80,3 +82,9 @@ def smooth_weights(motion: KeyMotion, part: slice) -> tuple[Floats, Floats, Floa
 def travelled(price: Floats, way: Floats) -> float:
     """m3, of ways (m - 1, n) rad at a price (m - 1, n) m3/rad."""
     return float((price * (np.sqrt(way**2 + STILL**2) - STILL)).sum())
+
+
+def minimised(solver: ca.Function, **given: Any) -> Floats | None:
+    """(x,) that a quadratic program gives; None where its status is not that of success."""
+    x = np.asarray(solver(**given)["x"], dtype=float).ravel()
+    return x if solver.stats()["success"] and np.isfinite(x).all() else None

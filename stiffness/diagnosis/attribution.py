@@ -72,19 +72,20 @@ def residual_sources(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[R
     return sorted(out, key=lambda s: -s.fraction)
 
 
-def by_speed(fit: Fit, sensitivities: Sequence[Sensitivities]) -> NormalEquations | None:
-    """Equations of one column per joint, which turns by its own speed; None where a joint stands still."""
+def by_speed(fit: Fit, sensitivities: Sequence[Sensitivities]) -> tuple[Index, NormalEquations] | None:
+    """Joints (C,) that move along the paths, and equations of one column for each, which turns by its own speed; None
+    where none moves."""
     layouts = regressors(fit.sessions)
-    n, first = fit.unknowns.joints, layouts[0]
-    own = {j: f for f, j in enumerate(first.joint) if j >= 0 and first.family[f] == f"{SPEED} {j + 1}"}
-    if len(own) < n:
+    first = layouts[0]
+    feature = np.array([f for f, name in enumerate(first.family) if name.startswith(SPEED)], dtype=np.intp)
+    if not len(feature):
         return None
-    feature = np.array([own[j] for j in range(n)])
+    joints = np.array(first.joint, dtype=np.intp)[feature]
     more = (
-        [_Products(o.geometry(s), np.arange(n), layout.values, feature)]
+        [_Products(o.geometry(s), joints, layout.values, feature)]
         for s, o, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
     )
-    return normal_equations(fit, more, n, _weak(fit))[0]
+    return joints, normal_equations(fit, more, len(joints), _weak(fit))[0]
 
 
 def by_fixture(fit: Fit, sensitivities: Sequence[Sensitivities]) -> NormalEquations | None:

@@ -37,8 +37,9 @@ def beyond_catalogue(search: Search, base: Fit, fit: Fit) -> Beyond | None:
     if not traces_alone(s.session for s in base.sessions):
         return None
     found = []
-    if (chosen := _fewest(by_speed(base, search.sensitivities), base)) is not None:
-        which = " and ".join(f"joint {j + 1}" for j in sorted(chosen[0]))
+    joints, speeds = by_speed(base, search.sensitivities) or ((), None)
+    if (chosen := _fewest(speeds, base)) is not None:
+        which = " and ".join(f"joint {j + 1}" for j in sorted(joints[c] for c in chosen[0]))
         found.append(Beyond(f"a lag that grows with the speed of {which}", chosen[1]))
     fixture = None if like_noise(fit) else by_fixture(base, search.sensitivities)
     if (chosen := _fewest(fixture, base)) is not None:

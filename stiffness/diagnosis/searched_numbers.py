@@ -42,7 +42,11 @@ class _Range:
 
 def with_better_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Addition] | None:
     """Additions with searched numbers that leave less chi-square; None where there are none to move."""
-    out, found, trials = list(additions), False, MemoryTrials(fit.problem, fit.solution.vector, fit.states)
+    return _better(fit, MemoryTrials(fit.problem, fit.solution.vector, fit.states), additions)
+
+
+def _better(fit: Fit, trials: MemoryTrials, additions: Sequence[Addition]) -> list[Addition] | None:
+    out, found = list(additions), False
     for k, a in enumerate(additions):
         for p, index in _searched(a, fit.unknowns.joints):
             now = _chi2(fit, trials, every=out, a=out[k])
@@ -57,9 +61,9 @@ def with_final_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Addition
     """Additions with searched numbers that leave less chi-square, torques in the middle of all that leave as little:
     between two torques of the readings none is likelier, and the middle is least wrong at a load that lies between
     them. None where there are none to move."""
-    better = with_better_numbers(fit, additions)
-    out, found = list(better or additions), better is not None
     trials = MemoryTrials(fit.problem, fit.solution.vector, fit.states)
+    better = _better(fit, trials, additions)
+    out, found = list(better or additions), better is not None
     for k, a in enumerate(out):
         for p, index in _searched(a, fit.unknowns.joints):
             middle = _middle(fit, trials, every=out, a=out[k], p=p, index=index) if p.trials_of == "torque" else None

@@ -79,7 +79,7 @@ def judged(
     beyond = beyond_catalogue(search, base, now.fit) if now.additions and not search.known else None
     if beyond is not None:
         named = " and ".join(a.effect.name for a in now.additions)
-        note = f"{beyond.words}, in no catalogue, explains all of it and more simply than {named}: not added"
+        note = f"{beyond.words}, in no catalogue, explains what was left more simply than {named}: not added"
         return Judged(base, [], Structure(True, _sources(search, base), (note,)))
     if now.structure.left:
         return now

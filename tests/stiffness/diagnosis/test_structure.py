@@ -1,0 +1,78 @@
+"""What stands beside structure that is left, and which additions are only the rest of another law."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffness.diagnosis.added_effects import Addition, at_values_of, with_sites
+from stiffness.diagnosis.alternatives import Alternatives
+from stiffness.diagnosis.searched_numbers import with_better_numbers
+from stiffness.diagnosis.structure import standing, without_crumbs
+from stiffness.effects import BY_NAME
+from stiffness.identification.fit import Fit
+from tests.stiffness.diagnosis.sick import KUKA, Sick, sick
+
+
+def addition(name: str, *where: str) -> Addition:
+    """The simple form of an effect at some sites, begun where its numbers begin."""
+    effect = BY_NAME[name]
+    sites = tuple(s for s in effect.sites(6) if not where or set(s.where) <= set(where))
+    begun = {p.name: np.full(p.count(6), p.start) for p in effect.parameters}
+    return with_sites(Addition(effect, sites, frozenset(), begun), 6)
+
+
+def fitted(ill: Sick, *added: Addition) -> tuple[Fit, list[Addition]]:
+    """With the numbers that no derivative leads to."""
+    fit = ill.fits.fit(list(added), ill.base)
+    found = at_values_of(fit, added)
+    for _ in range(2):
+        if (better := with_better_numbers(fit, found)) is None:
+            break
+        fit = ill.fits.fit(better, fit)
+        found = at_values_of(fit, better)
+    return fit, found
+
+
+def above(fit: Fit) -> float:
+    return fit.solution.chi2 - fit.solution.freedom
+
+
+def test_no_effect_stands_beside_one_source_that_explains_all_of_it() -> None:
+    """A base that yields takes a third of what a brake does at joint 2, which explains all of it without the base."""
+    ill = sick("unknown brake", KUKA, seed=1)
+    fit, found = fitted(ill, addition("base-compliance"))
+    assert 0.2 < 1 - above(fit) / above(ill.base) < 0.6
+    stand = standing(ill.search, base=ill.base, fit=fit, additions=found, found=[])
+    assert stand.additions == [] and stand.structure.left
+    assert stand.structure.sources[0].what == "joint-2"
+    (note,) = stand.structure.notes
+    assert "base-compliance" in note and "not added" in note
+
+
+def test_a_true_effect_stands_beside_another_source() -> None:
+    """The base does yield: what the brake does explains no more than its own part."""
+    ill = sick("base-compliance + unknown brake", KUKA, seed=1)
+    fit, found = fitted(ill, addition("base-compliance"))
+    stand = standing(ill.search, base=ill.base, fit=fit, additions=found, found=[])
+    assert [a.effect.name for a in stand.additions] == ["base-compliance"]
+    assert stand.structure.left and stand.structure.sources[0].what == "joint-2"
+
+
+def test_a_link_that_polishes_the_simple_law_of_the_tool_gives_way_to_the_richer_one() -> None:
+    ill = sick("backlash joint-1 + tool-compliance", KUKA, seed=1)
+    fit, found = fitted(
+        ill, addition("backlash", "joint-1"), addition("tool-compliance"), addition("link-compliance", "link-5")
+    )
+    less, stand = without_crumbs(ill.search, fit, found, [Alternatives(found[2], 0.01, {})])
+    assert {a.effect.name: len(a.extras) for a in stand} == {"backlash": 0, "tool-compliance": 1}
+    assert less.solution.chi2 <= fit.solution.chi2
+
+
+def test_a_small_cause_of_its_own_stays() -> None:
+    """No richer law of the tool does what a link nearer to the base does."""
+    ill = sick("link-compliance link-2", KUKA, seed=1)
+    fit, found = fitted(ill, addition("tool-compliance"), addition("link-compliance", "link-2"))
+    same, stand = without_crumbs(ill.search, fit, found, [Alternatives(found[1], 0.01, {})])
+    assert [a.effect.name for a in stand] == ["tool-compliance", "link-compliance"]
+    assert same.solution.chi2 == pytest.approx(fit.solution.chi2)
