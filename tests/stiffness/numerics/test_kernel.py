@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 
 import casadi as ca
@@ -165,6 +166,17 @@ def test_a_shared_row_is_given_once() -> None:
     for a, b in zip(Kernel(function).run(x, shared), expected, strict=True):
         assert same_bits(a, b)
     assert [r.shape for r in Kernel(function).run(x[0], shared)] == [(1, 5), (1, 1), (1, 3)]
+
+
+def test_what_a_run_leaves_in_memory_is_not_in_the_next() -> None:
+    """One kernel, more rows and fewer, shared rows and own ones, in turn; and after a pickle."""
+    function = tangled(9, (3, 2))
+    one = Kernel(function)
+    for kernel_, rows, seed in [(one, 700, 1), (one, 5, 2), (pickle.loads(pickle.dumps(one)), 3, 3), (one, 700, 4)]:
+        x, shared = rough(rows, 3, seed), rough(1, 2, seed + 10)[0]
+        for second in (shared, shared[::-1].copy(), rough(rows, 2, seed + 20), shared):
+            for a, b in zip(kernel_.run(x, second), Kernel(function).run(x, second), strict=True):
+                assert same_bits(a, b)
 
 
 def test_empty_inputs_and_outputs_and_constants() -> None:
