@@ -72,11 +72,11 @@ class PathCollisions:
             raise PathError(f"{self.toolpath.source}: the path collides:{listed}")
 
 
-def collisions_along(job: Job, toolpath: Toolpath, q: Floats) -> PathCollisions:
+def collisions_along(job: Job, toolpath: Toolpath, q: Floats, bodies: Bodies | None = None) -> PathCollisions:
     """Look for collisions of an arm along a path.
 
     Args:
-        q: (N, n) rad, the angles that are commanded.
+        q: (N, n) rad, the angles that are commanded. bodies: of the job; None: they are read.
 
     Raises:
         CellError: a mesh is refused, or a body that is declared as neighbour is not there.
@@ -86,7 +86,7 @@ def collisions_along(job: Job, toolpath: Toolpath, q: Floats) -> PathCollisions:
     if not settings.check:
         what = "collisions are not looked for: the cell says [collisions] check = false"
         return PathCollisions(Bodies(()), toolpath, (), (Finding(NOTE, placement.source, what),), checked=False)
-    bodies, way = bodies_of(job), arm_path(job, toolpath, q)
+    bodies, way = bodies or bodies_of(job), arm_path(job, toolpath, q)
     pairs = pairs_of(bodies.all, job.arm.robot, settings, placement.source, on_rail=WORLD in way.moving)
     collider = Collider(job.arm.robot, bodies.all, pairs)
     walk = PathWalk(collider, way, margin=settings.margin / 1e3, step=settings.step / 1e3)

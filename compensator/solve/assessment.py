@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from compensator.path.pose_text import place
 from compensator.path.tool_direction import ToolDirection, tool_direction
+from compensator.scene.bodies import Bodies, bodies_of
 from compensator.scene.path_collisions import PathCollisions, collisions_along
 from compensator.solve.added_acceleration import AddedAcceleration, added_acceleration
 from compensator.solve.compensation import Compensation
@@ -17,6 +19,7 @@ from compensator.solve.joint_state import spread_of_unknown
 from compensator.solve.motion_limits import MotionCheck, lowered_findings, motion_check
 from compensator.solve.uncertainty import ErrorBand, error_band
 from compensator.solve.unlearned_angles import OpenAngles, open_angles
+from stiffness.numerics.beside import Beside, beside
 from toolpaths.finding import NOTE, WARNING, Finding, merged, of_kind
 
 Floats = npt.NDArray[np.float64]
@@ -63,32 +66,53 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
         written: what the writer of its program found.
         corrected: False where the nominal path is commanded.
     """
+    return with_findings(judged(c, corrected=corrected), written)
+
+
+def assessed_beside(c: Compensation) -> AbstractContextManager[Beside[Assessment]]:
+    """A result is judged by another process, while this one writes and verifies; its findings are still to be put in."""
+    bodies = bodies_of(c.job)  # here: it reads files, which this process takes down
+    return beside(lambda: judged(c, bodies), known=(c, bodies), poses=len(c))
+
+
+def judged(c: Compensation, bodies: Bodies | None = None, *, corrected: bool = True) -> Assessment:
+    """As ``assessed``, without the findings; ``bodies`` of the job, None: they are read."""
     arm, cut, plain = c.job.arm, c.cutting, c.uncompensated
     spread = spread_of_unknown(arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
     rows = np.flatnonzero(plain.cutting)
-    shares = arm.shares(plain.path.toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows)
-    direction = tool_direction(plain.path, c.job.placement.conditions.gravity)
     q = c.command.q if corrected else c.path.q
-    motion = motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3)
-    added = added_acceleration(c) if corrected else None
-    found, collisions = open_angles(c, q), collisions_along(c.job, c.path.toolpath, q)
+    return Assessment(
+        result=c,
+        open=open_angles(c, q),
+        spread=spread,
+        shares=arm.shares(plain.path.toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows),
+        direction=tool_direction(plain.path, c.job.placement.conditions.gravity),
+        band=error_band(plain),
+        motion=motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3),
+        added=added_acceleration(c) if corrected else None,
+        collisions=collisions_along(c.job, c.path.toolpath, q, bodies),
+        findings=(),
+    )
+
+
+def with_findings(a: Assessment, written: Sequence[Finding] = ()) -> Assessment:
+    """With what all stages found; ``written``: the writer of the program."""
+    c, added = a.result, a.added
+    plain = c.uncompensated
     findings = merged((
         *of_kind("toolpath", plain.path.toolpath.findings),
-        *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, shares))),
+        *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, a.shares))),
         *of_kind("path", () if c.path.axes is None else c.path.axes.findings),
         *of_kind("path", () if c.path.chosen is None else c.path.chosen.findings),
-        *of_kind("path", (*direction.findings, *motion.findings(c.path.toolpath), *lowered_findings(c.path))),
+        *of_kind("path", (*a.direction.findings, *a.motion.findings(c.path.toolpath), *lowered_findings(c.path))),
         *of_kind("path", added.findings(c) if added else ()),
         *of_kind("process", c.load.findings),
-        *of_kind("collision", collisions.findings),
-        *of_kind("solve", _unknown_flanks(c, spread)),
-        *of_kind("model", found.findings),
+        *of_kind("collision", a.collisions.findings),
+        *of_kind("solve", _unknown_flanks(c, a.spread)),
+        *of_kind("model", a.open.findings),
         *of_kind("program", written),
     ))
-    return Assessment(
-        result=c, open=found, spread=spread, shares=shares, direction=direction, band=error_band(plain),
-        motion=motion, added=added, collisions=collisions, findings=findings,
-    )  # fmt: skip
+    return replace(a, findings=findings)
 
 
 def _unknown_flanks(c: Compensation, spread: Floats) -> list[Finding]:

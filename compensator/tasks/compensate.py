@@ -20,7 +20,7 @@ from compensator.program.provenance import Provenance, provenance_of, seal
 from compensator.program.robot_program import job_for, with_joint_poses
 from compensator.report.json.path import path_report
 from compensator.report.json.text import as_json
-from compensator.solve.assessment import Assessment, assessed
+from compensator.solve.assessment import Assessment, assessed, assessed_beside, judged, with_findings
 from compensator.solve.compensate import compensate
 from compensator.solve.compensation import Compensation
 from compensator.solve.coupled import previewed
@@ -135,25 +135,26 @@ def compensate_file(
     give_back()
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
-        with outputs.writing(program, written_in.writes) as staged:
+        with outputs.writing(program, written_in.writes) as staged, assessed_beside(result) as beside:
             made = maker.write(result, staged)
             say("verifying the written program")
             checked = maker.verify(made, program)
             seal(made.files, float(checked.error[made.result.cutting].max()))
+            found = beside.result() if made.result is result else judged(made.result)
         programs = outputs.add(made.files[0], program, made.files[1:])
-        judged = assessed(made.result, made.findings)
-        judged.collisions.refuse_contacts()
-        numbers = path_report(judged, checked.error, seconds=time.monotonic() - began)
+        assessment = with_findings(found, made.findings)
+        assessment.collisions.refuse_contacts()
+        numbers = path_report(assessment, checked.error, seconds=time.monotonic() - began)
         numbers["provenance"] = provenance.as_dict()
         if maker.in_place:
             numbers["changes"] = [_change(f) for f in made.findings]
         refuse_warnings(numbers, strict)
         write_cut(outputs, made.result, made.poses, engagement=engagement, left=left)
-        _write_reports(outputs, judged, numbers, report=report, json=json, after=checked.error, say=say)
+        _write_reports(outputs, assessment, numbers, report=report, json=json, after=checked.error, say=say)
         write_pictures(outputs, made.result, numbers, checked.error, glb=glb, pdf=pdf, say=say)
         outputs.commit()
     files = (*programs, *(f for f in (engagement, left, report, glb, pdf, json) if f))
-    return Done(judged, numbers, files)
+    return Done(assessment, numbers, files)
 
 
 @writes("csv", "report", "json", "engagement", "left", "glb", "pdf")

@@ -17,8 +17,11 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
+from stiffness.numerics.cores import cores
+
 Floats = npt.NDArray[np.float64]
 
+POOL = "kernel"  # name of the threads
 BLOCK = 512
 _SMALL = (1, 32)  # poses of calls with few: every size costs a replay of the instructions, a tenth of a second
 _THREADS_FROM = 16 * BLOCK  # below this, a second thread costs more than it brings
@@ -119,7 +122,7 @@ class Kernel:
     Args:
         function: SX function; sparse inputs or outputs are refused.
         block: poses per call.
-        threads: default the number of cores that this process may use; each thread owns its buffers,
+        threads: default as many as ``cores``; each thread owns its buffers,
             so results do not depend on it.
     """
 
@@ -163,7 +166,7 @@ class Kernel:
                 raise ValueError(f"{name} of {self.function.name()}: shape {x.shape}, not ({rows}, {width})")
         block = next((size for size in _SMALL if rows <= size), self._block)
         outputs = tuple(np.empty((rows, w)) for w in self._widths_out)
-        threads = (self._threads or _cores()) if rows >= _THREADS_FROM else 1
+        threads = (self._threads or cores()) if rows >= _THREADS_FROM else 1
         step = -(-rows // threads // block) * block if threads > 1 else max(rows, 1)
         spans = [(a, min(a + step, rows)) for a in range(0, rows, step)]
         self._prepare(block)
@@ -220,10 +223,4 @@ class _Memory:
 @lru_cache(maxsize=1)
 def _pool(process: int) -> ThreadPoolExecutor:
     """The threads of this process: those of the one that it was forked from are not there."""
-    return ThreadPoolExecutor(max(os.cpu_count() or 1, 1))
-
-
-def _cores() -> int:
-    """Cores that this process may use; on a shared machine fewer than there are."""
-    allowed = getattr(os, "sched_getaffinity", None)  # not on every system
-    return len(allowed(0)) if allowed else os.cpu_count() or 1
+    return ThreadPoolExecutor(max(os.cpu_count() or 1, 1), POOL)
