@@ -70,7 +70,7 @@ def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: boo
 
 
 def assessed_beside(c: Compensation) -> AbstractContextManager[Beside[Assessment]]:
-    """A result is judged by another process, while this one writes and verifies; its findings are still to be put in."""
+    """A result is judged by another process, while this one writes and verifies; without the findings."""
     bodies = bodies_of(c.job)  # here: it reads files, which this process takes down
     return beside(lambda: judged(c, bodies), known=(c, bodies), poses=len(c))
 

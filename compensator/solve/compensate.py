@@ -21,12 +21,13 @@ from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
 from compensator.solve.cutter_offset import at_the_wall, with_offset_findings
 from compensator.solve.flank_poses import with_flank_poses
-from compensator.solve.joint_state import equilibria, equilibrium_columns
+from compensator.solve.joint_state import equilibrium_columns
 from compensator.solve.load_along import load_along
 from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.touching_off import touched_off
 from stiffness.memory.preload import PreloadState
+from stiffness.numerics.beside import beside
 from stiffness.statics.prediction import Command, StartValues
 from toolpaths.finding import ERROR
 from toolpaths.toolpath import CUT
@@ -87,25 +88,34 @@ def _compensated(
     job: Job, path: PlannedPath, *, rapids_stay: bool, load: ProcessLoad | None = None
 ) -> Compensation:
     """As ``compensate``, at the feeds of the path, and not yet looked at for what no robot may be sent."""
-    job, load = touched_off(job, path), _sound(path, load_along(job, path) if load is None else load)
-    result = _solved(job, path, load, rapids_stay=rapids_stay)
-    finer = with_flank_poses(result)
+    job, along = touched_off(job, path), _sound(path, load_along(job, path) if load is None else load)
+
+    with beside(lambda: _positions(job, path, along), known=(job, path, along), poses=len(path)) as plainly:
+        result = _solved(job, path, along, rapids_stay=rapids_stay)
+        finer = with_flank_poses(result)
+        position, state = plainly.result()
+    columns = {"position": position, "torque": np.broadcast_to(np.nan, path.q.shape)}  # these are the preview's own
+    plain = as_it_is(job, path, along, columns=columns, state=state)
+    before = plain.before
     if finer is not None:
         near = None if job.arm.closed_form else _carried_over(result, finer)
         del result  # a million poses of it are half a gigabyte
-        finer_load = _sound(finer, load_along(job, finer, (path.toolpath, load)))
-        result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
+        finer_load = _sound(finer, load_along(job, finer, (path.toolpath, along)))
+        known = (job, finer, finer_load)
+        with beside(lambda: _positions(job, finer, finer_load)[0], known=known, poses=len(finer)) as nominally:
+            result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
+            before = nominally.result()
         del near
-    plain, nominal = _without_torques(uncompensated(job, path, load)), result.path
-    before = plain.before
-    if finer is not None:
-        start, q = job.placement.start, nominal.q
-        before = np.empty_like(before, shape=(len(nominal), 3))
-        for rows, found, _ in equilibria(job.arm, start, nominal.toolpath, q=q, wrench=result.wrench):
-            before[rows] = found.position
-    load = with_offset_findings(job, nominal.toolpath, result.load)
+    found = with_offset_findings(job, result.path.toolpath, result.load)
     inserted = len(result) - len(path)
-    return replace(result, load=load, before=before, inserted=inserted, plain=plain)
+    return replace(result, load=found, before=before, inserted=inserted, plain=plain)
+
+
+def _positions(job: Job, path: PlannedPath, load: ProcessLoad) -> tuple[Floats, PreloadState]:
+    """(N, 3) m where the TCP stands when the nominal poses are commanded, and the state."""
+    start, names = job.placement.start, ("position",)
+    columns, state = equilibrium_columns(job.arm, start, path.toolpath, q=path.q, wrench=load.wrench, names=names)
+    return columns["position"], state
 
 
 def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:
@@ -114,12 +124,6 @@ def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) 
     start, names = job.placement.start, ("position", "torque")
     columns, state = equilibrium_columns(job.arm, start, path.toolpath, q=path.q, wrench=load.wrench, names=names)
     return as_it_is(job, path, load, columns=columns, state=state)
-
-
-def _without_torques(plain: Compensation) -> Compensation:
-    """The torques of the path without a correction are its own preview's."""
-    none = np.broadcast_to(np.nan, plain.command.torque.shape)
-    return replace(plain, command=replace(plain.command, torque=none))
 
 
 def as_it_is(

@@ -4,8 +4,8 @@ Python runs one thread at a time, and most of what is done with a path is Python
 process sees the whole path without a copy; what it makes comes back through memory that both share. It is the same work
 on the same numbers wherever it is done: no result depends on the cores.
 
-Where that cannot be (one core, a short path, a system without fork, threads of others that might hold a lock), and where
-the other process fails for whatever reason, the work is done here, when its result is asked for.
+Where that cannot be (one core, a short path, a system without fork, threads of others that might hold a lock), and
+where the other process fails for whatever reason, the work is done here, when its result is asked for.
 """
 
 from __future__ import annotations

@@ -1,0 +1,102 @@
+"""Work beside: what comes back is what the work gives here, whatever becomes of the other process."""
+
+from __future__ import annotations
+
+import os
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from stiffness.numerics.beside import FROM, beside
+from stiffness.numerics.cores import cores, left_with
+
+needs_fork = pytest.mark.skipif(
+    not hasattr(os, "memfd_create") or cores() < 2, reason="one core, or a system without fork and shared memory"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    angles: npt.NDArray[np.float64]
+
+
+@needs_fork
+def test_another_process_works_with_the_arrays_of_this_one_and_gives_its_own_back() -> None:
+    path = _Path(np.arange(12.0).reshape(4, 3))
+    with beside(lambda: (os.getpid(), path.angles[::-1] * 2, path.angles, path), known=(path,), poses=FROM) as other:
+        here = cores()
+        process, doubled, same, whole = other.result()
+    assert process != os.getpid()
+    assert here == cores() - cores() // 2
+    np.testing.assert_array_equal(doubled, path.angles[::-1] * 2)
+    assert same is path.angles
+    assert whole is path
+    doubled[0, 0] = -1.0  # as of an array that was made here
+    assert doubled[0, 0] == -1.0
+
+
+@needs_fork
+def test_a_value_that_stands_in_all_rows_stays_one() -> None:
+    def work() -> tuple[npt.NDArray[np.float64], int]:
+        return np.broadcast_to(np.array([7.5]), (1000, 3)), os.getpid()
+
+    with beside(work, known=(), poses=FROM) as other:
+        values, process = other.result()
+    assert process != os.getpid()
+    assert values.shape == (1000, 3)
+    assert values.strides == (0, 0)
+    assert values[999, 2] == 7.5
+
+
+@pytest.mark.parametrize("poses", [FROM - 1, FROM])
+def test_what_is_raised_is_raised_here(poses: int) -> None:
+    def work() -> int:
+        raise ValueError(f"from {os.getpid()}")
+
+    with beside(work, known=(), poses=poses) as other, pytest.raises(ValueError, match=f"from {os.getpid()}"):
+        other.result()
+
+
+def test_what_cannot_be_sent_or_dies_is_done_here() -> None:
+    here = os.getpid()
+
+    def dies() -> int:
+        if os.getpid() != here:
+            os.abort()
+        return here
+
+    with beside(lambda: lambda: here, known=(), poses=FROM) as unsent, beside(dies, known=(), poses=FROM) as dead:
+        assert unsent.result()() == here
+        assert dead.result() == here
+
+
+@pytest.mark.parametrize("why", ["short", "one core", "a thread"])
+def test_it_is_done_here_when_asked_for(why: str) -> None:
+    done = list[int]()
+    end = threading.Event()
+    thread = threading.Thread(target=end.wait, name="of another")
+    if why == "a thread":
+        thread.start()
+    try:
+        with left_with(1 if why == "one core" else 8):
+            poses = FROM - 1 if why == "short" else FROM
+            with beside(lambda: done.append(os.getpid()), known=(), poses=poses) as other:
+                assert done == []
+                other.result()
+    finally:
+        end.set()
+        if why == "a thread":
+            thread.join()
+    assert done == [os.getpid()]
+
+
+@needs_fork
+def test_what_is_not_asked_for_is_ended() -> None:
+    with pytest.raises(KeyError), beside(threading.Event().wait, known=(), poses=FROM) as other:
+        child = int(repr(other).split()[1].rstrip(")"))
+        raise KeyError
+    with pytest.raises(ProcessLookupError):
+        os.kill(child, 0)
