@@ -9,14 +9,15 @@ from typing import Literal
 import numpy as np
 
 from compensator.cell.cell_file import Cell
+from compensator.cell.controller_frames import CELL, base_findings
 from compensator.cell.flange import flange_findings, with_new_numbers
 from compensator.errors import CellError
 from stiffness.effects.effect import Effect
 from stiffness.errors import ModelError, RobotError
 from stiffness.kinematics.inverse import Inverse
 from stiffness.kinematics.solver import inverse_kinematics
+from stiffness.model.frames import other_frames_remedy
 from stiffness.model.model import ComplianceModel, load_model, robot_of
-from stiffness.model.tips import other_tip_remedy
 from stiffness.robot.load import load_robot
 from stiffness.robot.robot import Robot
 from stiffness.robot.tips import MAKERS, FormerFlangeError
@@ -115,7 +116,8 @@ def load_arm(cell: Cell) -> Arm:
             raise
         raise CellError(f"{cell.source}: model = {cell.model!r}: {e}") from e
     _refuse_other_robot(cell, robot, model)
-    return Arm(robot, inverse_kinematics(robot), model, flange_findings(cell, robot))
+    found = (*flange_findings(cell, robot), *base_findings(robot, cell.source, CELL))
+    return Arm(robot, inverse_kinematics(robot), model, found)
 
 
 def _refuse_other_robot(cell: Cell, robot: Robot, model: ComplianceModel) -> None:
@@ -138,7 +140,7 @@ def _refuse_other_robot(cell: Cell, robot: Robot, model: ComplianceModel) -> Non
             "a stiffness model holds for the robot it was identified on"
         )
     if not robot.same_kinematics(other):
-        advice = other_tip_remedy(model, other, robot)
+        advice = other_frames_remedy(model, other, robot)
         remedy = f": {advice}" if advice else ", or the robot file has changed since"
         raise CellError(
             f"{cell.source}: base {robot.base!r} and tip {robot.tip!r} of the cell are not the frames of the model "

@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from compensator.cell.cell_file import Cell
+from compensator.cell.controller_frames import CELL, tip_findings
 from compensator.cell.placement_tables import ToolTable
 from compensator.errors import CellError
 from stiffness.robot.robot import Robot
 from stiffness.robot.tips import MAKERS, FormerFlange
-from toolpaths.finding import NOTE, WARNING, Finding
+from toolpaths.finding import WARNING, Finding
 
 SHORT = 100.0  # mm: no spindle for an arm that had another flange reaches less far from it
 
@@ -30,31 +31,8 @@ def flange_findings(cell: Cell, robot: Robot) -> tuple[Finding, ...]:
     Raises:
         CellError: as ``former_flange_findings``.
     """
-    frame = robot.flange_frame
-    if frame is None or not frame.away or not _tools(cell):
-        return former_flange_findings(cell, robot)
-    what = f"tools are taken as measured from {robot.tip!r}, the last moving link of the URDF; {frame}"
-    remedy = (
-        f"Are they measured from there, as controllers do, write tip = \"{frame.name}\" in cell and model; if not, "
-        f"tip = \"{robot.tip}\" in the cell says so"
-    )
-    return (Finding(WARNING, cell.source, what, remedy, kind="cell"),)
-
-
-def urdf_flange_findings(name: str, robot: Robot) -> tuple[Finding, ...]:
-    """What `init` says of the frame that it takes the tools of a URDF as measured from."""
-    if not name.endswith(".urdf"):
-        return ()
-    frame = robot.flange_frame
-    if frame is None:
-        what = f"the URDF has neither tool0 nor a flange: tools are taken as measured from {robot.tip!r}"
-        remedy = "Is that where the controller measures them from? If not, name the link with tip, in cell and model"
-        return (Finding(WARNING, name, what, remedy, kind="cell"),)
-    said = f"tip = \"{frame.name}\": tools are taken as measured from this frame of the URDF"
-    if not frame.on_axis:
-        remedy = "No controller has such a flange: give [tool] rpy, so that z points out of the tool, and compare"
-        return (Finding(WARNING, name, f"{said}, whose z is not the axis of the last joint", remedy, kind="cell"),)
-    return (Finding(NOTE, name, f"{said}; seen from {robot.tip!r}, {frame}", kind="cell"),)
+    found = tip_findings(robot, cell.source, CELL) if _tools(cell) else ()
+    return found or former_flange_findings(cell, robot)
 
 
 def former_flange_findings(cell: Cell, robot: Robot) -> tuple[Finding, ...]:

@@ -32,7 +32,7 @@ class CellAnswers:
     """What a cell is made of.
 
     Attributes:
-        robot: as the cell names it. tip: of the robot, where it has several; else None.
+        robot: as the cell names it. base, tip: of the robot, where they have to be named; else None.
         tools: number in the file, or None: the only one -> flange to TCP, mm; mass, kg, where it is known.
         part: base to the zero of the CAM file, mm; roll, pitch, yaw, deg, where it is turned: 3 or 6 numbers.
         cam: the file, as seen from the cell.
@@ -42,6 +42,7 @@ class CellAnswers:
     """
 
     robot: str
+    base: str | None
     tip: str | None
     tools: Mapping[int | None, Numbers]
     part: Numbers
@@ -98,6 +99,7 @@ def cell_text(a: CellAnswers, name: str) -> str:
         f"#   compensator verify {_shell(program)} --cell {cell}",
         'schema = "cell/1"',
         f"robot = {_quoted(a.robot)}",
+        *([f"base = {_quoted(a.base)}  # [workobject] is measured from the controller's own base"] if a.base else []),
         *([f"tip = {_quoted(a.tip)}  # tools are measured from the maker's own flange"] if a.tip else []),
         f"model = {_quoted(a.model)}{assumed}",
         'gravity = "calibrated-out"  # the controller is taken to know the sag of arm and tool; else "uncompensated"',

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from compensator.cell.cell_file import load_cell
-from compensator.cell.flange import urdf_flange_findings
+from compensator.cell.controller_frames import new_cell_findings
 from compensator.cell.new_cell import CellAnswers, assumed_wrench, cell_text, numbers_of, tools_of
 from compensator.cell.new_cut import NONE, UNKNOWN, CutAnswers, cut_lines, wrench_lines
 from compensator.errors import CompensatorError
@@ -21,9 +21,9 @@ from compensator.tasks.robot_reference import robot_beside
 from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from stiffness.errors import RobotError
+from stiffness.model.frames import other_frames_remedy
 from stiffness.model.model import ComplianceModel, builtin_model, load_model, model_text, robot_of
 from stiffness.model.sister import starting_model
-from stiffness.model.tips import other_tip_remedy
 from stiffness.robot.load import builtin_robots, load_robot
 from stiffness.robot.robot import Robot
 from stiffness.robot.tips import MAKERS
@@ -94,9 +94,11 @@ class _Question:
 
 @dataclass(frozen=True)
 class _Read:
-    """Robot, its tip where it has to be named, tools by number, the CAM file where it can be read, what was found."""
+    """Robot, its base and tip where they have to be named, tools by number, the CAM file where it can be read, what was
+    found."""
 
     robot: Robot
+    base: str | None
     tip: str | None
     tools: Mapping[int | None, tuple[float, ...]]
     toolpath: Toolpath | None
@@ -122,7 +124,7 @@ def _with_new_model(asked: _Question, output: Path, new_model: Path, say: Say) -
 @writes("output")
 def _with_known_model(asked: _Question, output: Path, stiffness: str, say: Say) -> NewCell:
     read = _read(asked, say)
-    _refuse_other_tip(load_model(stiffness, read.robot.n), read.robot)
+    _refuse_other_frames(load_model(stiffness, read.robot.n), read.robot)
     _refuse_standing(output)
     model = stiffness if builtin_model(stiffness) is not None else _seen_from(output, Path(stiffness))
     cut = _cut(asked, output, read)
@@ -133,7 +135,7 @@ def _with_known_model(asked: _Question, output: Path, stiffness: str, say: Say) 
 
 def _read(asked: _Question, say: Say) -> _Read:
     say("reading the robot")
-    robot, tip, flange = _with_flange(asked.robot)
+    robot, base, tip, frames = _with_frames(asked.robot)
     if asked.robot not in builtin_robots():
         Path(asked.robot).read_bytes()  # a URDF is read by C++: this tells the run that it is an input
     say(f"reading {asked.cam.name}")
@@ -143,27 +145,27 @@ def _read(asked: _Question, say: Say) -> _Read:
     if len(used) > 1 and "=" not in asked.tool:
         what = f"the CAM file cuts with {len(used)} tools, and all are taken to be as long as the one that is given"
         found = (*found, Finding(WARNING, "tools", what, "Give --tool '1=X Y Z; 2=X Y Z'", kind="cell"))
-    return _Read(robot, tip, tools, toolpath=toolpath, findings=(*flange, *found))
+    return _Read(robot, base, tip, tools=tools, toolpath=toolpath, findings=(*frames, *found))
 
 
-def _with_flange(name: str) -> tuple[Robot, str | None, tuple[Finding, ...]]:
-    """The robot, its tip where it has to be named, and what is to be said about that."""
+def _with_frames(name: str) -> tuple[Robot, str | None, str | None, tuple[Finding, ...]]:
+    """The robot, its base and its tip where they have to be named, and what is to be said about them."""
     robot = load_robot(name)
     if robot.former_flange is not None:
-        return load_robot(name, tip=MAKERS), MAKERS, ()
-    if robot.flange_frame is not None:
-        tip = robot.flange_frame.name
-        return load_robot(name, tip=tip), tip, urdf_flange_findings(name, robot)
-    return robot, None, urdf_flange_findings(name, robot) if name not in builtin_robots() else ()
+        return load_robot(name, tip=MAKERS), None, MAKERS, ()
+    base, tip = (None if frame is None else frame.name for frame in (robot.base_frame, robot.flange_frame))
+    return load_robot(name, base=base, tip=tip), base, tip, new_cell_findings(name, robot)
 
 
-def _refuse_other_tip(model: ComplianceModel, robot: Robot) -> None:
-    """Refuse a model of this arm that was made for another tip than the one that the cell is to name."""
+def _refuse_other_frames(model: ComplianceModel, robot: Robot) -> None:
+    """Refuse a model of this arm that was made for another base or tip than those that the cell is to name."""
     with suppress(RobotError):  # a model of a robot that is lost: `check` tells
         other = robot_of(model)
-        if advice := other_tip_remedy(model, other, robot):
-            what = f"{model.source}: was made for tip {other.tip!r}, the cell has {robot.tip!r}"
-            raise CompensatorError(f"{what}: {advice}")
+        if advice := other_frames_remedy(model, other, robot):
+            differ = [key for key in ("base", "tip") if getattr(other, key) != getattr(robot, key)]
+            made = " and ".join(f"{key} {getattr(other, key)!r}" for key in differ)
+            asked = " and ".join(repr(getattr(robot, key)) for key in differ)
+            raise CompensatorError(f"{model.source}: was made for {made}, the cell has {asked}: {advice}")
 
 
 def _cut(asked: _Question, output: Path, read: _Read) -> CutAnswers | None:
@@ -183,6 +185,7 @@ def _answers(
     wrench = assumed_wrench(None if mass is None else float(mass.sum()))
     return CellAnswers(
         robot=robot_beside(Path(), asked.robot, output),
+        base=read.base,
         tip=read.tip,
         tools=read.tools,
         part=asked.part,

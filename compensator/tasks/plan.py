@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.assumptions import assumptions
+from compensator.cell.controller_frames import session_frame_findings
 from compensator.cell.job import Job, load_job
 from compensator.errors import CompensatorError
 from compensator.report.csv.plan import plan_csv
@@ -116,7 +117,8 @@ def plan_file(
     say("choosing")
     plan = choose(design=design, postures=postures, loading=loading, count=count, before=before, matters=matters)
     report = plan_report(plan, seed, [*notes, *more])
-    told = [*assumptions(robot, loaded), *(Finding(NOTE, "", text) for text in (*notes, *more))]
+    noted = [Finding(NOTE, "", text) for text in (*notes, *more)]
+    told = [*session_frame_findings(measured), *assumptions(robot, loaded), *noted]
     found = of_kind("model", told) if spoken is None else (*of_kind("model", told), *session_findings())
     report["findings"] = findings_report(found)
     refuse_warnings(report, strict)

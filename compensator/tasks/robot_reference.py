@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 
 from stiffness.errors import RobotError, StiffnessError
+from stiffness.model.frames import other_frames_remedy
 from stiffness.model.model import ComplianceModel, robot_of
-from stiffness.model.tips import other_tip_remedy
 from stiffness.robot.load import builtin_robots
 from stiffness.session.session import Session
 
@@ -41,7 +41,7 @@ def refuse_other_robot(session: Session, model: ComplianceModel) -> None:
             f"{model.source}: a stiffness model holds for the robot it was identified on"
         )
     if not own.same_kinematics(other):
-        advice = other_tip_remedy(model, other, own)
+        advice = other_frames_remedy(model, other, own)
         remedy = f": {advice}" if advice else ", or the robot file has changed since"
         raise StiffnessError(
             f"{session.source}: base {own.base!r} and tip {own.tip!r} of the session are not the frames of the model "

@@ -16,9 +16,10 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from stiffness.errors import RobotError
+from stiffness.robot.controller_frame import ControllerFrame
 from stiffness.robot.link_shape import NO_SHAPES, RobotShapes
 from stiffness.robot.reducer import Reducer
-from stiffness.robot.tips import FlangeFrame, FormerFlange
+from stiffness.robot.tips import FormerFlange
 
 Floats = npt.NDArray[np.float64]
 
@@ -48,6 +49,7 @@ class Robot:
         tip_why: why no controller has the tip as its flange, so that no program is made for it; empty where one has.
         former_flange: what the flange of a built-in robot was in earlier versions.
         flange_frame: what controllers measure tools from, where a URDF has it and no tip was asked for.
+        base_frame: what its controller measures positions from, where a URDF has it and no base was asked for.
         reach: m, as the maker gives it; None: not known.
         shapes: what the links look like.
     """
@@ -70,7 +72,8 @@ class Robot:
     reducers: tuple[Reducer | None, ...] | None = None
     tip_why: str = ""
     former_flange: FormerFlange | None = None
-    flange_frame: FlangeFrame | None = None
+    flange_frame: ControllerFrame | None = None
+    base_frame: ControllerFrame | None = None
     reach: float | None = None
     acceleration: Floats | None = None
     shapes: RobotShapes = NO_SHAPES

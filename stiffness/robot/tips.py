@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -45,29 +44,6 @@ class FormerFlangeError(RobotError):
             f"robot {robot}: tip = {former.tip!r}: {former}. Add [{shift}] mm to every position that was measured from "
             f"there (tool, centre of mass, reflectors on the flange), and set tip = \"{MAKERS}\""
         )
-
-
-@dataclass(frozen=True)
-class FlangeFrame:
-    """The frame of a URDF that controllers measure tools from, as seen from the tip that was taken by default.
-
-    Attributes:
-        name: of the link. distance: m. angle: rad.
-        on_axis: its z is on the axis of the last joint, as that of a controller's flange.
-    """
-
-    name: str
-    distance: float
-    angle: float
-    on_axis: bool
-
-    @property
-    def away(self) -> bool:
-        """Whether it is not the tip that was taken under another name."""
-        return self.distance > 1e-5 or self.angle > 1e-4
-
-    def __str__(self) -> str:
-        return f"{self.name!r} stands {self.distance * 1e3:.4g} mm away, turned by {math.degrees(self.angle):.4g} deg"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from stiffness.errors import RobotError
 from stiffness.robot.robot import Robot
+from stiffness.robot.urdf_base import BASE, base_frame
 from stiffness.robot.urdf_bodies import chain_shapes
 from stiffness.robot.urdf_flange import flange_frame
 from stiffness.robot.urdf_tree import TURNING, UrdfJoint, UrdfTree, parse
@@ -28,7 +29,7 @@ def read(path: Path, *, base: str | None, tip: str | None) -> Robot:
         RobotError: the file is missing, broken, or has no plain chain of rotary joints from base to tip.
     """
     tree = parse(path)
-    start = base if base is not None else ("base" if "base" in tree.links else _root(tree))
+    start = base if base is not None else (BASE if BASE in tree.links else _root(tree))
     end = tip if tip is not None else _last_moving(tree)
     for link, key in ((start, "base"), (end, "tip")):
         if link not in tree.links:
@@ -57,6 +58,7 @@ def read(path: Path, *, base: str | None, tip: str | None) -> Robot:
         tip=end,
         shapes=chain_shapes(tree, start, turning, after),
         flange_frame=flange_frame(tree, end, turning[-1].axis) if tip is None and turning else None,
+        base_frame=base_frame(tree, start, turning[0], before[0]) if base is None and turning else None,
     )
 
 

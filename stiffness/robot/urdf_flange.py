@@ -9,15 +9,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.robot.tips import FLANGE, MAKERS, FlangeFrame
+from stiffness.robot.controller_frame import ControllerFrame, along, frame_at
+from stiffness.robot.tips import FLANGE, MAKERS
 from stiffness.robot.urdf_tree import UrdfTree
 
 Floats = npt.NDArray[np.float64]
 
-_ALONG = 1e-3  # rad between z and the axis: URDFs round their angles
 
-
-def flange_frame(tree: UrdfTree, end: str, axis: Floats) -> FlangeFrame | None:
+def flange_frame(tree: UrdfTree, end: str, axis: Floats) -> ControllerFrame | None:
     """The frame that tools are measured from; None where the file has none.
 
     Args:
@@ -28,28 +27,17 @@ def flange_frame(tree: UrdfTree, end: str, axis: Floats) -> FlangeFrame | None:
     if not ranked:
         return None
     name = min(ranked)[1]
-    pose = found[name]
-    return FlangeFrame(name, float(np.linalg.norm(pose[:3, 3])), _angle(pose), _on(pose, axis))
+    return frame_at(name, found[name], axis)
 
 
 def _rank(name: str, pose: Floats, axis: Floats) -> tuple[bool, bool, bool]:
     """Least first: tool0, z on the axis, no prefix."""
-    return not _named(name, MAKERS), not _on(pose, axis), name not in (MAKERS, FLANGE)
+    return not _named(name, MAKERS), not along(pose, axis), name not in (MAKERS, FLANGE)
 
 
 def _named(name: str, *plain: str) -> bool:
     """Whether a link has one of these names, with or without a prefix."""
     return any(name == p or name.endswith(f"_{p}") for p in plain)
-
-
-def _on(pose: Floats, axis: Floats) -> bool:
-    return float(np.linalg.norm(np.cross(pose[:3, 2], axis))) < _ALONG
-
-
-def _angle(pose: Floats) -> float:
-    turn = pose[:3, :3]
-    twice = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    return float(np.arctan2(np.linalg.norm(twice), np.trace(turn) - 1.0))
 
 
 def _fixed_to(tree: UrdfTree, end: str) -> dict[str, Floats]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from compensator.cell.controller_frames import session_frame_findings
 from compensator.report.json.findings import findings_report, of_doubts
 from compensator.report.json.fit import station_report
 from compensator.report.json.path_trace import trace_report
@@ -21,7 +22,10 @@ def diagnosis_report(d: Diagnosis) -> Report:
     """The JSON report of a diagnosis; readings of both kinds are those that took no part."""
     return {
         "schema": SCHEMA,
-        "findings": findings_report(of_doubts(session_doubts(d.fit.sessions, d.outliers))),
+        "findings": findings_report([
+            *of_doubts(session_doubts(d.fit.sessions, d.outliers)),
+            *session_frame_findings(s.session for s in d.fit.sessions),
+        ]),
         "verdict": d.verdict,
         "added": [_added(a) for a in d.added],
         "removed": [{"effect": r.effect, "where": list(r.where), "why": r.why} for r in d.removed],

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from compensator.cell.controller_frames import session_frame_findings
 from compensator.report.json.findings import findings_report, notes, of_doubts
 from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report
@@ -29,6 +30,7 @@ def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()
         "schema": SCHEMA,
         "findings": findings_report([
             *of_doubts(session_doubts([result.seen])),
+            *session_frame_findings([session]),
             *notes("model", session.source, (str(part) for part in not_learned)),
         ]),
         "displacement": _score(result.displacement),

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from compensator.cell.controller_frames import session_frame_findings
 from compensator.report.analysis.by_reflector import KINDS
 from compensator.report.analysis.predicted import predicted_sessions
 from compensator.report.json.findings import findings_report, of_doubts
@@ -36,7 +37,11 @@ def fit_report(fit: Fit) -> Report:
     sd = fit.deviations()[BASE.name]["k_nm_per_rad"]
     return {
         "schema": SCHEMA,
-        "findings": findings_report([*of_doubts(session_doubts(fit.sessions)), *_misfit(fit)]),
+        "findings": findings_report([
+            *of_doubts(session_doubts(fit.sessions)),
+            *session_frame_findings(s.session for s in fit.sessions),
+            *_misfit(fit),
+        ]),
         "effects": [e.name for e in fit.unknowns.effects],
         "stiffness_nm_per_rad": known_numbers(k, known),
         "stiffness_sd_nm_per_rad": known_numbers(sd, known),
@@ -107,7 +112,7 @@ def local_fit_report(fit: LocalFit, model: ComplianceModel) -> Report:
     seen = [predicted_by(model, s, np.ones(len(s.samples), dtype=bool)) for s in fit.sessions]
     return {
         "schema": SCHEMA,
-        "findings": findings_report(of_doubts(set_up_doubts(seen))),
+        "findings": findings_report([*of_doubts(set_up_doubts(seen)), *session_frame_findings(fit.sessions)]),
         "effects": list(model.values),
         "stiffness_nm_per_rad": known_numbers(fit.stiffness, fit.identified),
         "stiffness_sd_nm_per_rad": known_numbers(fit.sd, fit.identified),

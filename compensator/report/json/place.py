@@ -34,7 +34,9 @@ def place_report(columns: dict[str, Any], tried: Sequence[Place], study: Study, 
         "status": {name: count.get(name, 0) for name in (GOOD, COLLIDES, BEYOND, OUT)},
         "ranked": [_row(columns, int(k)) for k in order[:LISTED]],
         "whole_path": [{"index": int(columns["index"][p.row]), "holds": p.holds, "why": p.why} for p in tried],
-        "findings": findings_report([*_findings(columns, tried, len(order)), *_held_in_ranking(study)]),
+        "findings": findings_report([
+            *_findings(columns, tried, len(order)), *_held_in_ranking(study), *study.arm.findings
+        ]),
     }
 
 

@@ -84,14 +84,14 @@ def test_a_cell_that_does_not_tell_is_warned_of(name: str, tmp_path: Path, share
     """With distance, angle and what to write; nothing where the cell tells."""
     frame, distance, angle, _ = FRAMES[name]
     robot = urdf(shared, tmp_path, name)
-    last = load_robot(str(tmp_path / robot)).tip
-    job = files(tmp_path, {"robot": robot, "tip": None}, {"robot": robot})
+    base, last = (getattr(load_robot(str(tmp_path / robot)), key) for key in ("base", "tip"))
+    job = files(tmp_path, {"robot": robot, "base": base, "tip": None}, {"robot": robot})
     (found,) = load_arm(load_cell(job.cell)).findings
     assert found.level == "warning" and f"from {last!r}" in found.what
     assert f"{frame!r} stands {distance * 1e3:g} mm away, turned by {angle:g} deg" in found.what
     assert f'tip = "{frame}" in cell and model' in found.remedy and f'tip = "{last}" in the cell' in found.remedy
     for tip, model in ((last, None), (frame, frame)):
-        job = files(tmp_path, {"robot": robot, "tip": tip}, {"robot": robot, "tip": model})
+        job = files(tmp_path, {"robot": robot, "base": base, "tip": tip}, {"robot": robot, "tip": model})
         assert load_arm(load_cell(job.cell)).findings == ()
 
 

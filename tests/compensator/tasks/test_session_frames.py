@@ -1,0 +1,79 @@
+"""Sessions of a URDF that do not tell base and tip: what they mean is what it was, and they are warned of as cells are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from compensator.cell.arm import load_arm
+from compensator.cell.cell_file import load_cell
+from compensator.cell.controller_frames import session_frame_findings
+from compensator.cli import main
+from compensator.tasks.diagnose import diagnose_files
+from compensator.tasks.identify import evaluate_file, identify_files
+from stiffness.session.session import load_session
+from tests.compensator.framed_arm import FRAMED
+from tests.compensator.small_job import files
+from tests.plant import Arm, Plant, Tool, lab
+from tests.plant.lab_design import random_setups
+
+SOFT = [1.1e6, 0.9e6, 0.8e6, 2.5e5, 1.1e5, 6e4]
+TOOL = Tool((0.03, -0.05, 0.15), (0.3, -0.4, 0.5), mass=20.0, com=(0.01, 0.0, 0.06))
+WORDS = {
+    "tip": "tools are taken as measured from 'J6_link', the last moving link of the URDF; 'fanuc_flange' stands 175 mm",
+    "base": "positions in the base are taken as measured from 'world', the root of the URDF; 'wbase' stands 878.9 mm",
+}
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Measured from the root, and from the last moving link; nothing in the file tells so."""
+    folder = tmp_path_factory.mktemp("day")
+    robot = folder / "given" / "framed.urdf"
+    robot.parent.mkdir()
+    robot.write_text(FRAMED)
+    arm = Arm.load(robot, tool=TOOL, base="world", tip="J6_link")
+    noise = lab.Noise(tracker=1e-5, force=0.5, torque=0.1)
+    targets = (lab.Target("tcp", 6, TOOL.xyz), lab.Target("elbow", 3, (0.2, 0.06, 0.05)))
+    notes = lab.measure(Plant(arm, stiffness=SOFT), random_setups(arm, 12, 1), targets, noise=noise, seed=2)
+    return notes.write(folder, robot)
+
+
+def told(session: Path, *keys: str) -> Path:
+    """The session with frames that it means named in it."""
+    named = {"base": 'base = "world"\n', "tip": 'tip = "J6_link"\n'}
+    out = session.with_name(f"told-{'-'.join(keys)}.toml")
+    out.write_text("".join(named[key] for key in keys) + session.read_text())
+    return out
+
+
+@pytest.mark.parametrize(("keys", "left"), [((), ("tip", "base")), (("tip",), ("base",)), (("base", "tip"), ())])
+def test_identify_warns_and_means_what_it_did(keys: tuple, left: tuple, day: Path, tmp_path: Path) -> None:
+    session = told(day, *keys) if keys else day
+    done = identify_files([session], tmp_path / "m.toml")
+    found = [f for f in done.report["findings"] if "taken as measured" in f["what"]]
+    assert [f["what"].startswith(WORDS[key]) for f, key in zip(found, left, strict=True)] == [True] * len(left)
+    for f in found:
+        assert (f["level"], f["where"]) == ("warning", str(session))
+        assert "in session and model; if not" in f["remedy"]
+    assert done.report["stiffness_nm_per_rad"] == pytest.approx(SOFT, rel=0.05)
+    assert 'base = "world"' in (tmp_path / "m.toml").read_text()
+    scored, report = evaluate_file(session, tmp_path / "m.toml")
+    again = diagnose_files([session], tmp_path / "m.toml").report
+    for other in (report, again):
+        assert [f["what"] for f in other["findings"] if "taken as measured" in f["what"]] == [f["what"] for f in found]
+
+
+def test_the_words_are_those_about_a_cell(day: Path) -> None:
+    """Only the file that has to tell has another name; the terminal shows them."""
+    folder = day.parent
+    job = files(folder, {"robot": "framed.urdf", "tip": None}, {"robot": "framed.urdf"})
+    of_cell = load_arm(load_cell(job.cell)).findings
+    of_session = session_frame_findings([load_session(day)])
+    assert [f.what for f in of_cell] == [f.what for f in of_session] and len(of_cell) == 2
+    assert [f.remedy.replace("cell", "session") for f in of_cell] == [f.remedy for f in of_session]
+    done = CliRunner().invoke(main, ["identify", str(day), "-o", str(folder / "local.toml"), "--method", "local"])
+    for words in WORDS.values():
+        assert words in done.stderr
