@@ -26,7 +26,6 @@ from tests.compensator.small_job import MODEL, ROWS, Files, columns, files
 ARMS = {
     "framed": ("900 -700 -65 0 0 30", np.linalg.norm([100.0, 200.0, 850.0])),
     "fanuc_official_m710ic_50": ("1200 -150 -65 0 0 30", 565.0),
-    "fanuc_official_crx10ia_l": ("700 -150 -45 0 0 30", 995.0),
 }
 POINTS = np.array([row[:3] for row in ROWS], dtype=float)
 
@@ -110,13 +109,12 @@ def test_the_tcp_reaches_the_part_in_the_world(new_cell: Files) -> None:
 def test_the_same_cell_without_the_key_is_warned_of_and_means_the_root(new_cell: Files) -> None:
     """The numbers that it had: those of the root, which is not where the display measures from."""
     robot = Path(tomllib.loads(new_cell.cell.read_text())["robot"])
-    named = {"fanuc_official_m710ic_50": "900", "fanuc_official_crx10ia_l": "950"}.get(robot.stem, "785")
     rows = []
     for base in (None, "world"):
         for file in (new_cell.cell, new_cell.folder / "stiffness.toml"):
             table = {**tomllib.loads(file.read_text()), "base": base}
             if "workobject" in table:
-                table["workobject"]["xyz"][2] = float(named)
+                table["workobject"]["xyz"][2] = 500.0  # within reach of the arm, measured from the root
             file.write_text(tomli_w.dumps({k: v for k, v in table.items() if v is not None}))
         done = preview_file(new_cell.toolpath, new_cell.cell, csv=new_cell.out / "a.csv")
         found = [f for f in done.findings if "positions in the base" in f.what]
@@ -168,6 +166,35 @@ def test_which_frame_is_taken(text: str, base: str, expected: tuple | None, tmp_
         assert found.distance * 1e3 == pytest.approx(expected[1], abs=0.01)
     named = load_robot(str(tmp_path / "r.urdf"), base="world", tip=tip)
     assert named.base == "world" and named.base_frame is None
+
+
+@pytest.mark.parametrize(
+    ("name", "base", "away"),
+    [
+        ("abb_irb6640_185_280", "base", 0.0),
+        ("kuka_kr210_r2700_2", "base", 0.0),
+        ("motoman_mh50", "base", 0.0),
+        ("staubli_rx160", "base", 0.0),
+        ("ur10_robot", "base", 0.0),
+        ("fanuc_official_m710ic_50", "wbase", 565.0),
+        ("fanuc_official_crx10ia_l", "wbase", 995.0),
+    ],
+)
+def test_the_frame_of_real_arms(name: str, base: str, away: float, shared: Path) -> None:
+    """As Pinocchio places it, seen from the link that is taken where the cell names none."""
+    file = shared / "data" / "robots" / f"{name}.urdf"
+    robot = load_robot(str(file))
+    assert (robot.base_frame.name, robot.base_frame.on_axis, robot.base_frame.mount) == (base, True, None)
+    assert robot.base_frame.distance * 1e3 == pytest.approx(away, abs=1e-9)
+    model = pin.buildModelFromUrdf(str(file))
+    q = np.radians([20.0, -30.0, 25.0, 40.0, 50.0, -60.0])
+    full = pin.neutral(model)
+    for joint, angle in zip(robot.joint_names, q, strict=True):
+        full[model.joints[model.getJointId(joint)].idx_q] = angle
+    theirs = np.linalg.inv(in_world(file, base, full)) @ in_world(file, robot.tip, full)
+    ours = load_robot(str(file), base=base).pose(q)
+    np.testing.assert_allclose(ours[:3, 3] * 1e3, theirs[:3, 3], atol=1e-6)
+    np.testing.assert_allclose(ours[:3, :3], theirs[:3, :3], atol=1e-9)
 
 
 def test_the_second_of_two_arms_has_its_own_frame(tmp_path: Path) -> None:
