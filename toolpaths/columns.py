@@ -32,6 +32,38 @@ def once(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
     return same if np.array_equal(values, same, equal_nan=True) else values
 
 
+def put_in(values: Floats, chosen: Rows, rows: Rows, others: Floats | None) -> Floats:
+    """Values (M, ...) of the rows ``chosen`` (M,), at those that are among ``rows`` (K,), ascending, the ``others`` (K,
+    ...); None: there are none."""
+    if others is None or not len(rows):
+        return values
+    at = np.minimum(np.searchsorted(rows, chosen), len(rows) - 1)
+    here = rows[at] == chosen
+    if not here.any():
+        return values
+    out = values.copy()
+    out[here] = others[at[here]]
+    return out
+
+
+def beside(base: Callable[[], Floats], values: Floats) -> Callable[[], Floats]:
+    """What makes ``values`` (N, ...) from a column that is kept anyway: rows that differ from ``base`` are kept, all of
+    them where most do."""
+    apart = np.flatnonzero((base() != values).reshape(len(values), -1).any(axis=1))
+    if 2 * len(apart) > len(values):
+        return lambda: values
+    own = values[apart]
+
+    def made() -> Floats:
+        out = base()
+        if len(apart):
+            out = out.copy()
+            out[apart] = own
+        return out
+
+    return made
+
+
 class MadeColumn:
     """A column of N rows that are made where they are asked for: ``column[rows]``, or ``np.asarray`` of all.
 

@@ -7,21 +7,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.columns import Rows, blocks
+from toolpaths.columns import Rows, blocks, put_in
 from toolpaths.frame import Floats, Frame
 
 
-def with_other_turns(frames: Frame, rows: Rows, rotation: Floats) -> Frame:
-    """N frames, those at ``rows`` (K,), ascending, turned as ``rotation`` (K, 3, 3)."""
+def with_others(frames: Frame, rows: Rows, *, rotation: Floats | None = None, origin: Floats | None = None) -> Frame:
+    """N frames, those at ``rows`` (K,), ascending, with other ``rotation`` (K, 3, 3), ``origin`` (K, 3), or both."""
 
     def change(some: Frame, chosen: Rows) -> Frame:
-        at = np.minimum(np.searchsorted(rows, chosen), len(rows) - 1)
-        here = rows[at] == chosen
-        turned = some.rotation.copy()
-        turned[here] = rotation[at[here]]
-        return Frame(turned, some.origin)
+        return Frame(put_in(some.rotation, chosen, rows, rotation), put_in(some.origin, chosen, rows, origin))
 
-    return frames.mapped(change)
+    return frames.mapped(change) if len(rows) else frames
 
 
 class MadeFrames(Frame):

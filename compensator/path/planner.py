@@ -209,7 +209,7 @@ class Planner:
         self, section: _Section, *, turn: Floats, branch: int, seed: Floats, choice: FirstPostures | None = None
     ) -> PlannedPath:
         """Follow it from ``seed``; ``choice``: whole joints may turn by 2 pi to stay within the limits."""
-        toolpath, reference, first = section
+        (toolpath, reference, first), turn = section, once(turn)
         tcp = reference if not turn.any() else about_tool_axis(reference, turn)
         batch = self.inverse.along(toolpath, tcp, branch, seed)
         q = choice.turns_in_limits(batch.q, batch.ok) if choice else batch.q
@@ -222,7 +222,7 @@ class Planner:
             )
         self.bounds.check(toolpath, q, "nominal", first=first)
         branches = np.broadcast_to(np.int64(branch), len(toolpath))
-        return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=once(turn), branch=branches)
+        return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branches)
 
     def _with_varying_turn(self, section: _Section, choice: FirstPostures) -> PlannedPath | None:
         toolpath, reference, _ = section

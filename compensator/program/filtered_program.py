@@ -21,7 +21,7 @@ from toolpaths.columns import blocks, give_back
 from toolpaths.files import read_program
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
-from toolpaths.made_frames import MadeFrames, with_other_turns
+from toolpaths.made_frames import MadeFrames, with_others
 from toolpaths.program_files import ProgramFiles
 from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix, slerp_quaternion
 from toolpaths.toolpath import CUT, Toolpath
@@ -145,7 +145,7 @@ def _between(done: FilteredProgram, read: Toolpath, row: Floats, pose: Index) ->
         at = np.searchsorted(done.row, row[read.kind[pose] != CUT])
         position = position.copy()
         position[rapid] = done.program.position[at]
-        rotation = with_other_turns(rotation, rapid, done.program.rotation[at])
+        rotation = with_others(rotation, rapid, rotation=done.program.rotation[at])
     rows = np.interp(np.arange(len(read)), pose, row)
     first = np.concatenate([[0], pose[:-1]])
     for start, end in zip(first.tolist(), pose.tolist(), strict=True):

@@ -17,6 +17,7 @@ from compensator.errors import SolveError
 from compensator.path.planned_path import PlannedPath
 from compensator.path.pose_text import place
 from compensator.solve.joint_state import SAME_STATE, commanded_moves, pieces, settled_state, without_states
+from compensator.solve.made_command import MadeCommand
 from compensator.solve.rapid_fade import held_targets
 from stiffness.memory.preload import PreloadState, walk
 from stiffness.statics.prediction import COLUMNS, TOLERANCE, Command, PathColumns, StartValues
@@ -104,10 +105,9 @@ def agreed(
             if arm.unknown_state.low.size:
                 without = without_states(arm, done.command, done.state.middle)[-1]
     _refuse_unsettled(path.toolpath, unsettled, creeping)
-    leads, whole = partial(arm.printed, path.toolpath), dict(columns.whole)
-    if np.array_equal(whole["actual"], path.q):  # as in the closed form
-        whole["actual"] = path.q
-    return Command(**whole, nominal=leads, steps=steps), PreloadState.chained(states), rounds
+    command = MadeCommand(**columns.whole, nominal=partial(arm.printed, path.toolpath), steps=steps)
+    del columns  # in the closed form, actual angles are those of the path but at held poses
+    return command.beside(path.q), PreloadState.chained(states), rounds
 
 
 def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) -> _Agreed:

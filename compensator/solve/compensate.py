@@ -25,6 +25,7 @@ from compensator.solve.joint_state import equilibrium_columns
 from compensator.solve.load_along import load_along
 from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
+from compensator.solve.thinned import thinned
 from compensator.solve.touching_off import touched_off
 from stiffness.memory.preload import PreloadState
 from stiffness.numerics.beside import beside
@@ -106,6 +107,7 @@ def _compensated(
             result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
             before = nominally.result()
         del near
+        plain = thinned(plain, finer, finer_load)
     found = with_offset_findings(job, result.path.toolpath, result.load)
     inserted = len(result) - len(path)
     return replace(result, load=found, before=before, inserted=inserted, plain=plain)

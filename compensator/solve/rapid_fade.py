@@ -15,7 +15,7 @@ from compensator.path.planned_path import PlannedPath
 from stiffness.memory.preload import PreloadState
 from stiffness.statics.prediction import Command
 from toolpaths.frame import Frame
-from toolpaths.made_frames import with_other_turns
+from toolpaths.made_frames import with_others
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
@@ -35,7 +35,6 @@ def faded_targets(
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.toolpath.on_part, axis=0), axis=1))])
     # an edge lies at the pose before it: the end of a rapid, or of a cut that a rapid leaves
     edge_at = along[edges]
-    position = target.origin.copy()
     rows = np.flatnonzero(~cut)
     weight, offset = np.zeros(len(rows)), np.zeros((len(rows), 3))
     for side in (-1, 1):
@@ -49,8 +48,7 @@ def faded_targets(
     offset /= np.maximum(weight, 1.0)[:, None]
     into = path.tcp.take(rows).z
     offset -= into * np.maximum(np.sum(offset * into, axis=1, keepdims=True), 0.0)
-    position[rows] += offset
-    return path.tcp.at_origins(position)
+    return with_others(target, rows, origin=target.take(rows).origin + offset)
 
 
 def held_targets(
@@ -58,9 +56,7 @@ def held_targets(
 ) -> Frame:
     """(N) TCP targets, base: ``target``, at ``rows`` where the command of the nominal path leads."""
     goes = arm.forward(path.toolpath.take(rows), path.q[rows], wrench[rows], state.take(rows).middle)
-    position = target.origin.copy()
-    position[rows] = goes.position
-    return with_other_turns(path.tcp, rows, goes.rotation).at_origins(position)
+    return with_others(target, rows, rotation=goes.rotation, origin=goes.position)
 
 
 def _unloaded(arm: EquippedArm, path: PlannedPath, state: PreloadState, rows: Rows) -> Command:

@@ -132,6 +132,7 @@ def compensate_file(
     maker.check(job.placement, path.toolpath, named)
     give_back()
     result = compensate(job, path, rapids_stay=maker.in_place)
+    del path  # one with poses put in is another one
     give_back()
     with Outputs() as outputs:
         say(f"writing {written_in.name}")

@@ -20,7 +20,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -185,7 +185,7 @@ def _reachable(roots: Sequence[object]) -> dict[int, object]:
             continue
         found[id(one)] = one
         if is_dataclass(one) and not isinstance(one, type):
-            open_ += [getattr(one, f.name, None) for f in fields(one)]
+            open_ += vars(one).values()  # what it holds, not what it would make
         elif isinstance(one, Mapping):
             open_ += one.values()
         elif isinstance(one, tuple | list) and len(one) <= _MANY:

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import toolpaths.columns as columns
-from toolpaths.columns import MadeColumn, blocks, once
+from toolpaths.columns import MadeColumn, beside, blocks, once, put_in
 from toolpaths.frame import Frame
 from toolpaths.made_frames import MadeFrames
 
@@ -80,3 +80,26 @@ def test_what_is_the_same_in_all_rows_is_kept_once(value: float) -> None:
         other[k] = 1.0
         assert once(other) is other
     assert once(column[:6]).strides == (8,)  # a short one is left alone
+
+
+@pytest.mark.parametrize("apart", [[], [0], [3, 19], list(range(11)), list(range(20))])
+def test_a_column_beside_another_one_is_made_again(apart: list[int]) -> None:
+    base = np.random.default_rng(2).uniform(1, 2, (20, 3))
+    values = base.copy()
+    values[apart, 1] = np.nan if apart == [0] else -1.0
+    expected = values.copy()
+    made = beside(lambda: base, values)
+    if len(apart) <= 10:  # only those rows are kept
+        values[:] = 0.0
+    np.testing.assert_array_equal(made(), expected)
+    assert (made() is base) == (not apart) and np.all(base >= 1)
+
+
+def test_others_are_put_into_rows_that_were_asked_for() -> None:
+    values, others = np.arange(12.0).reshape(6, 2), np.array([[-1.0, -2.0], [-3.0, -4.0]])
+    chosen, rows = np.array([9, 4, 0, 7, 4, 3]), np.array([4, 7])
+    expected = values.copy()
+    expected[[1, 4]], expected[3] = others[0], others[1]
+    np.testing.assert_array_equal(put_in(values, chosen, rows, others), expected)
+    assert put_in(values, chosen, np.array([5]), others[:1]) is values
+    assert put_in(values, chosen, rows, None) is values

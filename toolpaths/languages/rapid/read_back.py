@@ -33,7 +33,7 @@ def read_back(path: Path) -> ReadBack:
     if start is None or len(rows) == 0:
         raise WriteError(f"{path}: no moves found in the written program")
     return ReadBack(
-        poses=printed_poses(rows[:, :3] * 1e-3, rows[:, 3:7], matrix_from_quaternion),
+        poses=printed_poses(rows[:, :3] * 1e-3, rows[:, 3:7].copy(), matrix_from_quaternion),  # not the whole table
         start_joints=np.radians([float(a) for a in start[1].split(",")]),
         feed=feed,
         configuration=rows[:, 10].astype(np.int32),
