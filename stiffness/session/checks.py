@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -99,11 +99,15 @@ def check_fit(
     samples: Samples,
     units: Units,
     registered: bool,
+    in_other_frames: Callable[[], Mapping[str, Robot]],
 ) -> None:
     """Refuse a session whose readings lie nowhere near the arm: wrong unit, frame or robot.
 
     The measure is the median distance from the reflectors of the rigid arm, where the session is not
     registered after the best placement of every tracker station.
+
+    Args:
+        in_other_frames: what the file might have said of base and tip -> the robot with it.
 
     Raises:
         SessionError: names the change of unit or frame with which it would fit.
@@ -112,8 +116,8 @@ def check_fit(
     rows = np.unique(np.linspace(0, len(samples) - 1, min(len(samples), _MANY)).astype(int))
     part = samples.take(rows)
 
-    def off_with(q: Floats, scale: float, known: bool) -> float:
-        points = rigid_points(robot=robot, reflectors=reflectors, samples=part, q=q, scale=scale)
+    def off_with(q: Floats, scale: float, known: bool, arm: Robot = robot) -> float:
+        points = rigid_points(robot=arm, reflectors=reflectors, samples=part, q=q, scale=scale)
         return _misfit(points, part.position * scale, part.block, known)
 
     off = off_with(part.q, 1.0, registered)
@@ -126,7 +130,8 @@ def check_fit(
         f"units.length = {'mm' if units.length == 'm' else 'm'!r}": (part.q, grow, registered),
         "registered = false": (part.q, 1.0, False),
     }
-    fits = [words for words, (q, scale, known) in other.items() if off_with(q, scale, known) <= allowed]
+    fits = [words for words, arm in in_other_frames().items() if off_with(part.q, 1.0, registered, arm) <= allowed]
+    fits += [words for words, (q, scale, known) in other.items() if off_with(q, scale, known) <= allowed]
     hint = f"they would fit with {' or '.join(fits)}" if fits else "are robot, base and tip those that were measured?"
     raise SessionError(
         f"{label}: columns x y z: the readings do not fit robot {robot.name}: they lie {off * 1e3:.0f} mm "

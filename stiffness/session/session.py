@@ -221,6 +221,7 @@ def load_session(path: str | Path) -> Session:
         samples=samples,
         units=file.units,
         registered=file.registered,
+        in_other_frames=lambda: _in_other_frames(file, folder, robot),
     )
     return Session(
         source=label,
@@ -267,6 +268,20 @@ def _robot(label: str, file: SessionFile, folder: Path) -> Robot:
             "robot file with masses, or gravity = 'calibrated-out' if the controller knows the sag"
         )
     return robot
+
+
+def _in_other_frames(file: SessionFile, folder: Path, robot: Robot) -> dict[str, Robot]:
+    """Keys that name the frames that the controller measures from, where the file names none -> the robot with them."""
+    frames = (("base", robot.base_frame), ("tip", robot.flange_frame))
+    named = {key: frame.name for key, frame in frames if frame is not None and frame.away}
+    given = {"base": file.base, "tip": file.tip}
+    asked = [{key: name} for key, name in named.items()] + ([named] if len(named) > 1 else [])
+    return {
+        " and ".join(f'{key} = "{name}"' for key, name in keys.items()): load_robot(
+            file.robot, folder=folder, **{**given, **keys}
+        )
+        for keys in asked
+    }
 
 
 def traces_alone(sessions: Iterable[Session]) -> bool:

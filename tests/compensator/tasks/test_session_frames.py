@@ -14,6 +14,7 @@ from compensator.cli import main
 from compensator.tasks.diagnose import diagnose_files
 from compensator.tasks.identify import evaluate_file, identify_files
 from stiffness.session.session import load_session
+from stiffness.session.table import SessionError
 from tests.compensator.framed_arm import FRAMED
 from tests.compensator.small_job import files
 from tests.plant import Arm, Plant, Tool, lab
@@ -27,18 +28,22 @@ WORDS = {
 }
 
 
-@pytest.fixture(scope="module")
-def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Measured from the root, and from the last moving link; nothing in the file tells so."""
-    folder = tmp_path_factory.mktemp("day")
+def measured(folder: Path, base: str, tip: str) -> Path:
+    """A day in the lab in these frames; nothing in the file tells so."""
     robot = folder / "given" / "framed.urdf"
     robot.parent.mkdir()
     robot.write_text(FRAMED)
-    arm = Arm.load(robot, tool=TOOL, base="world", tip="J6_link")
+    high, arm = (Arm.load(robot, tool=TOOL, base=name, tip=tip) for name in ("world", base))
     noise = lab.Noise(tracker=1e-6, force=0.0, torque=0.0)
     targets = (lab.Target("tcp", 6, TOOL.xyz), lab.Target("elbow", 3, (0.2, 0.06, 0.05)))
-    notes = lab.measure(Plant(arm, stiffness=SOFT), random_setups(arm, 12, 1), targets, noise=noise, seed=2)
+    notes = lab.measure(Plant(arm, stiffness=SOFT), random_setups(high, 12, 1), targets, noise=noise, seed=2)
     return notes.write(folder, robot)
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Measured from the root, and from the last moving link."""
+    return measured(tmp_path_factory.mktemp("day"), "world", "J6_link")
 
 
 def told(session: Path, *keys: str) -> Path:
@@ -70,6 +75,21 @@ def test_evaluate_and_diagnose_say_the_same(day: Path, tmp_path: Path) -> None:
         for report in (done.report, evaluate_file(day, tmp_path / "m.toml")[1], again)
     ]
     assert len(said[0]) == 2 and said[0] == said[1] == said[2]
+
+
+def test_a_day_in_the_frames_of_the_controller_has_to_name_them(tmp_path: Path) -> None:
+    """Positions are in the controller's base: without its name they lie 1.4 m aside, and the refusal has it."""
+    session = measured(tmp_path, "wbase", "fanuc_flange")
+    text = session.read_text()
+    with pytest.raises(SessionError, match=r"would fit with base = \"wbase\" and tip = \"fanuc_flange\"$"):
+        load_session(session)
+    session.write_text(f'tip = "fanuc_flange"\n{text}')
+    with pytest.raises(SessionError, match=r"would fit with base = \"wbase\" or registered = false"):
+        load_session(session)
+    session.write_text(f'base = "wbase"\ntip = "fanuc_flange"\n{text}')
+    done = identify_files([session], tmp_path / "m.toml")
+    assert done.report["stiffness_nm_per_rad"] == pytest.approx(SOFT, rel=0.02)
+    assert not [f for f in done.report["findings"] if "taken as measured" in f["what"]]
 
 
 def test_the_words_are_those_about_a_cell(day: Path) -> None:
