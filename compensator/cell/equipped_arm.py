@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 
@@ -21,7 +21,7 @@ from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
 from stiffness.statics.prediction import COLUMNS, Command, Prediction, StartValues
 from stiffness.statics.predictor import Predictor
-from stiffness.statics.shares import ShareFinder
+from stiffness.statics.shares import DeflectionShares, ShareFinder
 from toolpaths.columns import blocks
 from toolpaths.frame import Frame
 from toolpaths.made_frames import MadeFrames
@@ -147,19 +147,29 @@ class EquippedArm:
             seen: (N, 3) m, the TCP that ``forward`` predicts for commands ``q`` (N, n) rad.
             at: (K,) poses that are asked about.
         """
-        finders, found = dict[int, ShareFinder](), dict[str, Floats]()
+        found = dict[str, Floats]()
+        for b, shares in self.shares_by_block(toolpath, q, wrench, seen=seen, at=at):
+            for name, share in shares.items():
+                found.setdefault(name, np.zeros((len(at), 3)))[b] = share
+        return found
+
+    def shares_by_block(
+        self, toolpath: Toolpath, q: Floats, wrench: Floats, *, seen: Floats, at: npt.NDArray[np.intp]
+    ) -> Iterator[tuple[slice, dict[str, Floats]]]:
+        """As ``shares``, block by block: rows of ``at``, and their shares."""
+        finders = dict[int, ShareFinder]()
         for b in blocks(len(at)):
             rows = at[b]
             as_seen = seen[rows]
-            actual = as_seen if self.taken_off is None else self.taken_off.at(as_seen)
+            actual, parts = as_seen if self.taken_off is None else self.taken_off.at(as_seen), []
             for number, r in self.tools.rows_of(toolpath.tool[rows]):
                 finder = finders.setdefault(number, ShareFinder(self.predictors[number]))
-                of = finder.of(q[rows][r], wrench[rows][r], actual[r])
-                for f in fields(of):
-                    _put(found, f.name, getattr(of, f.name), to=np.arange(b.start, b.stop)[r], count=len(at))
+                parts.append((r, finder.of(q[rows][r], wrench[rows][r], actual[r])))
+            names = [f.name for f in fields(DeflectionShares)]
+            found = {name: _merged(len(rows), [(r, getattr(part, name)) for r, part in parts]) for name in names}
             if self.taken_off is not None:
-                _put(found, "touched_off", as_seen - actual, to=np.arange(b.start, b.stop), count=len(at))
-        return found
+                found["touched_off"] = as_seen - actual
+            yield b, found
 
     def nominal(self, toolpath: Toolpath, q: Floats) -> Floats:
         """(N, 3) m: the TCP of commands as a controller shows it, base axes."""
@@ -179,16 +189,6 @@ class EquippedArm:
             if e.memory and e.memory.deflection:
                 total += e.memory.deflection(state[:, columns[e.name]], stiffness)
         return total
-
-
-def _put(columns: dict[str, Floats], name: str, values: Floats, *, to: Rows, count: int) -> None:
-    """Rows of a column (N, 3) of zeros; it is not kept while nothing else stands in it."""
-    nothing = np.broadcast_to(0.0, (count, 3))
-    if not columns.setdefault(name, nothing).flags.writeable:
-        if not values.any():
-            return
-        columns[name] = np.zeros((count, 3))
-    columns[name][to] = values
 
 
 def _merged(rows: int, parts: Sequence[tuple[Rows, Floats]]) -> Floats:

@@ -17,6 +17,7 @@ from compensator.solve.added_acceleration import AddedAcceleration, added_accele
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import spread_of_unknown
 from compensator.solve.motion_limits import MotionCheck, lowered_findings, motion_check
+from compensator.solve.share_sizes import ShareSizes, share_sizes
 from compensator.solve.uncertainty import ErrorBand, error_band
 from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from stiffness.numerics.beside import Beside, beside
@@ -35,7 +36,7 @@ class Assessment:
         result: the commands.
         open: angles that the model did not learn.
         spread: (M,) m at each cutting pose: how far the unknown flanks leave the TCP open.
-        shares: cause -> (K, 3) m at each cutting pose of the uncompensated path, base axes; they add up.
+        share_sizes: of the causes of the uncompensated deflection.
         direction: of the tool.
         band: how sure the uncompensated error is; None: not known.
         motion: of the joints at the feeds of the cuts.
@@ -47,7 +48,7 @@ class Assessment:
     result: Compensation
     open: OpenAngles
     spread: Floats
-    shares: Mapping[str, Floats]
+    share_sizes: ShareSizes
     direction: ToolDirection
     band: ErrorBand | None
     motion: MotionCheck
@@ -57,6 +58,13 @@ class Assessment:
 
     def __repr__(self) -> str:
         return f"Assessment({len(self.findings)} findings)"
+
+    @property
+    def shares(self) -> Mapping[str, Floats]:
+        """Cause -> (K, 3) m at each cutting pose of the uncompensated path, base axes, made anew; they add up."""
+        plain = self.result.uncompensated
+        rows = np.flatnonzero(plain.cutting)
+        return plain.job.arm.shares(plain.path.toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows)
 
 
 def assessed(c: Compensation, written: Sequence[Finding] = (), *, corrected: bool = True) -> Assessment:
@@ -79,13 +87,12 @@ def judged(c: Compensation, bodies: Bodies | None = None, *, corrected: bool = T
     """As ``assessed``, without the findings; ``bodies`` of the job, None: they are read."""
     arm, cut, plain = c.job.arm, c.cutting, c.uncompensated
     spread = spread_of_unknown(arm, c.path.toolpath, q=c.command.q, wrench=c.wrench, state=c.state)[cut]
-    rows = np.flatnonzero(plain.cutting)
     q = c.command.q if corrected else c.path.q
     return Assessment(
         result=c,
         open=open_angles(c, q),
         spread=spread,
-        shares=arm.shares(plain.path.toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows),
+        share_sizes=share_sizes(c),
         direction=tool_direction(plain.path, c.job.placement.conditions.gravity),
         band=error_band(plain),
         motion=motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3),
@@ -101,7 +108,7 @@ def with_findings(a: Assessment, written: Sequence[Finding] = ()) -> Assessment:
     plain = c.uncompensated
     findings = merged((
         *of_kind("toolpath", plain.path.toolpath.findings),
-        *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, a.shares))),
+        *of_kind("cell", (*c.job.findings, *_asks_where_touched_off(c, a.share_sizes))),
         *of_kind("path", () if c.path.axes is None else c.path.axes.findings),
         *of_kind("path", () if c.path.chosen is None else c.path.chosen.findings),
         *of_kind("path", (*a.direction.findings, *a.motion.findings(c.path.toolpath), *lowered_findings(c.path))),
@@ -130,10 +137,9 @@ def _unknown_flanks(c: Compensation, spread: Floats) -> list[Finding]:
     return [Finding(level, first, what, "Give [start] joints or a longer approach", count=len(open_))]
 
 
-def _asks_where_touched_off(c: Compensation, shares: Mapping[str, Floats]) -> list[Finding]:
+def _asks_where_touched_off(c: Compensation, shares: ShareSizes) -> list[Finding]:
     """A warning where weight matters and the cell does not tell how its work object was taught."""
-    weight = float(np.linalg.norm(shares["gravity"], axis=1).max())
-    whole = float(np.linalg.norm(sum(shares.values()), axis=1).max())
+    weight, whole = float(shares.size["gravity"].max()), shares.largest
     matters = weight > c.job.placement.sampling.chord / 1e3 and weight > MATTERS * whole
     if c.job.placement.touches is not None or not matters:
         return []

@@ -15,6 +15,7 @@ from compensator.report.json.text import MM, Report
 from compensator.report.json.turn import turn_report
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
+from compensator.solve.share_sizes import ShareSizes
 from compensator.solve.uncertainty import ErrorBand
 
 Floats = npt.NDArray[np.float64]
@@ -46,7 +47,7 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
             "after": statistics(after[cut]),
             **_uncoupled(c),
         },
-        "deflection_mm": {name: _share(a.shares[name]) for name in SHARES if name in a.shares},
+        "deflection_mm": {name: _share(a.share_sizes, name) for name in SHARES if name in a.share_sizes.size},
         "tool_direction": {
             "mean_xyz": a.direction.mean.tolist(),
             "spread_deg": float(np.degrees(a.direction.spread)),
@@ -91,10 +92,9 @@ def _uncoupled(c: Compensation) -> Report:
     return {"uncoupled": statistics(np.linalg.norm(c.uncoupled.error_before[c.cutting], axis=1))}
 
 
-def _share(vectors: Floats) -> Report:
-    """Statistics of the size of vectors (M, 3) m, and their mean, mm: the means of all shares add up."""
-    mean = vectors.mean(axis=0) * MM if len(vectors) else np.zeros(3)
-    return {**statistics(np.linalg.norm(vectors, axis=1)), "mean_xyz": mean.tolist()}
+def _share(shares: ShareSizes, name: str) -> Report:
+    """Statistics of the size of a share, and its mean, mm: the means of all shares add up."""
+    return {**statistics(shares.size[name]), "mean_xyz": (shares.mean[name] * MM).tolist()}
 
 
 def statistics(error: Floats) -> dict[str, float]:

@@ -1,0 +1,49 @@
+"""How large the shares of a deflection are along a path; the shares themselves would be a hundred bytes a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from compensator.solve.compensation import Compensation
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ShareSizes:
+    """Of the cutting poses (K) of a path without a correction.
+
+    Attributes:
+        size: cause -> (K,) m of its share. mean: cause -> (3,) m, its mean, base axes.
+        largest: m, the largest deflection.
+    """
+
+    size: Mapping[str, Floats]
+    mean: Mapping[str, Floats]
+    largest: float
+
+    def __repr__(self) -> str:
+        return f"ShareSizes({', '.join(self.size)})"
+
+
+def share_sizes(c: Compensation) -> ShareSizes:
+    """Of a path as it was given."""
+    plain = c.uncompensated
+    rows, toolpath = np.flatnonzero(plain.cutting), plain.path.toolpath
+    size, total, largest = dict[str, Floats](), dict[str, Floats](), 0.0
+    for b, shares in c.job.arm.shares_by_block(toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows):
+        whole: Floats = np.asarray(sum(shares.values()))
+        largest = max(largest, float(np.linalg.norm(whole, axis=1).max()))
+        for name, share in shares.items():
+            so_far = [total[name][None]] if name in total else []
+            total[name] = np.concatenate([*so_far, share]).sum(axis=0)  # one after the other, as over all at once
+            there = size.setdefault(name, np.broadcast_to(0.0, len(rows)))  # not kept while nothing else stands in it
+            if share.any():
+                if not there.flags.writeable:
+                    size[name] = there = np.zeros(len(rows))
+                there[b] = np.linalg.norm(share, axis=1)
+    return ShareSizes(size, {name: value / len(rows) for name, value in total.items()}, largest)
