@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+import tomli_w
 from click.testing import CliRunner
 
 from compensator.cell.arm import load_arm
 from compensator.cell.cell_file import load_cell
 from compensator.cell.controller_frames import session_frame_findings
 from compensator.cli import main
+from compensator.tasks.compensate import preview_file
 from compensator.tasks.diagnose import diagnose_files
 from compensator.tasks.identify import evaluate_file, identify_files
+from compensator.tasks.measurements import load_measurement
 from stiffness.session.session import load_session
 from stiffness.session.table import SessionError
 from tests.compensator.framed_arm import FRAMED
-from tests.compensator.small_job import files
+from tests.compensator.small_job import columns, files, write_csv
 from tests.plant import Arm, Plant, Tool, lab
 from tests.plant.lab_design import random_setups
 
@@ -103,3 +107,20 @@ def test_the_words_are_those_about_a_cell(day: Path) -> None:
     done = CliRunner().invoke(main, ["identify", str(day), "-o", str(folder / "m.toml")])
     for words in WORDS.values():
         assert words in done.stderr
+
+
+def test_of_a_trace_the_cell_is_asked(tmp_path: Path) -> None:
+    (tmp_path / "framed.urdf").write_text(FRAMED)
+    places = {"workobject": {"xyz": [1000.0, 0.0, 800.0]}}
+    job = files(tmp_path, {"robot": "framed.urdf", "tip": None, **places}, {"robot": "framed.urdf"})
+    preview_file(job.toolpath, job.cell, csv=tmp_path / "run.csv")
+    told = columns(tmp_path / "run.csv", "x_mm", "y_mm", "z_mm")
+    turn = np.radians(20.0)  # of the work object
+    read = told @ [[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]] + [1000.0, 0.0, 800.0]
+    write_csv(tmp_path / "samples.csv", ["index", "x", "y", "z"], [[k, *row] for k, row in enumerate(read)])
+    table = {"schema": "trace/1", "cell": "cell.toml", "program": "run.csv", "samples": "samples.csv"}
+    table |= {"kind": "positions", "registered": True, "approach": [0] * 6, "instrument": {"noise": 0.005}}
+    (tmp_path / "trace.toml").write_text(tomli_w.dumps(table))
+    found = session_frame_findings([load_measurement(tmp_path / "trace.toml")])
+    assert [f.what.split(";")[0] for f in found] == [words.split(";")[0] for words in WORDS.values()]
+    assert all("in cell of the trace and model; if not" in f.remedy for f in found)
