@@ -65,7 +65,8 @@ def beside(base: Callable[[], Floats], values: Floats) -> Callable[[], Floats]:
 
 
 class MadeColumn:
-    """A column of N rows that are made where they are asked for: ``column[rows]``, or ``np.asarray`` of all.
+    """A column of N rows that are made where they are asked for: ``column[rows]``, ``column[rows, [0, 2]]``, or
+    ``np.asarray`` of all.
 
     Args:
         count: N.
@@ -81,8 +82,19 @@ class MadeColumn:
     def __len__(self) -> int:
         return self._count
 
-    def __getitem__(self, rows: Rows | slice) -> Floats:
-        return self._make(np.arange(*rows.indices(self._count)) if isinstance(rows, slice) else rows)
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """As of an array."""
+        return (self._count, *self[:1].shape[1:])
+
+    def __getitem__(self, rows: Rows | slice | int | list[int] | tuple[Rows | slice, list[int]]) -> Floats:
+        if isinstance(rows, tuple):
+            return self[rows[0]][..., rows[1]]
+        if isinstance(rows, slice):
+            return self._make(np.arange(*rows.indices(self._count)))
+        if isinstance(rows, int | np.integer):
+            return np.asarray(self._make(np.array([rows], dtype=np.intp))[0])
+        return self._make(np.asarray(rows))
 
     def rows(self, index: Rows) -> MadeColumn:
         """Rows ``index`` (K,) of it, as a column of their own."""

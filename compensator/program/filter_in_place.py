@@ -72,7 +72,8 @@ class FilterInPlace(ProgramMaker):
         if not self.language.filter.says_turns(source):
             c, left = without_tilt(c), _left_tilted(c, self.file)
         index = needed_poses(c, self.rows)
-        program = replace(_taken(program_of(c, poses=_as_written(c)), index), stamp=self.stamp)
+        program = replace(program_of(c, poses=_as_written(c)), wrench=None, stamp=self.stamp)  # no program tells it
+        program = _taken(program, index)
         give_back()
         row = c.path.toolpath.row[index]
         rewritten = self.language.rewrite(
@@ -197,9 +198,15 @@ def _taken(program: Program, index: Index) -> Program:
     if len(index) == n:
         return replace(program, comments=())
     arrays = {f.name: getattr(program, f.name) for f in fields(program) if f.name not in ("workobject", "start_joints")}
+    arrays |= {name: _of(arrays[name]) for name in ("joints", "nominal_joints") if arrays[name] is not None}
     per_pose: dict[str, Any] = {
         name: value.rows(index) if isinstance(value, MadeColumn) else value[index]
         for name, value in arrays.items()
         if isinstance(value, np.ndarray | MadeColumn) and len(value) == n
     }
     return replace(program, **per_pose, comments=())
+
+
+def _of(values: Floats) -> MadeColumn:
+    """A column that is kept elsewhere."""
+    return MadeColumn(len(values), lambda rows: values[rows])

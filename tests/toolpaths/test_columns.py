@@ -67,6 +67,10 @@ def test_a_column_that_is_made(count: int) -> None:
     np.testing.assert_array_equal(np.asarray(made), values)
     np.testing.assert_array_equal(made[1:3], values[1:3])
     np.testing.assert_array_equal(made[np.array([0, count - 1])], values[[0, -1]])
+    np.testing.assert_array_equal(made[[count - 1, 0]], values[[-1, 0]])
+    np.testing.assert_array_equal(made[:, [2, 0]], values[:, [2, 0]])
+    np.testing.assert_array_equal(made[count - 1], values[-1])
+    assert made.shape == values.shape and made[0].shape == (3,)
 
 
 @pytest.mark.parametrize("value", [3.5, np.nan, 0.0])

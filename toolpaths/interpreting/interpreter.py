@@ -41,7 +41,7 @@ class Interpreter:
     @property
     def _runs_on(self) -> bool:
         """Whether more has been run than can be meant; files that are called make a program longer as they are read."""
-        return self._run > _LEAST_STEPS + len(self.program.text)
+        return self._run > _LEAST_STEPS + self.program.length
 
     def line(self, s: Statement) -> None:
         """Run an instruction or an assignment."""

@@ -8,11 +8,18 @@ from __future__ import annotations
 import re
 from array import array
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NoReturn
+from typing import Any, NoReturn
 
+import numpy as np
+import numpy.typing as npt
+
+from toolpaths.columns import blocks
 from toolpaths.errors import ReadError
 
+_WORDS = re.compile(r"[A-Za-z_$][\w$]*")
+_LINE_END = re.compile(r"[\r\n\f]|$")
 PLAIN, LOOP, CHOICE, COMMENT = "plain", "loop", "choice", "comment"
 DATA = "data"  # a declaration inside a routine: it takes effect where it stands
 NOTHING = "nothing"  # a label, a declaration that took effect before
@@ -82,11 +89,15 @@ class ProgramText:
 
     def __init__(self, text: str, source: str) -> None:
         self.text, self.source = text, source
-        self._lines = array("q", (m.end() for m in re.finditer(r"\r\n|\n|\r|\f", text)))
+        self._lines = array("I", (m.end() for m in re.finditer(r"\r\n|\n|\r|\f", text)))
 
     def forget_text(self) -> None:
         """Leave the text to the LinkedText that this is a part of; lines stay known."""
         self.text = ""
+
+    def piece(self, start: int, end: int) -> str:
+        """The text from one place to another."""
+        return self.text[start:end]
 
     def line(self, at: int) -> int:
         """The line of a place, counted from 1."""
@@ -122,6 +133,35 @@ class LinkedText(ProgramText):
         whole += part.text
         self.text = whole
 
+    @property
+    def length(self) -> int:
+        """Of the whole."""
+        return len(self.text)
+
+    def around(self, at: int) -> tuple[str, int]:
+        """A text that holds the whole part of a place, and where it begins."""
+        return self.text, 0
+
+    def pieces(self, start: int, end: int) -> Iterator[str]:
+        """What stands from one place to another, file by file where it is long."""
+        yield self.text[start:end]
+
+    def line_before(self, at: int) -> str:
+        """The line of a place, up to there."""
+        text, begin = self.around(at)
+        end = at - begin
+        return text[max(text.rfind("\n", 0, end), text.rfind("\r", 0, end)) + 1 : end]
+
+    def line_end(self, at: int) -> int:
+        """Where the line of a place ends, before its line end."""
+        text, begin = self.around(at)
+        found = _LINE_END.search(text, at - begin)
+        return begin + (found.start() if found else len(text))
+
+    def words(self, start: int, end: int) -> Iterator[str]:
+        """Words from one place to another, in capitals."""
+        return (word.upper() for text in self.pieces(start, end) for word in _WORDS.findall(text))
+
     def text_of(self, k: int) -> str:
         """The text of a part."""
         return self.text[self.begins[k] : self.begins[k + 1] - 1 if k + 1 < len(self.begins) else None]
@@ -129,6 +169,13 @@ class LinkedText(ProgramText):
     def part(self, at: int) -> int:
         """Which part holds a place."""
         return bisect_right(self.begins, at) - 1 if at >= 0 else 0
+
+    def parts_of(self, at: npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.int32]:
+        """(N,) which parts hold places (N,)."""
+        out = np.empty(len(at), dtype=np.int32)
+        for b in blocks(len(at)):
+            out[b] = np.searchsorted(self.begins, at[b], side="right") - 1
+        return out
 
     def line(self, at: int) -> int:
         """The line of a place in its file, counted from 1."""

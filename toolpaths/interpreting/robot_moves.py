@@ -106,19 +106,21 @@ class RobotMoves:
 
     def in_main(self, points: Floats) -> Floats:
         """Points (N, 3), one a move in its own frame, in the main frame."""
-        out = points.copy()
+        out = points
         for number, main in enumerate(self.from_main()):
             rows = self.mark["frame"] == number
             if number != self.main_frame and rows.any():
+                out = points.copy() if out is points else out
                 out[rows] = main.inward(points[rows])
         return out
 
     def turned_to_main(self) -> Floats:
         """Quaternions (N, 4) in the main frame."""
-        out = self.quaternion.copy()
+        out = self.quaternion
         for number, main in enumerate(self.from_main()):
             rows = (self.mark["frame"] == number) & np.isfinite(self.quaternion[:, 0])
             if number != self.main_frame and rows.any():
+                out = out.copy() if out is self.quaternion else out
                 out[rows] = quaternion_from_matrix(main.rotation.T @ matrix_from_quaternion(self.quaternion[rows]))
         return out
 

@@ -98,7 +98,7 @@ class RobotTrack:
         sources: tuple[str, ...] = ()
         if self._text is not None and len(self._text.parts) > 1:
             sources = tuple(part.source for part in self._text.parts)
-            mark["file"] = np.searchsorted(self._text.begins, mark["start"], side="right") - 1
+            mark["file"] = self._text.parts_of(mark["start"])
         return RobotMoves(
             source=self.source, language=self.language, position=_in_si(c.numbers("x", "y", "z")),
             quaternion=self._quaternions(c.numbers("a", "b", "c", "d")),
@@ -110,5 +110,6 @@ class RobotTrack:
 
 def _in_si(numbers: Floats) -> Floats:
     """m of mm, in their place."""
-    numbers *= 1e-3
+    if numbers.flags.writeable:
+        numbers *= 1e-3
     return numbers

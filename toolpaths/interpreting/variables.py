@@ -43,6 +43,6 @@ def first_value(
         return Runtime(f"{name}, which has no value")
     known[key] = replace(variable, value=Runtime(f"{name}, which is declared by itself"))
     try:
-        return work_out(program.text[slice(*d.value)])
+        return work_out(program.piece(*d.value))
     except ExpressionError as e:
         program.refuse(d.start, f"{d.name}: {e}")

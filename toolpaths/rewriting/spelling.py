@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.interpreting.program_text import Declaration
+from toolpaths.interpreting.program_text import Declaration, LinkedText
 from toolpaths.rewriting.edits import Edit
 from toolpaths.writing.program import Floats
 
@@ -17,11 +17,14 @@ from toolpaths.writing.program import Floats
 class Spelling(Protocol):
     """How a language spells poses and moves."""
 
-    text: str
     #: A pose made of numbers; groups 1 to 3 are X, Y, Z.
     literal: re.Pattern[str]
     #: A line end of the file.
     newline: str
+
+    @property
+    def program(self) -> LinkedText:
+        """The text that its places count in."""
 
     def aggregate(self, move: int) -> str:
         """The target of a move that is computed, as a literal."""

@@ -26,7 +26,6 @@ from toolpaths.toolpath import CUT
 from toolpaths.writing.program import Floats, Program
 
 _ROW = 1e-9
-_WORDS = re.compile(r"[A-Za-z_$][\w$]*")
 
 
 @dataclass
@@ -54,8 +53,9 @@ class TargetEdits:
     changes: list[Finding] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self._text = self.spelling.program
         whole = np.abs(self.row - (nearest := np.rint(self.row))) < _ROW
-        self._at = np.full(len(self.moves), -1, dtype=np.intp)
+        self._at = np.full(len(self.moves), -1, dtype=np.int32)
         inside = whole & (nearest >= 0) & (nearest < len(self.moves))
         self._at[nearest[inside].astype(np.intp)] = np.flatnonzero(inside)
         self._between: dict[int, list[int]] = {}
@@ -71,7 +71,7 @@ class TargetEdits:
     def _work_out_poses(self) -> None:
         """What ``spelled`` takes, for all poses: each in the frame of the move that it belongs to."""
         count, self._frames = len(self.row), self.moves.from_main()
-        self._move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.intp)
+        self._move = np.clip(np.ceil(self.row - _ROW), 0, len(self.moves) - 1).astype(np.int32)
         self._turned, self._other, self._other_branch = (np.zeros(count, dtype=bool) for _ in range(3))
         self._block, self._own = slice(0, 0), (np.empty((0, 3)), np.empty((0, 4)))
         for b in blocks(count):
@@ -134,7 +134,7 @@ class TargetEdits:
     def edits(self, first: int = 0, end: int | None = None) -> list[Edit]:
         """Those from one place of the text up to another, once ``place`` has found them; those that only other numbers
         make are made here: of a million moves they are not kept."""
-        end = len(self.spelling.text) + 1 if end is None else end
+        end = self._text.length + 1 if end is None else end
         start = self.moves.mark["target_start"]
         rows = np.flatnonzero(self._later & (start >= first) & (start < end)).tolist()
         made = (self._renumbered(r) for r in rows)
@@ -143,7 +143,8 @@ class TargetEdits:
     def _renumbered(self, r: int) -> Edit | None:
         literal = self._literal(r)
         new = self._spelled(literal, int(self._at[r]))
-        return Edit(*literal.span(), new) if new != literal[0] else None
+        start, end = (int(self.moves.mark[f"target_{end}"][r]) for end in ("start", "end"))
+        return Edit(start, end, new) if new != literal[0] else None
 
     def _line(self, r: int) -> str:
         return f"{self.moves.file(r)}:{int(self.moves.mark['line'][r])}"
@@ -169,8 +170,9 @@ class TargetEdits:
 
     def _numbers(self, r: int, name: str = "target") -> re.Match[str] | None:
         """The target as it stands, if that is numbers."""
-        place = (int(self.moves.mark[f"{name}_{end}"][r]) for end in ("start", "end"))
-        return self.spelling.literal.fullmatch(self.spelling.text, *place)
+        start, end = (int(self.moves.mark[f"{name}_{end}"][r]) for end in ("start", "end"))
+        text, begin = self._text.around(start)
+        return self.spelling.literal.fullmatch(text, start - begin, end - begin)
 
     def _line_move(self, r: int, other: bool) -> None:
         between = self._between.get(r)
@@ -184,11 +186,10 @@ class TargetEdits:
     def _insert(self, r: int, between: list[int], literal: re.Match[str]) -> None:
         if not between:
             return
-        text, start = self.spelling.text, int(self.moves.mark["start"][r])
+        start = int(self.moves.mark["start"][r])
         poses = [self._standing(r, k, self._spelled(literal, k)) for k in between]
         lines = [self.spelling.inserted(r, pose) for pose in poses]
-        begin = max(text.rfind("\n", 0, start), text.rfind("\r", 0, start)) + 1
-        indent = re.match(r"[ \t]*", text[begin:start])
+        indent = re.match(r"[ \t]*", self._text.line_before(start))
         text = "".join(line + self.spelling.newline + (indent[0] if indent else "") for line in lines)
         if start in self._lines:
             if self._lines[start] != text:
@@ -217,7 +218,7 @@ class TargetEdits:
         mark, prefix = self.moves.mark, "ref" if name == "target" else "via_ref"
         place = int(mark[f"{name}_start"][r]), int(mark[f"{name}_end"][r])
         reference = int(mark[f"{prefix}_start"][r]), int(mark[f"{prefix}_end"][r])
-        text = self.spelling.text[slice(*place)]
+        text = self._text.piece(*place)
         wanted = text if wanted is None else wanted
         seen = self._uses.setdefault(place, {}).setdefault(reference[0], _Use(wanted, r, reference))
         if seen.wanted != wanted:
@@ -246,7 +247,7 @@ class TargetEdits:
 
     def _settle(self, place: tuple[int, int], uses: dict[int, _Use]) -> None:
         """One pose in the text and all moves that take it."""
-        text = self.spelling.text[slice(*place)]
+        text = self._text.piece(*place)
         first = next(iter(uses.values()))
         if place[0] == first.reference[0]:  # it stands in the move itself
             if first.wanted != text:
@@ -278,23 +279,21 @@ class TargetEdits:
             self._edits.append(Edit(*use.reference, names[use.wanted]))
 
     def _declare(self, target: Declaration, place: tuple[int, int], name: str, wanted: str) -> None:
-        text = self.spelling.text
-        begin = max(text.rfind("\n", 0, target.start), text.rfind("\r", 0, target.start)) + 1
-        head = re.sub(rf"(?<![\w$]){re.escape(target.name)}(?![\w$])", name, text[begin : place[0]], count=1)
-        line_end = re.compile(r"[\r\n\f]|$").search(text, target.end)
-        at = line_end.start() if line_end else len(text)
-        self._edits.append(Edit(at, at, self.spelling.newline + head + wanted + text[place[1] : target.end]))
+        head = self._text.line_before(target.start) + self._text.piece(target.start, place[0])
+        head = re.sub(rf"(?<![\w$]){re.escape(target.name)}(?![\w$])", name, head, count=1)
+        at, tail = self._text.line_end(target.end), self._text.piece(place[1], target.end)
+        self._edits.append(Edit(at, at, self.spelling.newline + head + wanted + tail))
 
     def _declaration(self, at: int) -> Declaration:
         if not hasattr(self, "_targets"):
             self._targets, self._counts = list(self.spelling.declared()), dict[tuple[int, int], Counter[str]]()
             self._starts = np.array([d.start for d in self._targets])
-            self._taken = {w.upper() for w in _WORDS.findall(self.spelling.text)}
+            self._taken = set(self._text.words(0, self._text.length))
         return self._targets[int(np.searchsorted(self._starts, at, side="right")) - 1]
 
     def _others(self, target: Declaration, uses: int) -> bool:
         """Whether something else than these uses names the target: rapids, Offs(...), other routines."""
         scope = self.spelling.scope(target)
         if scope not in self._counts:
-            self._counts[scope] = Counter(w.upper() for w in _WORDS.findall(self.spelling.text[slice(*scope)]))
+            self._counts[scope] = Counter(self._text.words(*scope))
         return self._counts[scope][target.name.upper()] - 1 > uses

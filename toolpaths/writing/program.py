@@ -101,7 +101,7 @@ class Program:
     name: str
     position: Floats
     rotation: Column
-    joints: Floats
+    joints: Column
     feed: Floats
     kind: npt.NDArray[np.uint8]
     tool: Ints
@@ -118,7 +118,7 @@ class Program:
     source: str = ""
     nominal_position: Column | None = None
     nominal_rotation: Column | None = None
-    nominal_joints: Floats | None = None
+    nominal_joints: Column | None = None
     wrench: Floats | None = None
     deflection: Column | None = None
     external: tuple[ExternalAxis, ...] = ()

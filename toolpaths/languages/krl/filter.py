@@ -68,7 +68,7 @@ class KrlSpelling:
     literal = LITERAL
 
     def __init__(self, run: KrlInterpreter, moves: RobotMoves) -> None:
-        self.run, self.moves, self.text = run, moves, run.program.text
+        self.run, self.moves, self.program, self.text = run, moves, run.program, run.program.text
         self.newline = newline_of(self.text)
         self._angles = np.degrees(kuka_from_matrix(_matrices(moves.quaternion)))
 

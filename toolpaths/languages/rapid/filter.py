@@ -39,6 +39,7 @@ def rewrite(
         WriteError: a line would need two poses, or a timed move another one beside it.
     """
     run = run_of(source, str(path), path, others)
+    run.program.forget_routines()
     moves = run.track.moves()
     give_back()
     spelling = RapidSpelling(run, moves)
@@ -68,8 +69,8 @@ class RapidSpelling:
     literal = LITERAL
 
     def __init__(self, run: RapidInterpreter, moves: RobotMoves) -> None:
-        self.run, self.moves, self.text = run, moves, run.program.text
-        self.newline = newline_of(self.text)
+        self.run, self.moves, self.program = run, moves, run.program
+        self.newline = newline_of(self.program.text_of(0))
 
     def aggregate(self, move: int) -> str:
         """The robtarget of an expression, with its configuration and external axes."""
@@ -114,7 +115,7 @@ class RapidSpelling:
     def inserted(self, move: int, target: str) -> str:
         """MoveL with speed, tool and work object of the move; a stop point becomes the smallest fly-by zone."""
         mark = self.moves.mark
-        tail = self.text[int(mark["ref_end"][move]) : int(mark["end"][move])]
+        tail = self.program.piece(int(mark["ref_end"][move]), int(mark["end"][move]))
         if _TIMED.search(tail):
             place = f"{self.moves.file(move)}:{int(mark['line'][move])}"
             raise WriteError(f"{place}: a move with \\T cannot be divided. Give it a speed instead")
@@ -128,7 +129,7 @@ class RapidSpelling:
         mark = self.moves.mark
         if mark["word"][move] == ARC:
             start = int(mark["start"][move])
-            yield Edit(start + 4, start + 5, "L" if self.text[start + 4] == "C" else "l")
+            yield Edit(start + 4, start + 5, "L" if self.program.piece(start + 4, start + 5) == "C" else "l")
             yield Edit(int(mark["via_ref_start"][move]), int(mark["ref_start"][move]), "")
 
     def declared(self) -> Sequence[Declaration]:

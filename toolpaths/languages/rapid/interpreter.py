@@ -111,7 +111,7 @@ class RapidInterpreter(Interpreter):
         if word in _MOVES:
             self.mover.move(word, s)
             return
-        rest = self.program.text[s.start + len(s.word) : s.end - 1]
+        rest = self.program.piece(s.start + len(s.word), s.end - 1)
         if _SET.match(rest):
             self._assign(s, rest)
         elif not rest.strip() and (called := self._routine(word)):
@@ -147,7 +147,7 @@ class RapidInterpreter(Interpreter):
             self._may_set(s, rest)
         elif word in SETTING:
             self._may_set(s, rest)
-        self.remark(s, self.program.text[s.start : s.end], "" if word in QUIET else word)
+        self.remark(s, self.program.piece(s.start, s.end), "" if word in QUIET else word)
 
     def _may_set(self, s: Statement, rest: str) -> None:
         for name in given_names(rest):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from typing import NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from toolpaths.interpreting.program_text import Statement
+from toolpaths.interpreting.program_text import Declaration, Statement
 from toolpaths.interpreting.robot_moves import ARC, JOINTS, LINE, NOWHERE, PTP, Span
 from toolpaths.interpreting.robot_track import RobotTrack
 from toolpaths.interpreting.values import ExpressionError, Runtime
@@ -45,6 +45,32 @@ def quaternions(numbers: Floats) -> Floats:
     return np.asarray(numbers / np.linalg.norm(numbers, axis=1, keepdims=True))
 
 
+class _Instruction(NamedTuple):
+    """An instruction, or a declaration, in the text of its module.
+
+    Attributes:
+        text: of the module, from ``begin`` of the whole on. start, end: places in it.
+    """
+
+    statement: Any
+    text: str
+    begin: int
+    start: int
+    end: int
+
+    @classmethod
+    def of(cls, module: RapidProgram, s: Statement | Declaration) -> _Instruction:
+        text, begin = module.around(s.start)
+        return cls(statement=s, text=text, begin=begin, start=s.start - begin, end=s.end - begin)
+
+    def here(self, start: int, end: int) -> Span:
+        """The place of a pose that stands in it, without the blanks around."""
+        piece = self.text[start:end]
+        first = self.begin + start + len(piece) - len(piece.lstrip())
+        last = first + len(piece.strip())
+        return first, last, first, last
+
+
 class RapidMover:
     """Turns the move instructions of one run into moves of a track.
 
@@ -68,25 +94,25 @@ class RapidMover:
 
     def move(self, word: str, s: Statement) -> None:
         """Append the move of one instruction."""
-        at = s.start + len(s.word)
-        text = self.module.text
-        if conc := _CONC.match(text, at, s.end):
+        i = _Instruction.of(self.module, s)
+        text, at = i.text, i.start + len(s.word)
+        if conc := _CONC.match(text, at, i.end):
             at = conc.end()
         via, via_span = _NO_VIA, NOWHERE
         if word == "movec":
-            middle, via_span, at = self._target(s, at)
+            middle, via_span, at = self._target(i, at)
             if isinstance(middle, Runtime):
                 self._refuse_unknown(s, middle)
             via = (middle[0], middle[1], middle[2])
-            comma = re.compile(r"(?:\s|![^\n\r]*)*,").match(text, at, s.end)
+            comma = re.compile(r"(?:\s|![^\n\r]*)*,").match(text, at, i.end)
             if not comma:
                 self.module.refuse(s.start, f"{s.word}: a second target is expected")
             at = comma.end()
         if word == "moveabsj":
-            values, span, at = self._joints(s, at)
+            values, span, at = self._joints(i, at)
         else:
-            values, span, at = self._target(s, at)
-        tail = text[at : s.end - 1]
+            values, span, at = self._target(i, at)
+        tail = text[at : i.end - 1]
         known = self._tails.get(tail)
         if known is None:
             known = self._tails[tail] = self._tail(s, tail)
@@ -96,7 +122,7 @@ class RapidMover:
         if isinstance(values, Runtime):
             if kind == CUT or word == "movec":
                 self._refuse_unknown(s, values)
-            self._leave(s, values, text[s.start : span[1]])
+            self._leave(s, values, text[i.start : span[1] - i.begin])
             return
         if self._lost and kind == CUT and self.track.count:
             problem = f"{s.word}: where this cut begins is not known: the move before leads to {self._lost}"
@@ -117,41 +143,43 @@ class RapidMover:
         remedy = "Give the poses as numbers, in this file or in one that is read with it."
         self.module.refuse(s.start, f"{s.word}: known only at run time: {unknown.reason}", remedy)
 
-    def _target(self, s: Statement, at: int) -> tuple[Numbers | Runtime, Span, int]:
+    def _target(self, i: _Instruction, at: int) -> tuple[Numbers | Runtime, Span, int]:
         """Position, quaternion and cfx; the place of the target; where the instruction goes on."""
-        text = self.module.text
-        if match := LITERAL.match(text, at, s.end):
-            self._stand_literally(match)
-            return self._literal(match, s), _here(text, *match.span()), match.end()
-        if (match := _NAME.match(text, at, s.end)) and (variable := self.names.variable(match[1])):
-            d, text = variable.declaration, self.module.text  # the module that declares it may have joined just now
+        text, s = i.text, i.statement
+        if match := LITERAL.match(text, at, i.end):
+            self._stand_literally(match, i.begin)
+            return self._literal(match, s, i.begin), i.here(*match.span()), match.end()
+        if (match := _NAME.match(text, at, i.end)) and (variable := self.names.variable(match[1])):
+            d = variable.declaration
             if d is not None and d.type == "robtarget" and not d.array:
-                literal = LITERAL.match(text, d.value[0], d.end)
-                if literal and not text[literal.end() : d.end - 1].strip():
-                    self._stand_literally(literal)
-                    return self._literal(literal, s), (*_here(text, *literal.span())[:2], *match.span(1)), match.end()
-        end = self._argument_end(s, at)
+                there = _Instruction.of(self.module, d)
+                literal = LITERAL.match(there.text, d.value[0] - there.begin, there.end)
+                if literal and not there.text[literal.end() : there.end - 1].strip():
+                    self._stand_literally(literal, there.begin)
+                    place = *there.here(*literal.span())[:2], match.start(1) + i.begin, match.end(1) + i.begin
+                    return self._literal(literal, s, there.begin), place, match.end()
+        end = self._argument_end(i, at)
         value = self._constant(s, text[at:end], "robtarget", "a robtarget")
         if isinstance(value, Runtime):
-            return value, _here(text, at, end), end
+            return value, i.here(at, end), end
         self.others[self.track.count] = (value[2], value[3])
         self._stand(value[3])
-        return self._checked([*value[0], *value[1], value[2][3]], s), _here(text, at, end), end
+        return self._checked([*value[0], *value[1], value[2][3]], s), i.here(at, end), end
 
-    def _literal(self, match: re.Match[str], s: Statement) -> Numbers:
+    def _literal(self, match: re.Match[str], s: Statement, begin: int) -> Numbers:
         try:
             values = [float(v) for v in match.groups()[:11]]
         except ValueError:
-            self.module.refuse(match.start(), f"{match[0].strip()[:60]!r} holds something that is no number")
+            self.module.refuse(begin + match.start(), f"{match[0].strip()[:60]!r} holds something that is no number")
         return self._checked([*values[:7], values[10]], s)
 
-    def _stand_literally(self, match: re.Match[str]) -> None:
+    def _stand_literally(self, match: re.Match[str], begin: int) -> None:
         axes = match.string[match.start(12) : match.end()]
         if axes != self._axes:
             try:
                 self._stand([float(v) for v in match.groups()[11:17]])
             except ValueError:
-                self.module.refuse(match.start(), f"{axes.strip()[:60]!r} holds something that is no number")
+                self.module.refuse(begin + match.start(), f"{axes.strip()[:60]!r} holds something that is no number")
             self._axes = axes
 
     def _stand(self, values: list[float]) -> None:
@@ -169,29 +197,29 @@ class RapidMover:
         cfx = branch if branch in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0) else -1.0
         return x, y, z, a, b, c, d, cfx
 
-    def _joints(self, s: Statement, at: int) -> tuple[Numbers | Runtime, Span, int]:
-        end = self._argument_end(s, at)
-        value = self._constant(s, self.module.text[at:end], "jointtarget", "a jointtarget")
+    def _joints(self, i: _Instruction, at: int) -> tuple[Numbers | Runtime, Span, int]:
+        end, s = self._argument_end(i, at), i.statement
+        value = self._constant(s, i.text[at:end], "jointtarget", "a jointtarget")
         if isinstance(value, Runtime):
-            return value, _here(self.module.text, at, end), end
+            return value, i.here(at, end), end
         angles = np.radians(value[0])
         if not np.isfinite(angles).all() or np.abs(angles).max() > 100.0:
             self.module.refuse(s.start, f"{s.word}: joint angles that no arm has")
         self.track.joints[self.track.count] = angles
         self._stand(value[1])
-        return (*(_NAN,) * 7, -1.0), _here(self.module.text, at, end), end
+        return (*(_NAN,) * 7, -1.0), i.here(at, end), end
 
-    def _argument_end(self, s: Statement, at: int) -> int:
+    def _argument_end(self, i: _Instruction, at: int) -> int:
         """Where an argument ends: at a comma or option outside brackets."""
-        depth = 0
-        for found in _PIECE.finditer(self.module.text, at, s.end - 1):
+        depth, s = 0, i.statement
+        for found in _PIECE.finditer(i.text, at, i.end - 1):
             mark = found[0]
             if mark in ("[", "(", "{"):
                 depth += 1
             elif mark in ("]", ")", "}"):
                 depth -= 1
             elif mark == "," and depth == 0:
-                piece = self.module.text[at : found.start()]
+                piece = i.text[at : found.start()]
                 option = re.search(r"\\[^\\()\[\]]*$", piece)
                 return at + option.start() if option and "(" not in piece[option.start() :] else found.start()
         self.module.refuse(s.start, f"{s.word}: target, speed, zone and tool are expected", "The line may be cut off.")
@@ -263,11 +291,3 @@ class RapidMover:
         if not isinstance(number, float) or number < 0.0:
             self.module.refuse(s.start, f"{s.word}: speed or zone {number!r}, a number not below 0 expected")
         return number
-
-
-def _here(text: str, start: int, end: int) -> Span:
-    """The place of a pose that stands in the move itself, without the blanks around it."""
-    piece = text[start:end]
-    first = start + len(piece) - len(piece.lstrip())
-    last = first + len(piece.strip())
-    return first, last, first, last

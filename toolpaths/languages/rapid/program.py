@@ -11,7 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from toolpaths.errors import ReadError
-from toolpaths.interpreting.program_text import Declaration, LinkedText
+from toolpaths.interpreting.program_text import Declaration
+from toolpaths.interpreting.reread_text import RereadText
 from toolpaths.interpreting.statements import Statements
 from toolpaths.languages.rapid.scan import RapidModule
 from toolpaths.reading.source_text import load_lines
@@ -26,7 +27,7 @@ _MOVING = re.compile(r"^[ \t]*+(?:Move|Trigg|Search|Arc|Spot|Paint|Disp)[A-Za-z]
 _END = re.compile(r"\bENDPROC\b", re.I)
 
 
-class RapidProgram(LinkedText):
+class RapidProgram(RereadText):
     """Modules, the main one first; names are in lower case.
 
     Args:
@@ -90,8 +91,14 @@ class RapidProgram(LinkedText):
         """Where a declared name is known: in its module, or in all of them."""
         k = self.part(d.start)
         if d.start not in self.inner and d.name.lower() not in self.modules[k].local:
-            return 0, len(self.text)
+            return 0, self.length
         return self.begins[k], self.begins[k] + len(self.text_of(k))
+
+    def forget_routines(self) -> None:
+        """They have run: their statements are not needed any more."""
+        for module in self.modules:
+            module.routines.clear()
+            module.with_arguments.clear()
 
     def routine(self, name: str, module: int) -> tuple[Statements, int] | None:
         """Statements and module of a routine without arguments, as it is called in ``module``."""
