@@ -93,8 +93,8 @@ def _compensated(
 
     with beside(lambda: _positions(job, path, along), known=(job, path, along), poses=len(path)) as plainly:
         result = _solved(job, path, along, rapids_stay=rapids_stay)
-        finer = with_flank_poses(result)
         position, state = plainly.result()
+    finer = with_flank_poses(result)
     columns = {"position": position, "torque": np.broadcast_to(np.nan, path.q.shape)}  # these are the preview's own
     plain = as_it_is(job, path, along, columns=columns, state=state)
     before = plain.before

@@ -21,6 +21,7 @@ from compensator.process.process import ToolMotion
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import settled_state
 from stiffness.memory.preload import PreloadState
+from stiffness.numerics.beside import beside
 from stiffness.statics.prediction import COLUMNS, Command
 from toolpaths.columns import blocks
 from toolpaths.toolpath import CUT
@@ -100,8 +101,14 @@ def _worth(arm: EquippedArm, q: Floats, tau: Floats, *, before: Floats, after: F
 
 def _bends(c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bool) -> tuple[Floats, _Intervals]:
     """Poses (K, 2: segment, fraction) where changes begin and end, and the intervals to look into again."""
-    inside = _Inside(c, intervals)
-    found = [_bends_among(c, inside, length, b, deeper=deeper) for b in blocks(len(intervals), TOGETHER)]
+    inside, parts = _Inside(c, intervals), list(blocks(len(intervals), TOGETHER))
+
+    def among(some: Sequence[slice]) -> list[tuple[Floats, _Intervals]]:
+        return [_bends_among(c, inside, length, b, deeper=deeper) for b in some]
+
+    half = len(parts) // 2
+    with beside(lambda: among(parts[half:]), known=(c,), poses=len(intervals) * PARTS) as others:
+        found = [*among(parts[:half]), *others.result()]
     return np.concatenate([bends for bends, _ in found]), _Intervals.joined([finer for _, finer in found])
 
 
