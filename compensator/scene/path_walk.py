@@ -114,8 +114,9 @@ class PathWalk:
         return replace(approach, least=min(found))
 
     def _places(self, pair: Pair, at: float) -> tuple[Frame, Frame]:
-        begin = min(int(at), len(self.path) - 1)
-        end, share = min(begin + 1, len(self.path) - 1), at - begin
+        last = len(self.path.q) - 1
+        begin = min(int(at), last)
+        end, share = min(begin + 1, last), at - begin
         q = self.path.q[begin] + share * (self.path.q[end] - self.path.q[begin])
         pin.forwardKinematics(self._model, self._data, q)
         return self._place(pair.inner, begin, end, share), self._place(pair.outer, begin, end, share)
@@ -126,8 +127,10 @@ class PathWalk:
             return _between(stand.moving, begin, end, share).then(stand.there)
         if stand.link is None:
             return stand.there
-        pose = self._data.oMi[stand.link[0]]
-        return Frame(pose.rotation, pose.translation).then(stand.link[1]).then(stand.there)
+        link, behind = stand.link
+        pose = self._data.oMi[link]
+        rotation, origin = _then(pose.rotation, pose.translation, behind)
+        return Frame(*_then(rotation, origin, stand.there))
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +155,11 @@ def _stand(body: Body, robot: Robot, path: ArmPath) -> _Stand:
     return _Stand(body.placement, link=(link, Frame.of(robot.after[link - 1])))
 
 
+def _then(rotation: Floats, origin: Floats, inner: Frame) -> tuple[Floats, Floats]:
+    """``Frame.then`` of one frame, in a third of its time: a path is looked at ten thousand times."""
+    return rotation @ inner.rotation, inner.origin @ rotation.T + origin
+
+
 def _move(at: float) -> int:
     """The pose that the move ends at which a place is on."""
     return int(np.ceil(at - 1e-12))
@@ -166,7 +174,7 @@ def _further(way: Floats, at: float, distance: float) -> float:
     last = len(way) - 1
     begin = int(at)
     here = way[begin] + (at - begin) * (way[min(begin + 1, last)] - way[begin])
-    k = int(np.searchsorted(way, here + distance, side="right"))
+    k = int(way.searchsorted(here + distance, side="right"))
     if k > last:
         return float(last)
     gone = here + distance - way[k - 1]

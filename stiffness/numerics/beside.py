@@ -19,7 +19,7 @@ import signal
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import is_dataclass
 from typing import Any, Generic, TypeVar
 
@@ -41,6 +41,7 @@ class Beside(Generic[T]):
 
     def __init__(self, work: Callable[[], T], known: Sequence[object], *, fork: bool) -> None:
         self._work, self._known, self._child, self._memory = work, _reachable(known) if fork else {}, 0, -1
+        self._status: int | None = None
         if fork:
             self._memory = os.memfd_create("beside")
             self._child = _fork()
@@ -50,27 +51,35 @@ class Beside(Generic[T]):
     def __repr__(self) -> str:
         return f"Beside({'process ' + str(self._child) if self._child else 'here'})"
 
+    @property
+    def works(self) -> bool:
+        """Whether another process is at it."""
+        if self._child and self._status is None:
+            child, status = os.waitpid(self._child, os.WNOHANG)
+            self._status = status if child else None
+        return bool(self._child) and self._status is None
+
     def result(self) -> T:
         """What the work gives; raises what it raises."""
         if not self._child:
             return self._work()
-        child, self._child = self._child, 0
         try:
-            _, status = os.waitpid(child, 0)
-            if status:
+            if self.works:
+                _, self._status = os.waitpid(self._child, 0)
+            if self._status:
                 return self._work()
             found: T = _loads(self._memory, list(self._known.values()))
             return found
         finally:
-            os.close(self._memory)
+            self.drop()
 
     def drop(self) -> None:
         """End it where its result has not been asked for."""
         if self._child:
-            child, self._child = self._child, 0
-            with suppress(ProcessLookupError):
-                os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
+            if self.works:
+                os.kill(self._child, signal.SIGKILL)
+                os.waitpid(self._child, 0)
+            self._child = 0
             os.close(self._memory)
 
     def _serve(self) -> None:
@@ -105,12 +114,12 @@ def beside(work: Callable[[], T], *, known: Sequence[object], poses: int) -> Ite
         keep(theirs)
         return work()
 
-    with left_with(count - theirs):
-        other = Beside(there, known, fork=True)
-        try:
+    other = Beside(there, known, fork=True)
+    try:
+        with left_with(lambda: count - theirs if other.works else count):
             yield other
-        finally:
-            other.drop()
+    finally:
+        other.drop()
 
 
 def _may_fork() -> bool:

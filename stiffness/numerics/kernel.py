@@ -8,9 +8,10 @@ through ``Function.buffer`` without a copy into DM (measured in benchmarks/; no 
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import casadi as ca
@@ -18,11 +19,15 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.numerics.cores import cores
+from stiffness.numerics.kernel_in_c import KernelInC, kernel_in_c
 
 Floats = npt.NDArray[np.float64]
+Span = Callable[[tuple[Floats, ...], tuple[Floats, ...], int, int], None]
 
 POOL = "kernel"  # name of the threads
 BLOCK = 512
+IN_C_FROM = 30_000  # rows that a kernel has run over, from which on machine code is taken where it is kept
+COMPILED_FROM = 500_000  # and made where it is not: a compiler takes half a second, and saves it over a million
 _SMALL = (1, 32)  # poses of calls with few: every size costs a replay of the instructions, a tenth of a second
 _THREADS_FROM = 16 * BLOCK  # below this, a second thread costs more than it brings
 
@@ -142,12 +147,15 @@ class Kernel:
         self._threads = threads
         self._columns: dict[int, ca.Function] = {}
         self._free: dict[int, list[_Memory]] = {}
+        self._rows_run, self._next_look = 0, IN_C_FROM
+        self._in_c: KernelInC | None = None
 
     def __repr__(self) -> str:
         return f"Kernel({self.function.name()}, {self.function.n_instructions()} instructions)"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_free": {block: [] for block in self._columns}}  # memory stays with its process
+        free: dict[int, list[_Memory]] = {block: [] for block in self._columns}
+        return {**self.__dict__, "_free": free, "_in_c": None}  # memory and machine code stay with their process
 
     def run(self, *inputs: Floats) -> tuple[Floats, ...]:
         """Evaluate every row.
@@ -169,15 +177,39 @@ class Kernel:
         threads = (self._threads or cores()) if rows >= _THREADS_FROM else 1
         step = -(-rows // threads // block) * block if threads > 1 else max(rows, 1)
         spans = [(a, min(a + step, rows)) for a in range(0, rows, step)]
-        self._prepare(block)
-        if len(spans) <= 1:
-            self._span(block=block, inputs=inputs, outputs=outputs, a=0, b=rows)
-        else:
-            others = [_pool(os.getpid()).submit(self._span, block, inputs, outputs, *span) for span in spans[1:]]
-            self._span(block, inputs, outputs, *spans[0])
-            for other in others:
-                other.result()
+        work = self._work(block, inputs, outputs)
+        others = [_pool(os.getpid()).submit(work, inputs, outputs, *span) for span in spans[1:]]
+        for span in spans[:1]:
+            work(inputs, outputs, *span)
+        for other in others:
+            other.result()
         return outputs
+
+    def _work(self, block: int, inputs: tuple[Floats, ...], outputs: tuple[Floats, ...]) -> Span:
+        """What does a range of rows: C, for a kernel that runs over many rows, where it gives the same numbers."""
+        rows = len(outputs[0]) if outputs else 0
+        self._rows_run += rows
+        if self._in_c is None and self._rows_run >= self._next_look and rows >= self._block:
+            compiles = self._rows_run >= COMPILED_FROM
+            self._next_look = sys.maxsize if compiles else COMPILED_FROM
+            self._in_c = self._checked(kernel_in_c(self.function, compiles=compiles), inputs, outputs)
+        if self._in_c is not None and rows >= self._block:
+            return self._in_c.run
+        self._prepare(block)
+        return partial(self._span, block)
+
+    def _checked(
+        self, kernel: KernelInC | None, inputs: tuple[Floats, ...], outputs: tuple[Floats, ...]
+    ) -> KernelInC | None:
+        """The kernel, if a block of these rows becomes what it becomes without."""
+        if kernel is None:
+            return None
+        self._prepare(self._block)
+        found, expected = (tuple(np.empty((self._block, w)) for w in self._widths_out) for _ in range(2))
+        self._span(self._block, inputs, expected, a=0, b=self._block)
+        kernel.run(inputs, found, 0, self._block)
+        same = all(np.array_equal(a, b, equal_nan=True) for a, b in zip(found, expected, strict=True))
+        return kernel if same else None
 
     def _prepare(self, block: int) -> None:
         if block not in self._columns:

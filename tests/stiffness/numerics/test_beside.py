@@ -17,18 +17,28 @@ needs_fork = pytest.mark.skipif(
     not hasattr(os, "memfd_create") or cores() < 2, reason="one core, or a system without fork and shared memory"
 )
 
+Floats = npt.NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    angles: npt.NDArray[np.float64]
+    angles: Floats
 
 
 @needs_fork
 def test_another_process_works_with_the_arrays_of_this_one_and_gives_its_own_back() -> None:
-    path = _Path(np.arange(12.0).reshape(4, 3))
-    with beside(lambda: (os.getpid(), path.angles[::-1] * 2, path.angles, path), known=(path,), poses=FROM) as other:
+    path, (read, write) = _Path(np.arange(12.0).reshape(4, 3)), os.pipe()
+
+    def work() -> tuple[int, Floats, Floats, _Path]:
+        os.read(read, 1)
+        return os.getpid(), path.angles[::-1] * 2, path.angles, path
+
+    with beside(work, known=(path,), poses=FROM) as other:
         here = cores()
+        os.write(write, b"!")
         process, doubled, same, whole = other.result()
+    os.close(read)
+    os.close(write)
     assert process != os.getpid()
     assert here == cores() - cores() // 2
     np.testing.assert_array_equal(doubled, path.angles[::-1] * 2)
@@ -39,8 +49,19 @@ def test_another_process_works_with_the_arrays_of_this_one_and_gives_its_own_bac
 
 
 @needs_fork
+def test_cores_are_free_again_when_the_other_process_is_done() -> None:
+    count = cores()
+    with beside(os.getpid, known=(), poses=FROM) as other:
+        while other.works:
+            pass
+        assert cores() == count
+        assert other.result() not in (0, os.getpid())
+    assert not other.works
+
+
+@needs_fork
 def test_a_value_that_stands_in_all_rows_stays_one() -> None:
-    def work() -> tuple[npt.NDArray[np.float64], int]:
+    def work() -> tuple[Floats, int]:
         return np.broadcast_to(np.array([7.5]), (1000, 3)), os.getpid()
 
     with beside(work, known=(), poses=FROM) as other:
