@@ -33,16 +33,20 @@ class GivenWrench(Process):
         """(N, 6) in ``axes``; what stands at rapids does not count."""
 
     def load(self, motion: ToolMotion) -> ProcessLoad:
+        wrench = self.wrench_of(motion, np.arange(len(motion)))
+        return ProcessLoad(wrench, tuple(wrench_doubts(motion, wrench, f"{self.context.source}: process")))
+
+    def wrench_of(self, motion: ToolMotion, rows: Rows) -> Floats:
         given = self.given(motion)
         if self.axes == "tool":
             self._refuse_lateral(motion, given)
-        axes, wrench = self._axes(motion), np.empty((len(motion), 6))
-        for b in blocks(len(motion)):
-            rotation = axes(np.arange(b.start, b.stop))
+        axes, wrench = self._axes(motion), np.empty((len(rows), 6))
+        for b in blocks(len(rows)):
+            rotation = axes(rows[b])
             for part in (slice(0, 3), slice(3, 6)):
-                wrench[b, part] = np.einsum("...ij,...j->...i", rotation, given[b, part])
-        wrench[motion.toolpath.kind != CUT] = 0.0
-        return ProcessLoad(wrench, tuple(wrench_doubts(motion, wrench, f"{self.context.source}: process")))
+                wrench[b, part] = np.einsum("...ij,...j->...i", rotation, given[rows[b], part])
+        wrench[motion.toolpath.kind[rows] != CUT] = 0.0
+        return wrench
 
     def _axes(self, motion: ToolMotion) -> Callable[[Rows], Floats]:
         """Rows (K,) -> (3, 3) or (K, 3, 3): the axes in the base."""

@@ -142,9 +142,13 @@ class Process(ABC):
         """
         rows = np.arange(len(motion)) if rows is None else rows
         if self.axes != "path":
-            return self.load(motion).wrench[rows]
+            return self.wrench_of(motion, rows)
         wrench, found = _between_the_ends(motion.toolpath, known_path, known.wrench, rows)
-        return wrench if found.all() else np.where(found[:, None], wrench, self.load(motion).wrench[rows])
+        return wrench if found.all() else np.where(found[:, None], wrench, self.wrench_of(motion, rows))
+
+    def wrench_of(self, motion: ToolMotion, rows: Rows) -> Floats:
+        """(K, 6) of ``load``, at rows (K,) of the motion alone."""
+        return self.load(motion).wrench[rows]
 
     def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
         """The load after poses were put into the segments of ``known_path``, whose load is ``known``.

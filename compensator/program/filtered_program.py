@@ -53,6 +53,20 @@ class FilteredProgram(MadeProgram):
     def poses(self) -> Index:
         return np.flatnonzero(np.isin(self.result.path.toolpath.row, self.row))
 
+    def verified(self) -> MadeProgram:
+        return _Verified(self.files, self.findings, self.result, self.poses)
+
+
+@dataclass(frozen=True, repr=False)
+class _Verified(MadeProgram):
+    """Of a rewritten program, what is asked for once it is verified."""
+
+    stand: Index
+
+    @property
+    def poses(self) -> Index:
+        return self.stand
+
 
 def verify_filtered(done: FilteredProgram, names: Path) -> Verified:
     """Read the rewritten program and let the model deflect it, at every pose that was solved.

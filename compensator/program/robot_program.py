@@ -97,14 +97,14 @@ def _with_positions(placement: Placement, robot: Robot, toolpath: Toolpath, sett
     """Positions and orientations of moves that are given in joint angles, by forward kinematics."""
     if toolpath.quaternion is None or not setting.joints:
         return toolpath
-    position, quaternion = toolpath.position.copy(), toolpath.quaternion.copy()
-    index = {float(r): k for k, r in enumerate(toolpath.row.tolist())}
-    for row, q in setting.joints.items():
-        k = index[float(row)]
+    position, quaternion, axis = toolpath.position.copy(), toolpath.quaternion.copy(), toolpath.axis.copy()
+    there = np.searchsorted(toolpath.row, np.array(list(setting.joints), dtype=np.float64))
+    for k, q in zip(there.tolist(), setting.joints.values(), strict=True):
         if len(q) != robot.n:
             raise CellError(f"{toolpath.where(k)}: {len(q)} joint angles, {robot.name} has {robot.n}")
         position[k], quaternion[k] = _tcp(placement, robot, q, int(toolpath.tool[k]))
-    return replace(toolpath, position=position, quaternion=quaternion, axis=tool_axis(quaternion))
+    axis[there] = tool_axis(quaternion[there])
+    return replace(toolpath, position=position, quaternion=quaternion, axis=axis)
 
 
 def _tcp(placement: Placement, robot: Robot, q: Floats, number: int) -> tuple[Floats, Floats]:
@@ -139,8 +139,10 @@ def _under_tools_of_cuts(placement: Placement, path: Toolpath, setting: Setting,
     cut = cuts[np.minimum(np.searchsorted(cuts, np.arange(len(path))), len(cuts) - 1)]
     tool = path.tool[cut]
     moved = (tool != path.tool) & _needed(path, setting, with_rapids=with_rapids)
-    position, quaternion = path.position.copy(), path.quaternion.copy()
     posed = moved & np.isfinite(path.quaternion[:, 0])
+    if not posed.any():
+        return replace(path, tool=tool)
+    position, quaternion = path.position.copy(), path.quaternion.copy()
     for old, new in {*zip(path.tool[posed].tolist(), tool[posed].tolist(), strict=True)}:
         rows = np.flatnonzero(posed & (path.tool == old) & (tool == new))
         if old not in setting.tools:

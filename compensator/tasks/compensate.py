@@ -139,7 +139,8 @@ def compensate_file(
         with outputs.writing(program, written_in.writes) as staged, assessed_beside(result) as beside:
             made = maker.write(result, staged)
             say("verifying the written program")
-            checked = maker.verify(made, program)
+            checked, made = maker.verify(made, program), made.verified()
+            give_back()
             seal(made.files, float(checked.error[made.result.cutting].max()))
             found = beside.result() if made.result is result else judged(made.result)
         programs = outputs.add(made.files[0], program, made.files[1:])
