@@ -19,6 +19,7 @@ from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
 from stiffness.diagnosis.refined_model import given_way, refined_model
+from stiffness.diagnosis.regrouped import regrouped
 from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
@@ -121,6 +122,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     if final is not None:
         additions, last = final, whole.fit(final, last)
     last, common = with_common_numbers(nearest_to_drawing(last))
+    together = map(str, regrouped(last, [a.effect.name for a in news]))
     last = replace(last, searched_sd=searched_deviations(last, additions))
     moved = bool(other or changed)
     refined = bare.within_limits(fit, additions) if moved else None
@@ -135,7 +137,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         residual_sources=tuple(structure.sources),
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
-        notes=(*notes, *structure.notes, *more, *common, *given_way(model, sessions, additions)),
+        notes=(*notes, *structure.notes, *more, *common, *together, *given_way(model, sessions, additions)),
         next_traces=tuple(next_traces(sessions, found.alternatives, changed, structure.left)),
         model=refined_model(
             model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]

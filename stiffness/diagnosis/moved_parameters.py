@@ -80,20 +80,28 @@ def _explained(precision: Floats, slope: Floats, some: list[int]) -> float:
 
 def _differences(fit: Fit, model: ComplianceModel) -> tuple[list[tuple[str, str, int]], Floats, Floats]:
     """Numbers (P,) that the model and the data determine, what they differ by, and its covariance (P, P)."""
-    keys, columns, difference, own, sign = [], [], [], [], []
+    keys, columns, difference, own, size = [], [], [], [], []
     for k, (u, value, ok) in enumerate(zip(fit.unknowns.free, fit.parameters, fit.determined(), strict=True)):
         if u.effect not in model.values or not ok or _not_identified(model, u):
             continue
         before, sd = _of_model(model, u)
         keys.append((u.effect, u.parameter.name, u.index))
         columns.append(k)
-        difference.append(value - before)
-        own.append(sd)
-        sign.append(-1.0 if u.inverse else 1.0)
+        difference.append(_between(u, value, before))
+        size.append(value if u.inverse else 1.0)
+        own.append(-sd / before if u.inverse else sd)
     data = fit.solution.covariance[np.ix_(columns, columns)] * fit.solution.misfit**2
-    spread = np.array(own) * np.array(sign)
     together = _correlation(model, keys)
-    return keys, np.array(difference), data + together * np.outer(spread, spread)
+    return keys, np.array(difference), data / np.outer(size, size) + together * np.outer(own, own)
+
+
+def _between(u: Unknown, value: float, before: float) -> float:
+    """What two numbers, as the solver sees them, differ by.
+
+    Stiffnesses by their logarithm: three times too stiff on a data sheet is as likely as three times too soft, and half
+    as stiff as stated is no more standard deviations of 1/k away than of k.
+    """
+    return float(np.log(value / before)) if u.inverse else float(value - before)
 
 
 def _correlation(model: ComplianceModel, keys: Sequence[tuple[str, str, int]]) -> Floats:
@@ -132,7 +140,8 @@ def _distance(fit: Fit, model: ComplianceModel) -> dict[tuple[str, str, int], fl
         if u.effect not in model.values or not ok:
             continue
         before, own = _of_model(model, u)
-        out[u.effect, u.parameter.name, u.index] = float((value - before) / np.hypot(sd, own))
+        spread = np.hypot(sd / value, own / before) if u.inverse else np.hypot(sd, own)
+        out[u.effect, u.parameter.name, u.index] = _between(u, value, before) / float(spread)
     return out
 
 

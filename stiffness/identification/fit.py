@@ -101,7 +101,7 @@ class Fit:
     def gauge(self) -> Gauge:
         """Which directions of the parameters the data determine."""
         return Gauge.of(
-            unit=loose_sd(self.unknowns),
+            unit=loose_sd(self.unknowns, self.problem.fixed),
             scale=self.unknowns.scale,
             data=self.solution.information,
             sd=self.problem.sd,
@@ -134,7 +134,7 @@ class Fit:
 
     @cached_property
     def _known(self) -> npt.NDArray[np.bool_]:
-        told = (self.sd < DETERMINED * loose_sd(self.unknowns)) & ~self.gauge.chosen
+        told = (self.sd < DETERMINED * loose_sd(self.unknowns, self.problem.fixed)) & ~self.gauge.chosen
         some = self.sd < DETERMINED * np.abs(self.parameters)
         return np.where(self.unknowns.inverse, some & (self._loaded() | ~self.unknowns.springs), told)
 
@@ -156,7 +156,7 @@ class Fit:
 
     def learned(self) -> npt.NDArray[np.bool_]:
         """(P,) false for numbers of tables that no reading has, or that lie far out of the spread of their table."""
-        return learned_numbers(self.unknowns, self.parameters, self._seen, loose_sd(self.unknowns))
+        return learned_numbers(self.unknowns, self.parameters, self._seen, loose_sd(self.unknowns, self.problem.fixed))
 
     @property
     def _seen(self) -> npt.NDArray[np.bool_]:
@@ -216,7 +216,8 @@ class Fit:
         """What the data do not determine, in the user's words."""
         out: list[str] = []
         unseen: dict[tuple[str, str, int], list[int]] = {}
-        diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * loose_sd(self.unknowns, LOADED) ** 2
+        visible = loose_sd(self.unknowns, self.problem.fixed, LOADED)
+        diagonal = np.diag(self.solution.information)[: len(self.unknowns)] * visible**2
         for u, ok, told in zip(self.unknowns.free, self.determined(), diagonal, strict=True):
             if not ok:
                 if u.parameter.each > 1:

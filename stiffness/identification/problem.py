@@ -55,7 +55,7 @@ class Problem:
         prior: ComplianceModel | None = None,
     ) -> Problem:
         """Sessions of one robot; the standard deviations of ``prior`` are prior knowledge, all else is loose."""
-        sd = loose_sd(unknowns)
+        sd = loose_sd(unknowns, fixed)
         observations = tuple(
             SessionObservations.of(d, w, unknowns, fixed) for d, w in zip(data, weightings, strict=True)
         )
@@ -168,9 +168,12 @@ class Problem:
         return out
 
 
-def loose_sd(layout: Unknowns, inverse: float = LOOSE) -> Floats:
-    """(P,) how far a number may be from its start where nothing else is known: loose, but in the right world."""
+def loose_sd(layout: Unknowns, fixed: Mapping[str, Numbers], inverse: float = LOOSE) -> Floats:
+    """(P,) how far a number may be from its start where nothing else is known: loose, but in the right world. A number
+    that starts away from zero, where a linear fit found it, may be as wrong as it is large: a light arm yields a
+    hundred times as much as the typical one."""
     loose = np.where(layout.inverse, inverse, LOOSE_DIRECT) * layout.scale
+    loose = np.where(layout.inverse, loose, np.maximum(loose, np.abs(layout.start(fixed))))
     told = [u.parameter.prior_sd for u in layout.free]
     return np.array([own if own is not None else sd for own, sd in zip(told, loose.tolist(), strict=True)])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import time
 from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,9 +14,12 @@ from typing import Any, Literal
 import numpy as np
 
 from stiffness.diagnosis.diagnose import diagnose
+from stiffness.diagnosis.regrouped import regrouped
 from stiffness.diagnosis.result import Diagnosis
+from stiffness.effects import BASE
 from stiffness.effects.effect import Effect
 from stiffness.identification.evaluate import evaluate
+from stiffness.identification.unknowns import Unknown
 from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import Session, load_session
@@ -27,6 +31,8 @@ from tests.plant.cells import SCENARIOS, write
 
 WIDE = 0.6  # of a stiffness, what a data sheet leaves open
 KINDS = ("displacement", "absolute")
+INVERSE = ("k_nm_per_rad", "ratio")
+Key = tuple[str, str, int]  # effect, parameter, index
 Flow = Literal["a", "b", "c"]
 Rms = Mapping[str, float]  # kind of evidence -> m, RMS per axis on session B
 
@@ -43,7 +49,7 @@ class Named:
 @dataclass(frozen=True)
 class Row:
     """What came of a case. ``named``: effects of the model in the end; ``added``, ``at_hand``: by the diagnosis, in the
-    model that it was given; ``distance``: what the worst of ``compared`` numbers is called -> sd from the truth."""
+    model that it was given; ``distances``: what numbers are called -> standard deviations from the truth."""
 
     arm: str
     scenario: str
@@ -63,8 +69,7 @@ class Row:
     after: Rms
     floor: Rms
     told: Rms | None
-    distance: tuple[str, float] | None
-    compared: int
+    distances: Mapping[str, float]
     notes: tuple[str, ...]
     seconds: float
     flow: Flow = "a"
@@ -102,15 +107,15 @@ def run(task: Task) -> Row:
     if all(t.effect != "unknown" for t in truths):
         fit = reference(ill, model, truths, cell, said) if truths else said.base
         best = _rms(held, fit.model(healthy.robot_name, {}))[0]
-    worst, compared = _distance(said, truths, cell)
+    named = _named(said, model)
+    far = _distances(said, {n.effect for n in named}, truths, cell)
     return Row(
         task.arm, task.scenario, task.seed, task.size, of, tuple((t.effect, t.where) for t in truths),
         max((t.change for t in truths), default=0.0) / floor, max((t.left for t in truths), default=0.0) / floor,
-        said.verdict, _named(said, model), tuple(a.effect for a in said.added), tuple(e.name for e in model.effects),
+        said.verdict, named, tuple(a.effect for a in said.added), tuple(e.name for e in model.effects),
         tuple(f"{c.effect} {c.parameter} {' '.join(c.where)}" for c in said.changed),
         tuple((p.what, p.fraction, p.follows) for p in said.residual_sources),
-        before[0], after[0], after[1], best, worst, compared, said.notes, seconds,
-        task.flow, task.approach,
+        before[0], after[0], after[1], best, far, said.notes, seconds, task.flow, task.approach,
     )  # fmt: skip
 
 
@@ -170,31 +175,42 @@ def _rms(session: Any, model: ComplianceModel) -> tuple[dict[str, float], dict[s
     return {k: s.rms for k, s in scores.items() if s}, {k: s.noise_floor for k, s in scores.items() if s}
 
 
-def _distance(
-    said: Diagnosis, truths: tuple[Truth, ...], cell: Cell
-) -> tuple[tuple[str, float] | None, int]:
-    """The number farthest from the truth in its standard deviations, of those that are written alike on both sides."""
-    model, far = said.model, dict[str, float]()
-    named = {a.effect for a in said.added}
+def _distances(said: Diagnosis, named: AbstractSet[str], truths: tuple[Truth, ...], cell: Cell) -> dict[str, float]:
+    """What numbers are called -> standard deviations from the truth, of those that are written alike on both sides.
+
+    Of a number that the readings know together with another only, the sum is compared, where it stands in the model.
+    """
     if named != {t.effect for t in truths}:
-        return None, 0
-    for t in truths:
-        for (name, index), true in told(t, cell).exact.items():
-            far |= _far(model, t.effect, name, index, true)
-    if all(t.effect in SPRINGS_KEPT for t in truths):
-        for k, true in enumerate(cell.stiffness):
-            far |= _far(model, "joint-stiffness", "k_nm_per_rad", k, true)
-    if not far:
-        return None, 0
-    worst = max(far, key=lambda k: abs(far[k]))
-    return (worst, far[worst]), len(far)
-
-
-def _far(model: ComplianceModel, effect: str, name: str, index: int, true: float) -> dict[str, float]:
-    value, sd = (float(x[effect][name][index]) for x in (model.values, model.sd))
-    if not sd > 0 or np.isclose(value, true, rtol=1e-9, atol=0):
         return {}
-    key = f"{effect} {name}[{index + 1}]"
-    if name in ("k_nm_per_rad", "ratio"):  # intervals live where the solver works: in the inverse
-        return {key: (1 / value - 1 / true) / (sd / value**2)}
-    return {key: (value - true) / sd}
+    true = {(t.effect, *key): value for t in truths for key, value in told(t, cell).exact.items()}
+    if all(t.effect in SPRINGS_KEPT for t in truths):
+        true |= {(BASE.name, "k_nm_per_rad", k): value for k, value in enumerate(cell.stiffness)}
+    seen = {key: _seen(key, value) for key, value in true.items()}
+    for r in regrouped(said.fit, [t.effect for t in truths]):
+        number = _key(r.number)
+        if number not in seen:
+            continue
+        away = _seen(number, float(said.model.values[number[0]][number[1]][number[2]])) - seen.pop(number)
+        for holder, share in zip(map(_key, r.holders), r.shares, strict=True):
+            if holder in seen:
+                seen[holder] += share * away
+    return {k: v for key, value in seen.items() for k, v in _far(said.model, key, value).items()}
+
+
+def _key(u: Unknown) -> Key:
+    return u.effect, u.parameter.name, u.index
+
+
+def _seen(key: Key, value: float) -> float:
+    """A number as the solver sees it: intervals live there."""
+    return 1 / value if key[1] in INVERSE else value
+
+
+def _far(model: ComplianceModel, key: Key, true: float) -> dict[str, float]:
+    effect, name, index = key
+    value, sd = (float(x[effect][name][index]) for x in (model.values, model.sd))
+    found = _seen(key, value)
+    if not sd > 0 or np.isclose(found, true, rtol=1e-9, atol=0):
+        return {}
+    spread = sd / value**2 if name in INVERSE else sd
+    return {f"{effect} {name}[{index + 1}]": (found - true) / spread}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tests.effects_report.case import Row
-from tests.effects_report.judge import kind, misses, sure
+from tests.effects_report.judge import INTERVAL, SURE, kind, misses, within
 
 TARGET = 3.0
 CLASSES = {
@@ -30,7 +30,8 @@ B (30 other set-ups) took part in nothing. The model at hand comes by three flow
 - **displacement, absolute**: RMS per axis on B, model at hand → refined model; *floor*: what data sheets leave for a
   perfect model; *told*: a fit to D that is told which effects there are and where.
 - **named**: effects and places; `~`: readings that the diagnosis says cannot tell it from those effects.
-- **numbers**: the one farthest from the truth, in its standard deviations, and how many could be compared.
+- **numbers**: the one farthest from the truth, in its standard deviations, and how many could be compared; of two
+  that the readings know together only (a link's twist and the spring of the joint of that axis), the sum.
 - **target**: verdict right; every effect named (or the group it is in) in its place and no other; RMS after within
   5 % of told. One in no catalogue: unexplained, the joint that moves or the column it follows first. Nothing wrong:
   adequate, nothing added and nothing moved."""
@@ -61,13 +62,12 @@ def _summary(rows: Sequence[Row]) -> list[str]:
         if mine:
             met = sum(not misses(r) for r in mine)
             out.append(f"- {words}: {met} of {len(mine)} met")
-    counted = [r for r in rows if sure(r) is not None and not misses(r) and r.truth]
+    counted = [r for r in rows if r.distances and not misses(r)]
     if counted:
-        good = sum(sure(r) is True for r in counted)
-        numbers = sum(r.compared for r in counted)
+        (three, every), (two, _) = within(counted, SURE), within(counted, INTERVAL)
         out.append(
-            f"- recovered numbers: all within three standard deviations in {good} of {len(counted)} cases that have "
-            f"comparable numbers ({numbers} numbers)"
+            f"- recovered numbers, of {len(counted)} cases that are met: {three} of {every} within three standard "
+            f"deviations ({100 * three / every:.1f} %), {two} within their 95 % interval ({100 * two / every:.1f} %)"
         )
     return out
 
@@ -129,9 +129,10 @@ def _um(value: float) -> str:
 
 
 def _numbers(r: Row) -> str:
-    if r.distance is None:
+    if not r.distances:
         return "-"
-    return f"{r.distance[1]:+.1f} {r.distance[0]} of {r.compared}"
+    worst = max(r.distances, key=lambda k: abs(r.distances[k]))
+    return f"{r.distances[worst]:+.1f} {worst} of {len(r.distances)}"
 
 
 def _met(r: Row) -> str:

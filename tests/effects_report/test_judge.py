@@ -10,7 +10,7 @@ import pytest
 from stiffness.effects import BY_NAME
 from tests.effects_report.__main__ import QUICK
 from tests.effects_report.case import Named, Row
-from tests.effects_report.judge import misses, sure
+from tests.effects_report.judge import misses, within
 from tests.effects_report.table import markdown
 from tests.effects_report.told import SINGLY, sites, told
 from tests.plant.ailment import Truth
@@ -24,15 +24,15 @@ GOOD = Row(
     at_hand=("joint-stiffness",), moved=(), points_at=(("joint-1", 0.9, "approach"),),
     before={"displacement": 9e-5, "absolute": 7e-5}, after={"displacement": 3e-5, "absolute": 2.1e-5},
     floor={"displacement": 3e-5, "absolute": 2e-5}, told={"displacement": 2.9e-5, "absolute": 2.05e-5},
-    distance=("backlash gap_rad[1]", 1.4), compared=7, notes=(), seconds=1.0,
+    distances={"backlash gap_rad[1]": 1.4, "joint-stiffness k_nm_per_rad[1]": -0.3}, notes=(), seconds=1.0,
 )  # fmt: skip
 TWO = replace(
     GOOD, truth=(*GOOD.truth, ("payload", ("tool",))), named=(Named("payload", ("tool",), ()), *GOOD.named)
 )
 UNKNOWN = replace(
-    GOOD, truth=(("unknown", ("joint-5", "column:spindle")),), verdict="unexplained", named=(), told=None, distance=None
+    GOOD, truth=(("unknown", ("joint-5", "column:spindle")),), verdict="unexplained", named=(), told=None, distances={}
 )
-CLEAN = replace(GOOD, scenario="clean", truth=(), verdict="adequate", named=(), distance=None)
+CLEAN = replace(GOOD, scenario="clean", truth=(), verdict="adequate", named=(), distances={})
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_what_was_learned_is_judged_by_the_floor() -> None:
     """A table of a joint's angle may learn a ripple that is in no catalogue."""
     ripple = replace(
         GOOD, scenario="unknown ripple", truth=(("unknown", ("joint-3",)),), told=None,
-        named=(Named("joint-angle-error", ("joint-3",), ()),), distance=None,
+        named=(Named("joint-angle-error", ("joint-3",), ()),), distances={},
     )  # fmt: skip
     assert misses(ripple) == []
     assert misses(replace(ripple, named=(Named("joint-angle-error", ("joint-2",), ()),))) != []
@@ -86,9 +86,12 @@ def test_what_was_learned_is_judged_by_the_floor() -> None:
 
 
 def test_numbers_count_where_they_can_be_compared() -> None:
-    assert sure(GOOD) is True
-    assert sure(replace(GOOD, distance=("gap", -3.2))) is False
-    assert sure(UNKNOWN) is None
+    far = replace(GOOD, distances={"gap": -3.2, "joint-stiffness": 2.1})
+    assert within([GOOD, far, UNKNOWN], 3.0) == (3, 4)
+    assert within([GOOD, far, UNKNOWN], 1.96) == (2, 4)
+    text = markdown([GOOD, far, UNKNOWN])
+    assert "of 2 cases that are met: 3 of 4 within three standard deviations (75.0 %), 2 within" in text
+    assert "| -3.2 gap of 2 |" in text
 
 
 def test_a_size_without_target_is_in_a_table_and_not_in_the_count() -> None:

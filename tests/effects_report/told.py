@@ -82,7 +82,8 @@ def _backlash(truth: Truth, cell: Cell) -> Told:
     start: Numbers = {}
     for k in (int(w.removeprefix("joint-")) - 1 for w in truth.where):
         exact["gap_rad", k] = _value(truth, f"gap joint-{k + 1} ")
-        start["breakaway_nm", k] = min(_value(truth, f"breakaway joint-{k + 1} "), NEVER)
+        breakaway = _value(truth, f"breakaway joint-{k + 1} ")
+        (exact if breakaway < NEVER else start)["breakaway_nm", k] = min(breakaway, NEVER)
         start["side", k] = 1.0
     return Told(exact, (start,))
 

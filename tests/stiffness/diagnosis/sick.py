@@ -15,6 +15,7 @@ from stiffness.effects import BASE
 from stiffness.identification.fit import Fit
 from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
+from tests.plant.ailment import Truth
 from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS, write
 
@@ -23,20 +24,21 @@ ABB, UR, KUKA = CELLS
 
 @dataclass(frozen=True)
 class Sick:
-    """The ill ``session``, ``fits`` of joint stiffness on it, the ``base`` fit, and a ``search`` on them."""
+    """The ill ``session``, ``fits`` of joint stiffness on it, the ``base`` fit, a ``search`` on them, and the truth."""
 
     session: Session
     fits: ModelFits
     base: Fit
     search: Search
+    truth: tuple[Truth, ...]
 
 
 @cache
 def sick(scenario: str, arm: str = UR, seed: int = 3, size: float = 3.0) -> Sick:
     """Made once per run."""
     folder = Path(mkdtemp(prefix="sick"))
-    paths = write(SCENARIOS[scenario], folder, seed, arm, size=size, sessions=("A_healthy", "D")).paths
-    healthy, ill = (load_session(paths[k]) for k in ("A_healthy", "D"))
+    case = write(SCENARIOS[scenario], folder, seed, arm, size=size, sessions=("A_healthy", "D"))
+    healthy, ill = (load_session(case.paths[k]) for k in ("A_healthy", "D"))
     model = identify([healthy], [BASE.name]).model(healthy.robot_name, {})
     fits = ModelFits.of([ill], [BASE], model.values, [np.ones(len(ill), dtype=bool)])
-    return Sick(ill, fits, fits.fit([]), Search(fits, (), lambda text: None))
+    return Sick(ill, fits, fits.fit([]), Search(fits, (), lambda text: None), case.truth)

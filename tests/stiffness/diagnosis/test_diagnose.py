@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel
 from stiffness.session.session import load_session
 from tests.effects_report.case import Row, Task, run
-from tests.effects_report.judge import misses, sure
+from tests.effects_report.judge import SURE, misses, within
 from tests.plant.cell_design import CELLS
 from tests.plant.cells import SCENARIOS, write
 from tests.stiffness.session_desk import Rows
@@ -72,7 +73,8 @@ def test_an_effect_is_named_and_gone(arm: str, scenario: str, tmp_path: Path) ->
     for kind, floor in row.floor.items():
         assert 0.9 * floor < row.after[kind] < 1.05 * row.told[kind]
     assert row.before["absolute"] > 2 * row.after["absolute"]
-    assert sure(row) is not False, row.distance
+    near, every = within([row], SURE)
+    assert near == every, row.distances
 
 
 @pytest.mark.parametrize(("arm", "scenario", "place", "regressor"), UNKNOWN)
@@ -115,6 +117,23 @@ def test_a_joint_that_softened_is_a_change_and_no_effect(healthy: dict[str, Path
     assert abs(moved.after - 0.8 * CELLS[UR].stiffness[2]) < 4 * moved.sd
     line = said.scores["absolute"]
     assert line is not None and line.after.rms < 0.5 * line.before.rms
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.6, "adequate"), (0.2, "parameters-changed")])
+def test_a_data_sheet_is_as_likely_too_stiff_as_too_soft(
+    share: float, verdict: str, healthy: dict[str, Path], model: ComplianceModel
+) -> None:
+    """Two joints three times too stiff and too soft: two standard deviations of 60 %, told as such on both sides."""
+    k = model.values["joint-stiffness"]["k_nm_per_rad"] * [1.0, 3.3, 1.0, 0.3, 1.0, 1.0]
+    sheet = replace(
+        model,
+        values={"joint-stiffness": {"k_nm_per_rad": k}},
+        sd={"joint-stiffness": {"k_nm_per_rad": share * k}},
+        correlations=None,
+    )
+    said = diagnose([load_session(healthy["D"])], sheet)
+    assert said.verdict == verdict
+    assert {c.where for c in said.changed} == (set() if verdict == "adequate" else {("joint-2",), ("joint-4",)})
 
 
 def test_four_setups_cannot_tell(healthy: dict[str, Path], model: ComplianceModel, tmp_path: Path) -> None:

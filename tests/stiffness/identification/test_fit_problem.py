@@ -147,11 +147,15 @@ def test_what_the_model_does_not_explain_weighs_against_the_data(two: list[Sessi
 
 
 def test_loose_priors_are_of_the_right_size() -> None:
-    layout, _ = many_sided.free("backlash", "kinematic-offset")
-    sd = loose_sd(layout)
-    for k, u in enumerate(layout.free):
-        own = LOOSE * u.scale if u.inverse else 5 * u.scale
+    """Five typical sizes, or as much as a number starts with where that is more."""
+    layout, values = many_sided.free("backlash", "kinematic-offset")
+    values["backlash"]["gap_rad"][2] = 0.3
+    sd = loose_sd(layout, values)
+    for k, (u, start) in enumerate(zip(layout.free, layout.start(values), strict=True)):
+        own = LOOSE * u.scale if u.inverse else max(5 * u.scale, abs(start))
         assert sd[k] == pytest.approx(own if u.parameter.prior_sd is None else u.parameter.prior_sd)
+    gaps = [str(u) for u in layout.free].index("backlash.gap_rad[3]")
+    assert sd[gaps] == 0.3 > 10 * sd[gaps - 1]
 
 
 def test_bounds_are_those_of_the_effects(two: list[Session]) -> None:
