@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -14,15 +15,21 @@ from pathlib import Path
 
 from benchmarks.job import write_inputs
 from benchmarks.table import Row
-from benchmarks.timing import ratio
+from benchmarks.timing import cores, family_mb, hashing, ratio
 
 ROUNDS = 3
 LARGE = 1_000_000
+CORES_AT = 100_000  # poses
+HASHED_MB = 400
+
+
+LOOK = 1.0  # s between two looks at the memory of all processes of a job; each takes a hundredth of a second
 
 
 @dataclass(frozen=True)
 class Run:
-    """One process: ``seconds`` from the shell with the start of Python, ``poses`` made, ``peak_mb`` of memory."""
+    """One job: ``seconds`` from the shell with the start of Python, ``poses`` made, ``peak_mb`` of memory: the most of
+    its first process, or, of all that were seen together, with what they share counted once."""
 
     seconds: float
     poses: int
@@ -33,10 +40,19 @@ def run_job(job: str, folder: Path) -> Run:
     """One job of ``benchmarks.job``."""
     began = time.perf_counter()
     command = [sys.executable, "-m", "benchmarks.job", job, str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1])
+    together = 0.0
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[1]) as process:
+        while True:
+            try:
+                told, _ = process.communicate(timeout=LOOK)
+                break
+            except subprocess.TimeoutExpired:
+                together = max(together, family_mb(process.pid))
     seconds = time.perf_counter() - began
-    figures = json.loads(done.stdout)
-    return Run(seconds, figures["poses"], figures["peak_mb"])
+    if process.returncode:
+        raise SystemExit(f"benchmarks.job {job} failed")
+    figures = json.loads(told)
+    return Run(seconds, figures["poses"], max(figures["peak_mb"], together))
 
 
 def run(sizes: Sequence[int] = (10_000, 100_000), rounds: int = ROUNDS) -> Iterator[Row]:
@@ -54,10 +70,30 @@ def run(sizes: Sequence[int] = (10_000, 100_000), rounds: int = ROUNDS) -> Itera
             yield Row(group, "  against reading and writing the text", against, "x", goal)
             peak = max(r.peak_mb for r in whole)
             yield Row(group, "  peak memory", peak, "MB", "1000 at 1,000,000" if poses == LARGE else "")
+        yield from on_all_cores(group, min(sizes[-1], CORES_AT), rounds, memory=memory)
         first, last = sizes[0], sizes[-1]
         if last > first:
             goal = "110" if (first, last) == (10_000, LARGE) else ""
             yield Row(group, f"growth {first:,} to {last:,}", medians[last] / medians[first], "x", goal)
+
+
+def on_all_cores(group: str, poses: int, rounds: int, *, memory: bool) -> Iterator[Row]:
+    """What all cores bring, and what they bring to plain hashing at the same moment."""
+    seconds: dict[str, list[float]] = {"one": [], "all": [], "hash one": [], "hash all": []}
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    if count == 1:
+        return
+    with tempfile.TemporaryDirectory(prefix="bench-") as name:
+        write_inputs(Path(name), poses, memory=memory)
+        for _ in range(rounds):
+            for what, some in (("one", 1), ("all", count)):
+                with cores(some):
+                    seconds[what].append(run_job("compensate", Path(name)).seconds)
+                began = time.perf_counter()
+                hashing(some, HASHED_MB)
+                seconds[f"hash {what}"].append(time.perf_counter() - began)
+    yield Row(group, f"  one core against {count}, {poses:,} poses", ratio(seconds["one"], seconds["all"]), "x")
+    yield Row(group, f"  plain hashing, one core against {count}", ratio(seconds["hash one"], seconds["hash all"]), "x")
 
 
 def run_filter(sizes: Sequence[int] = (100_000,)) -> Iterator[Row]:

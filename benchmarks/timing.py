@@ -72,3 +72,22 @@ def peak_mb() -> float:
         line = next(x for x in status.read_text().splitlines() if x.startswith("VmHWM"))
         return float(line.split()[1]) / 1e3
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6  # bytes on a Mac
+
+
+def family_mb(process: int) -> float:
+    """Memory of a process and its children, what they share counted once; 0 where the system does not tell."""
+    total = 0.0
+    for one in (process, *_children(process)):
+        try:
+            lines = Path(f"/proc/{one}/smaps_rollup").read_text().splitlines()
+        except OSError:  # over by now, or not Linux
+            continue
+        total += sum(float(x.split()[1]) for x in lines if x.startswith(("Pss:", "SwapPss:")))
+    return total / 1e3
+
+
+def _children(process: int) -> list[int]:
+    try:
+        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    except OSError:
+        return []
