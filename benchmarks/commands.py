@@ -28,10 +28,16 @@ LOOK = 1.0  # s between two looks at the memory of all processes of a job; each 
 
 @dataclass(frozen=True)
 class Run:
-    """One job: ``seconds`` from the shell with the start of Python, ``poses`` made, ``peak_mb`` of memory: the most of
-    its first process, or, of all that were seen together, with what they share counted once."""
+    """One job.
+
+    Attributes:
+        seconds: from the shell, with the start of Python. processor: s of all its processes.
+        poses: made.
+        peak_mb: of memory: the most of its first process, or of all together, what they share counted once.
+    """
 
     seconds: float
+    processor: float
     poses: int
     peak_mb: float
 
@@ -40,7 +46,7 @@ def run_job(job: str, folder: Path) -> Run:
     """One job of ``benchmarks.job``."""
     began = time.perf_counter()
     command = [sys.executable, "-m", "benchmarks.job", job, str(folder)]
-    together = 0.0
+    together, before = 0.0, _processor()
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[1]) as process:
         while True:
             try:
@@ -52,7 +58,13 @@ def run_job(job: str, folder: Path) -> Run:
     if process.returncode:
         raise SystemExit(f"benchmarks.job {job} failed")
     figures = json.loads(told)
-    return Run(seconds, figures["poses"], max(figures["peak_mb"], together))
+    return Run(seconds, _processor() - before, figures["poses"], max(figures["peak_mb"], together))
+
+
+def _processor() -> float:
+    """s of all processes that have ended below this one."""
+    spent = os.times()
+    return spent.children_user + spent.children_system
 
 
 def run(sizes: Sequence[int] = (10_000, 100_000), rounds: int = ROUNDS) -> Iterator[Row]:
@@ -68,6 +80,8 @@ def run(sizes: Sequence[int] = (10_000, 100_000), rounds: int = ROUNDS) -> Itera
             against = ratio([r.seconds for r in whole], [r.seconds for r in text])
             goal = f"{5 if memory else 2} at 1,000,000" if poses == LARGE else ""
             yield Row(group, "  against reading and writing the text", against, "x", goal)
+            against = ratio([r.processor for r in whole], [r.processor for r in text])
+            yield Row(group, "  the same of processor time, all processes", against, "x")
             peak = max(r.peak_mb for r in whole)
             yield Row(group, "  peak memory", peak, "MB", "1000 at 1,000,000" if poses == LARGE else "")
         yield from on_all_cores(group, min(sizes[-1], CORES_AT), rounds, memory=memory)

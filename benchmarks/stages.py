@@ -1,4 +1,5 @@
-"""A finished KRL program of 180,000 moves written anew as RAPID: how its time falls to the stages of the command."""
+"""How the processor time of a command falls to its stages, on one core: a KRL program of 180,000 moves written anew as
+RAPID, and a csv of 200,000 poses."""
 
 from __future__ import annotations
 
@@ -13,25 +14,32 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from benchmarks.job import CELL, MEMORY, SPRINGS
+from benchmarks.job import CELL, MEMORY, SPRINGS, write_inputs
 from benchmarks.table import Row
+from benchmarks.timing import cores
 from compensator.tasks.compensate import compensate_file
 
 MOVES = 180_000
+POSES = 200_000
 PER_ROW = 1_000
-#: Stage -> the functions that it consists of, by module; what they call of one another counts once, for the outer one.
+#: Stage -> the functions that it consists of, by module; what one calls of another stage counts there.
 STAGES = {
-    "reading the program": ("compensator.tasks.compensate:read_toolpath",),
+    "reading": ("compensator.tasks.compensate:read_program",),
     "robot, frames, joint moves": (
         "compensator.tasks.compensate:job_for", "compensator.tasks.compensate:with_joint_poses",
     ),
     "turns and configurations": ("compensator.tasks.compensate:planned",),
-    "the solve": ("compensator.tasks.compensate:compensate",),
+    "forces of the process": ("compensator.solve.compensate:load_along",),
+    "prediction without a correction": ("compensator.solve.compensate:_positions",),
+    "the solve": ("compensator.solve.compensate:_solved",),
+    "flank changes": ("compensator.solve.compensate:with_flank_poses",),
     "writing": ("compensator.program.export:program_of", "compensator.program.export:write_program"),
-    "reading back, model once more": ("compensator.program.export:verify",),
-    "numbers of the summary": (
-        "compensator.tasks.compensate:assessed", "compensator.tasks.compensate:path_report",
-    ),
+    "reading back": ("compensator.solve.verify:_printed",),
+    "the written program in the model": ("compensator.solve.verify:_error",),
+    "shares of the deflection": ("compensator.solve.assessment:share_sizes",),
+    "collisions": ("compensator.solve.assessment:collisions_along",),
+    "judging, the rest": ("compensator.tasks.compensate:judged", "compensator.solve.assessment:judged"),
+    "numbers of the summary": ("compensator.tasks.compensate:path_report",),
 }  # fmt: skip
 
 
@@ -57,35 +65,55 @@ def write_program(folder: Path, moves: int, *, memory: bool) -> Path:
     return file
 
 
-def run(moves: int = MOVES) -> Iterator[Row]:
-    """Seconds of the process, and shares; without and with joint memory."""
+def run(moves: int = MOVES, poses: int = POSES) -> Iterator[Row]:
+    """Seconds of the process, and shares of the KRL program; of the csv microseconds a pose; with joint memory, too."""
     for memory in (False, True):
         group = f"KRL of {moves:,} moves to RAPID" + (" (backlash and preload)" if memory else "")
         with tempfile.TemporaryDirectory(prefix="bench-") as name:
-            source = write_program(Path(name), moves, memory=memory)
-            spent, whole = timed(lambda s=source: compensate_file(s, s.with_name("cell.toml"), s.with_name("out.mod")))  # type: ignore[misc]
+            spent, whole = _compensated(write_program(Path(name), moves, memory=memory))
         yield Row(group, "all of it, CPU", whole, "s", "")
         for stage in STAGES:
             yield Row(group, f"  {stage}", 100.0 * spent[stage] / whole, "%", "")
         yield Row(group, "  the rest", 100.0 * (whole - sum(spent.values())) / whole, "%", "")
+    for memory in (False, True):
+        group = f"csv of {poses:,} poses to RAPID, one core" + (" (backlash and preload)" if memory else "")
+        with tempfile.TemporaryDirectory(prefix="bench-") as name:
+            write_inputs(Path(name), poses, memory=memory)
+            spent, whole = _compensated(Path(name) / "path.csv")
+        yield Row(group, "all of it, CPU", whole, "s", "")
+        for stage in STAGES:
+            yield Row(group, f"  {stage}", 1e6 * spent[stage] / poses, "us per pose", "")
+        yield Row(group, "  the rest", 1e6 * (whole - sum(spent.values())) / poses, "us per pose", "")
+
+
+def _compensated(source: Path) -> tuple[dict[str, float], float]:
+    with cores(1):
+        return timed(lambda: compensate_file(source, source.with_name("cell.toml"), source.with_name("out.mod")))
 
 
 def timed(task: Callable[[], object]) -> tuple[dict[str, float], float]:
     """CPU seconds of a task by stage, and of all of it."""
     spent: dict[str, float] = defaultdict(float)
     inside: list[str] = []
+    begun = time.process_time()
+
+    def passed() -> None:
+        """The time since the last change goes to the innermost stage."""
+        nonlocal begun
+        now = time.process_time()
+        if inside:
+            spent[inside[-1]] += now - begun
+        begun = now
 
     def counted(stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(function)
         def call(*args: Any, **kwargs: Any) -> Any:
-            if inside:
-                return function(*args, **kwargs)
+            passed()
             inside.append(stage)
-            begun = time.process_time()
             try:
                 return function(*args, **kwargs)
             finally:
-                spent[stage] += time.process_time() - begun
+                passed()
                 inside.pop()
 
         return call
@@ -95,6 +123,6 @@ def timed(task: Callable[[], object]) -> tuple[dict[str, float], float]:
             for place in functions:
                 module, name = import_module(place.partition(":")[0]), place.partition(":")[2]
                 patches.enter_context(patch.object(module, name, counted(stage, getattr(module, name))))
-        begun = time.process_time()
+        first = begun = time.process_time()
         task()
-        return spent, time.process_time() - begun
+        return spent, time.process_time() - first
