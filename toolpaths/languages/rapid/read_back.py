@@ -15,7 +15,7 @@ from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
 from toolpaths.writing.program import Floats, ReadBack, printed_poses
 
-_MOVE = re.compile(r"^ *MoveL \[\[([-+.\d,\[\]]*)\],\[([^\]]*)\]\],([^,]*),", re.M)
+_MOVE = re.compile(r"^ *MoveL \[\[([-+.,0-9]*\],\[[-+.,0-9]*\],\[[-+.,0-9]*)\],\[([^\]]*)\]\],([^,]*),", re.M)
 _START = re.compile(r"^ *MoveAbsJ \[\[(.*?)\],", re.M)
 _SPEED = re.compile(r"speeddata (\w+):=\[([0-9.]+),")
 _CALL = re.compile(r"^ *\w+_run_(\d{3,});", re.M)
