@@ -2,7 +2,8 @@
 
 A run of clamps is one clamp (effects/effect.py): rows are folded into runs that stand side by side, the clamp
 of every run is composed, the states between the runs follow from a scan over those, and then every run is
-walked from its own. Long paths are taken in pieces, so that the work stays in the cache.
+walked from its own. Long paths are taken in pieces, so that the work stays in the cache. Who scans much has the runs
+composed and walked in C, where there is a compiler: number for number the same.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.memory import Clamp
+from stiffness.memory.clamps_in_c import ClampsInC, clamps_in_c
 
 Floats = npt.NDArray[np.float64]
 
@@ -18,6 +20,21 @@ _PIECE = 16384  # rows at a time
 _WIDTH = 4096  # numbers side by side: numpy's overhead no longer counts, and they fit the first cache
 _SHORT = 48  # rows; fewer are walked one by one
 _FAR = 1e100  # beyond every state, and a million of it are still a number
+_MUCH = 5_000_000  # numbers of rows, a tenth of a second in numpy: what a compiler takes
+
+
+class _Work:
+    """How much this process has scanned."""
+
+    numbers = 0
+
+    def more(self, numbers: int) -> bool:
+        """Whether it is much, with so many more."""
+        self.numbers += numbers
+        return self.numbers > _MUCH
+
+
+_DONE = _Work()
 
 
 def scan(clamp: Clamp, starts: Floats) -> Floats:
@@ -47,6 +64,10 @@ def _states(shift: Floats, low: Floats, high: Floats, starts: Floats) -> Floats:
         return _walked(shift, low, high, starts)
     length = max(16, -(-rows * n // _WIDTH))
     runs = -(-rows // length)
+    if library := clamps_in_c() if _DONE.more(rows * n) else None:
+        clamps = ClampsInC(library, shift, low, high, length=length)
+        after = _states(*clamps.composed(_FAR), starts)
+        return clamps.walked(np.concatenate([starts[None], after[:-1]]))
     shift, low, high = (_folded(a, runs, length, f) for a, f in ((shift, 0.0), (low, -_FAR), (high, _FAR)))
     bounds = np.repeat([[-_FAR], [_FAR]], runs * n, axis=1)
     for s, a, b in zip(shift, low, high, strict=True):

@@ -12,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 from stiffness.effects.memory import Clamp
 from stiffness.memory import clamp_scan
 from stiffness.memory.clamp_scan import scan
+from stiffness.memory.clamps_in_c import clamps_in_c
 
 Floats = npt.NDArray[np.float64]
 
@@ -144,3 +145,25 @@ def test_whatever_numbers(data: st.DataObject) -> None:
     clamp = Clamp(shift, np.minimum(a, b), np.maximum(a, b))
     starts = data.draw(arrays(np.float64, (2, n), elements=NUMBER))
     np.testing.assert_allclose(scan(clamp, starts), row_loop(clamp, starts), rtol=0, atol=1e-13)
+
+
+@pytest.mark.skipif(not clamps_in_c(), reason="no C compiler")
+@pytest.mark.parametrize("n", [1, 6, 12])
+@pytest.mark.parametrize("rows", [clamp_scan._SHORT + 1, 511, 5000, clamp_scan._PIECE + 77])
+def test_in_c_the_numbers_are_the_same(monkeypatch: pytest.MonkeyPatch, rows: int, n: int) -> None:
+    clamp, starts = random_clamp(rows, n, 7 * n + rows), starts_of(n, rows)
+    monkeypatch.setattr(clamp_scan, "_DONE", clamp_scan._Work())
+    in_numpy = scan(clamp, starts)
+    assert 0 < clamp_scan._DONE.numbers < clamp_scan._MUCH
+    monkeypatch.setattr(clamp_scan, "_MUCH", 0)
+    monkeypatch.setattr(clamp_scan, "_folded", None)  # not needed any more
+    np.testing.assert_array_equal(scan(clamp, starts), in_numpy)
+    assert np.ptp(in_numpy) > 1.0
+
+
+def test_without_a_compiler_the_numbers_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    clamp, starts = random_clamp(5000, 6, 3), starts_of(6, 4)
+    monkeypatch.setattr(clamp_scan, "_MUCH", 0)
+    with_it = scan(clamp, starts)
+    monkeypatch.setattr(clamp_scan, "clamps_in_c", lambda: None)
+    np.testing.assert_array_equal(scan(clamp, starts), with_it)
