@@ -155,7 +155,8 @@ class Kernel:
 
     def __getstate__(self) -> dict[str, Any]:
         free: dict[int, list[_Memory]] = {block: [] for block in self._columns}
-        return {**self.__dict__, "_free": free, "_in_c": None}  # memory and machine code stay with their process
+        own = {"_free": free, "_in_c": None, "_next_look": IN_C_FROM}  # memory and machine code stay with their process
+        return {**self.__dict__, **own}
 
     def run(self, *inputs: Floats) -> tuple[Floats, ...]:
         """Evaluate every row.

@@ -57,6 +57,7 @@ def test_c_gives_the_same_bits() -> None:
         assert same_bits(made.run(strided, shared, none)[0], expected[0])
     again = pickle.loads(pickle.dumps(made))
     assert again._in_c is None and same_bits(again.run(*given)[1], expected[1])
+    assert repr(again._in_c) == "KernelInC(every)"
 
 
 @needs_compiler
