@@ -159,8 +159,9 @@ def _found(
         drawing = {e.name: fit.fixed[e.name] for e in fit.unknowns.effects if e.unloaded}
         fits = replace(fits, values={**values, **drawing}, widened=fit.solution.misfit)
     search = Search(fits, (), say)
-    start = search.linearisation.at(fits.fit([]), [])
-    beginnings = search.beginnings(start)
+    linear = search.linearisation.at(fits.fit([]), [])
+    beginnings, start = search.beginnings(linear), linear.expansion
+    del linear
     if not any(t.effect.fitted_where == "approach" for chosen in beginnings for t in chosen.terms):
         return [], {}
     best, additions = search.run(start, beginnings)

@@ -11,7 +11,7 @@ from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged, simplified
 from stiffness.diagnosis.candidates import Column, Term
-from stiffness.diagnosis.linearisation import Linearised, weak
+from stiffness.diagnosis.linearisation import Expansion, weak
 from stiffness.diagnosis.searched_numbers import with_better_numbers
 from stiffness.diagnosis.selection import CHANCE, Selection
 from stiffness.effects.effect import Numbers, Site
@@ -27,21 +27,25 @@ SEARCHES = 2  # of the numbers that no derivative leads to, a fit after each
 
 
 def adopted(
-    fits: ModelFits, linear: Linearised, chosen: Selection, additions: Sequence[Addition]
+    fits: ModelFits, start: Expansion, chosen: Selection, additions: Sequence[Addition]
 ) -> tuple[list[Addition], Fit]:
     """Chosen terms as additions, fitted; where much is left, the fit is started from every shape on trial."""
     weights = {u.key: chosen.weights(u) for u in chosen.terms}
-    begun = _merged(fits, linear=linear, terms=chosen.terms, weights=weights, additions=additions)
-    fit = fits.fit(begun, linear.fit)
+    begun = _merged(fits, columns=start.columns, terms=chosen.terms, weights=weights, additions=additions)
+    fit = fits.fit(begun, start.fit)
     if fit.solution.misfit > SETTLED:  # the numbers of a model without the effect may be far off with it
         other = fits.fit(begun)
         fit = min(fit, other, key=lambda f: f.solution.chi2)
     for term in chosen.terms if fit.solution.misfit > SETTLED else ():
-        for alone in _one_trial_each(term, linear.columns, weights[term.key]):
+        for alone in _one_trial_each(term, start.columns, weights[term.key]):
             trial = _merged(
-                fits, linear=linear, terms=chosen.terms, weights={**weights, term.key: alone}, additions=additions
+                fits,
+                columns=start.columns,
+                terms=chosen.terms,
+                weights={**weights, term.key: alone},
+                additions=additions,
             )
-            other = fits.fit(trial, linear.fit)
+            other = fits.fit(trial, start.fit)
             if other.solution.chi2 < fit.solution.chi2:
                 fit, begun = other, trial
     for _ in range(SEARCHES if fit.solution.misfit > 1 else 0):
@@ -77,14 +81,14 @@ def _at_site(a: Addition, site: Site, other: Numbers) -> dict[str, Floats]:
 
 def _merged(
     fits: ModelFits,
-    linear: Linearised,
+    columns: Sequence[Column],
     terms: Sequence[Term],
     weights: Mapping[tuple[str, tuple[str, ...]], Floats],
     additions: Sequence[Addition],
 ) -> list[Addition]:
     more = list(additions)
     for term in terms:
-        more = merged(old=more, term=term, columns=linear.columns, weight=weights[term.key], joints=fits.joints)
+        more = merged(old=more, term=term, columns=columns, weight=weights[term.key], joints=fits.joints)
     return more
 
 

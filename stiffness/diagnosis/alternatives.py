@@ -9,11 +9,11 @@ import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition
 from stiffness.diagnosis.adoption import adopted
-from stiffness.diagnosis.linearisation import Linearised
+from stiffness.diagnosis.linearisation import Expansion, Linearised
 from stiffness.diagnosis.result import Candidate
 from stiffness.diagnosis.search import ODDS, Search, bic, within
-from stiffness.diagnosis.selection import steady
-from stiffness.effects.effect import Effect
+from stiffness.diagnosis.selection import Selection, steady
+from stiffness.effects.effect import Effect, Site
 from stiffness.identification.fit import Fit
 from stiffness.session.session import traces_alone
 
@@ -106,15 +106,22 @@ def _at_one_site(search: Search, fit: Fit, additions: list[Addition], a: Additio
         if (less := a.without(site, search.fits.joints)) is None:
             continue
         bare = search.fits.fit([*rest, less], fit)
-        linear = search.linearisation.at(bare, [*rest, less])
-        found = [within(linear.selector, e, site) for e in others]
+        start, found = _each_at(search, bare, [*rest, less], effects=others, site=site)
         gain = bic(bare, fit.solution.misfit) - least
         found = [s for s in found if s.terms and s.bic_gain > gain - ODDS - LINEAR * s.fit.gain]
         for chosen in sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST]:
-            _, trial = adopted(search.fits, linear, chosen, [*rest, less])
+            _, trial = adopted(search.fits, start, chosen, [*rest, less])
             if bic(trial, fit.solution.misfit) < least + ODDS:
                 out.setdefault(chosen.terms[0].effect.name, trial)
     return out
+
+
+def _each_at(
+    search: Search, bare: Fit, rest: list[Addition], *, effects: Sequence[Effect], site: Site
+) -> tuple[Expansion, list[Selection]]:
+    """Every effect at a site, beside the ``rest``, and where the model was linearised."""
+    linear = search.linearisation.at(bare, rest)
+    return linear.expansion, [within(linear.selector, e, site) for e in effects]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -132,6 +139,20 @@ def _trials(
 ) -> tuple[list[_Trial], tuple[float, float]]:
     """Effects that the linearised model does not put clearly behind an addition, each fitted in its place; and what the
     addition and the best of the others explain in cross-validation."""
+    start, rivals, shares = _rivals(search, bare, rest, a)
+    out = []
+    for chosen in rivals:
+        more, trial = adopted(search.fits, start, chosen, rest)
+        name = chosen.terms[0].effect.name
+        out.append(_Trial(name, trial, more, bic(trial, fit.solution.misfit)))
+    return out, shares
+
+
+def _rivals(
+    search: Search, bare: Fit, rest: list[Addition], a: Addition
+) -> tuple[Expansion, list[Selection], tuple[float, float]]:
+    """Where the model was linearised without an addition, the effects that are not clearly behind it there, and what
+    it and the best of the others explain in cross-validation."""
     linear = search.linearisation.at(bare, rest)
     selector = linear.selector
     own = within(selector, a.effect)
@@ -140,9 +161,5 @@ def _trials(
     above = max(none - selector.equations.count, 1e-9)
     gains = [(none - float(selector.cross_validated(s.terms).sum())) / above for s in (own, *found)]
     found = [s for s in found if s.terms and s.bic_gain > own.bic_gain - ODDS - LINEAR * own.fit.gain]
-    out = []
-    for chosen in sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST]:
-        more, trial = adopted(search.fits, linear, chosen, rest)
-        name = chosen.terms[0].effect.name
-        out.append(_Trial(name, trial, more, bic(trial, fit.solution.misfit)))
-    return out, (gains[0], max(gains[1:], default=0.0))
+    rivals = sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST]
+    return linear.expansion, rivals, (gains[0], max(gains[1:], default=0.0))

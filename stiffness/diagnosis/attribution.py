@@ -14,12 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.diagnosis.linear_fit import NormalEquations, ReducedEquations
-from stiffness.diagnosis.linearisation import normal_equations
+from stiffness.diagnosis.linearisation import Further, normal_equations
 from stiffness.diagnosis.regressors import PROCESS, SPEED, Regressors, regressors
 from stiffness.diagnosis.selection import steady
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name
 from stiffness.identification.fit import Fit
+from stiffness.identification.reading_slopes import Slopes
 from stiffness.session.path_trace import PathTrace
 
 Floats = npt.NDArray[np.float64]
@@ -81,10 +82,10 @@ def by_speed(fit: Fit, sensitivities: Sequence[Sensitivities]) -> tuple[Index, N
     if not len(feature):
         return None
     joints = np.array(first.joint, dtype=np.intp)[feature]
-    more = (
-        [_Products(o.geometry(s), joints, layout.values, feature)]
+    more = [
+        _always(_Products(o.geometry(s), joints, layout.values, feature))
         for s, o, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
-    )
+    ]
     return joints, normal_equations(fit, more, len(joints), _weak(fit))[0]
 
 
@@ -94,11 +95,11 @@ def by_fixture(fit: Fit, sensitivities: Sequence[Sensitivities]) -> NormalEquati
     if not _on_a_part(fit):
         return None
     n = fit.unknowns.joints
-    more = (
-        [_Products(_about(p.point.mean(axis=0), o.geometry(s)[:, :, n : n + 6]), *_of_wrench(p))]
+    more = [
+        _always(_Products(_about(p.point.mean(axis=0), o.geometry(s)[:, :, n : n + 6]), *_of_wrench(p)))
         for s, o in zip(fit.sessions, sensitivities, strict=True)
         if (p := s.session.path) is not None
-    )
+    ]
     return normal_equations(fit, more, 36, _weak(fit))[0]
 
 
@@ -208,6 +209,11 @@ class _Products:
         return products.reshape(3 * len(rows), -1), np.arange(self.count)
 
 
+def _always(slopes: Slopes) -> Further:
+    """These, whichever readings are asked for."""
+    return lambda rows: [slopes]
+
+
 def _equations(
     fit: Fit, sensitivities: Sequence[Sensitivities], layouts: Sequence[Regressors]
 ) -> tuple[list[Index], NormalEquations]:
@@ -232,10 +238,10 @@ def _equations(
                 wanted.append((n + 6 * k + c, f))
         index.append(at)
     coordinate, feature = np.array(wanted).T
-    more = (
-        [_Products(own.geometry(s), coordinate, layout.values, feature)]
+    more = [
+        _always(_Products(own.geometry(s), coordinate, layout.values, feature))
         for s, own, layout in zip(fit.sessions, sensitivities, layouts, strict=True)
-    )
+    ]
     return index, normal_equations(fit, more, len(wanted), _weak(fit))[0]
 
 

@@ -163,12 +163,12 @@ def _without_outliers(
 def _searched(search: Search, base: Fit) -> _Found:
     """Effects that explain the residual, those that would as well, and what is left."""
     search.say("10 %: comparing effects")
-    start = search.fits.fit([], base) if search.known else base
-    linear = search.linearisation.at(start, [])
+    linear = search.linearisation.at(search.fits.fit([], base) if search.known else base, [])
     base = linear.fit
     ranking, base_rms = candidates(search.effects, linear)
-    fit, additions = search.run(linear)
-    del linear  # its products take a hundred MB and more where tables are candidates
+    beginnings, start = search.beginnings(linear), linear.expansion
+    del linear
+    fit, additions = search.run(start, beginnings)
     search.say("70 %: trying other effects in the place of what was found")
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +17,14 @@ from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects import CATALOGUE
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
-from stiffness.identification.reading_slopes import ReadingSlopes, Slopes
+from stiffness.identification.reading_slopes import Slopes, SlopesOfRows
 from stiffness.identification.session_fit import SessionFit
 from stiffness.numerics.whitened import Whitened
 from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+Further = Callable[[Index], Sequence[Slopes]]
 
 # studied in tests/trace_bench.py
 FOLDS = 10
@@ -32,12 +34,24 @@ WARMED = 0.1  # K; a smaller range of temperature tells nothing
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Linearised:
-    """The model linearised at a fit: the columns of all terms that may be added, and their selector."""
+class Expansion:
+    """Where a model has been linearised: the fit, and the columns of the terms that may be added."""
 
     fit: Fit
     columns: tuple[Column, ...]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Linearised(Expansion):
+    """The model linearised at a fit, and the selector of terms, with the products of all columns: a hundred MB and more
+    where tables are candidates, to be let go when terms have been chosen."""
+
     selector: Selector
+
+    @property
+    def expansion(self) -> Expansion:
+        """The same without products."""
+        return Expansion(self.fit, self.columns)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -57,14 +71,15 @@ class Linearisation:
         torque = np.zeros(self.fits.joints)
         for s in fit.sessions:
             torque = np.maximum(torque, np.abs(s.predicted.torque).max(axis=0))
-        columns, terms = columns_of(self.effects, self.fits.joints, torque)
-        more = (
-            self._slopes(sensitivities=sensitivities, s=s, fit=fit, columns=columns, additions=additions)
+        columns, every = columns_of(self.effects, self.fits.joints, torque)
+        remaining = [u for u in (_remaining(u, columns, additions) for u in every) if u is not None]
+        columns, terms = _in_use(columns, remaining)
+        more = [
+            partial(self._slopes, sensitivities=sensitivities, s=s, fit=fit, columns=columns, additions=additions)
             for sensitivities, s in zip(self.sensitivities, fit.sessions, strict=True)
-        )
+        ]
         width = len(fit.solution.vector)
         equations, fit = normal_equations(fit, more, len(columns), np.full(width, 1e-12) + weak(fit))
-        terms = [u for u in (_remaining(u, columns, additions) for u in terms) if u is not None]
         crossed = sum(len(np.unique(s.samples.setup)) for s in fit.sessions) >= CROSSED
         selector = Selector(equations, terms, fit.solution.freedom, crossed=crossed)
         return Linearised(fit, tuple(columns), selector)
@@ -79,16 +94,18 @@ class Linearisation:
 
     def _slopes(
         self,
+        rows: Index,
+        *,
         sensitivities: Sensitivities,
         s: SessionFit,
         fit: Fit,
         columns: Sequence[Column],
         additions: Sequence[Addition],
-    ) -> list[ReadingSlopes]:
-        """Derivatives of the readings by all columns, run by run."""
+    ) -> list[SlopesOfRows]:
+        """Derivatives of some readings by all columns, run by run."""
         place = {u: i for i, u in enumerate(sensitivities.numbers)}
         out, fitted = [], fit.values()
-        for run in range(max((c.run for c in columns), default=-1) + 1):
+        for run in sorted({c.run for c in columns}):
             mine = [i for i, c in enumerate(columns) if c.run == run]
             trial = {c.number.effect: c.trial.values for c in columns if c.run == run}
             values = {x.name: x.neutral(self.fits.joints) for x in sensitivities.layout.effects}
@@ -96,20 +113,22 @@ class Linearisation:
             values.update({x.name: fitted[x.name] for x in self.fits.base})
             for a in additions:
                 values[a.effect.name] = _kept(a, values[a.effect.name], fitted[a.effect.name], self.fits.joints)
-            slopes = sensitivities.of(s, values)
-            out.append(slopes.taken([place[columns[i].number] for i in mine], mine, len(columns)))
+            wanted = np.unique([place[columns[i].number] for i in mine])
+            slopes = sensitivities.of(s, values, rows, wanted)
+            at = np.searchsorted(wanted, [place[columns[i].number] for i in mine]).tolist()
+            out.append(SlopesOfRows.of(slopes.taken(at, mine, len(columns)), rows, len(s.samples)))
         return out
 
 
 def normal_equations(
-    fit: Fit, more: Iterable[Sequence[Slopes]], count: int, precision: Floats
+    fit: Fit, more: Sequence[Further], count: int, precision: Floats
 ) -> tuple[NormalEquations, Fit]:
     """Products of further columns with the residuals of a fit, fold by fold; the fit's own numbers are nuisance. And
     the fit, evaluated once more.
 
     Args:
-        more: per session derivatives of the readings, by ``count`` columns. precision: (V,) prior weight of the fit's
-            numbers.
+        more: per session the derivatives, by ``count`` columns, of the readings that are asked for: few at a time.
+        precision: (V,) prior weight of the fit's numbers.
     """
     states = []
 
@@ -119,8 +138,11 @@ def normal_equations(
             states.append(seen.state)
             fold = folds(s.session)
             for some in _pieces(s.samples.setup):
-                part = replace(seen, state=replace(seen.state, used=seen.state.used & some))
-                mine = s.observations.weighting.blocks(part, s.columns, len(s.vector), own)
+                used = seen.state.used & some
+                if not used.any():
+                    continue
+                part = replace(seen, state=replace(seen.state, used=used))
+                mine = s.observations.weighting.blocks(part, s.columns, len(s.vector), own(np.flatnonzero(used)))
                 yield mine, [int(fold[b.rows[0]]) for b in mine]
 
     kept = KEPT if any(s.session.path is not None for s in fit.sessions) else 0.0
@@ -152,6 +174,14 @@ def _remaining(term: Term, columns: Sequence[Column], additions: Sequence[Additi
         return None
     keep = [i for i, c in enumerate(term.columns) if columns[c].number.parameter.extra]
     return replace(term, columns=tuple(term.columns[i] for i in keep), positive=tuple(term.positive[i] for i in keep))
+
+
+def _in_use(columns: Sequence[Column], terms: Sequence[Term]) -> tuple[list[Column], list[Term]]:
+    """The columns that some term has, and the terms with their places among these: products of hundreds of numbers of a
+    table that has been added would be of no use."""
+    used = sorted({k for u in terms for k in u.columns})
+    place = {k: i for i, k in enumerate(used)}
+    return [columns[k] for k in used], [replace(u, columns=tuple(place[k] for k in u.columns)) for u in terms]
 
 
 def weak(fit: Fit) -> Floats:

@@ -65,11 +65,13 @@ def imitating(fits: ModelFits, model: ComplianceModel, base: Fit) -> list[Imitat
     linear = linearisation.at(start, [])
     gain = linear.fit.solution.chi2 - base.solution.chi2
     found = [s for e in linearisation.effects if (s := within(linear.selector, e)).terms]
+    expansion = linear.expansion
+    del linear
     near = [s for s in found if s.fit.gain > gain * (1 - LINEAR) - ODDS]
     least = base.solution.chi2 + chance
     out = []
     for chosen in sorted(near, key=lambda s: -s.bic_gain)[:MOST]:
-        additions, fit = adopted(known, linear, chosen, [])
+        additions, fit = adopted(known, expansion, chosen, [])
         surprise = fit.surprise_of(names)
         if like_noise(fit) and fit.solution.chi2 + surprise < least:
             out.append(Imitation(additions, fit, bic(fit, 1.0) + surprise))

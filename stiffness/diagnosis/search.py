@@ -18,7 +18,7 @@ from scipy import stats
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
 from stiffness.diagnosis.adoption import adopted, better, pruned
-from stiffness.diagnosis.linearisation import Linearisation, Linearised
+from stiffness.diagnosis.linearisation import Expansion, Linearisation, Linearised
 from stiffness.diagnosis.selection import Selection, Selector
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import Effect, Site
@@ -69,10 +69,10 @@ class Search:
         """Of every session."""
         return self.linearisation.sensitivities
 
-    def run(self, start: Linearised, beginnings: Sequence[Selection] | None = None) -> tuple[Fit, list[Addition]]:
-        """From a fit of the model to one that lacks nothing the data can show; ``beginnings`` where they are known."""
+    def run(self, start: Expansion, beginnings: Sequence[Selection]) -> tuple[Fit, list[Addition]]:
+        """From a fit of the model to one that lacks nothing the data can show."""
         ends = [End(start.fit, [])]
-        for k, chosen in enumerate(self.beginnings(start) if beginnings is None else beginnings):
+        for k, chosen in enumerate(beginnings):
             if _hopeless(chosen, start, ends):
                 continue
             self.say(f"{20 + 10 * k} %: from {chosen.terms[0].effect.name}")
@@ -100,11 +100,11 @@ class Search:
         # a way from some sites of one effect ends where that from all of them does
         return out if any(_keys(greedy) <= _keys(s) for s in out) else [*out, greedy]
 
-    def _grown(self, linear: Linearised, chosen: Selection, additions: Sequence[Addition]) -> End:
+    def _grown(self, start: Expansion, chosen: Selection, additions: Sequence[Addition]) -> End:
         """A beginning fitted, and terms added as long as they pay."""
-        fit, now = linear.fit, list(additions)
+        fit, now = start.fit, list(additions)
         for round_ in range(ROUNDS):
-            more, trial = adopted(self.fits, linear, chosen, now)
+            more, trial = adopted(self.fits, start, chosen, now)
             kept, trial = pruned(self.fits, more, trial)
             self.say(f"round {round_ + 1}: " + ", ".join(f"{a.effect.name} ({' '.join(a.where)})" for a in kept))
             if not better(trial, fit):
@@ -113,10 +113,8 @@ class Search:
             fit, now = trial, kept
             if same or round_ == ROUNDS - 1:
                 break
-            del linear  # its products take a hundred MB and more where tables are candidates
-            linear = self.linearisation.at(fit, now)
-            fit = linear.fit
-            chosen = linear.selector.forward()
+            start, chosen = self._looked(fit, now)
+            fit = start.fit
             if not chosen.terms:
                 break
         return End(fit, now)
@@ -124,12 +122,16 @@ class Search:
     def _from_known(self, base: Fit) -> End:
         """What the model at hand had, fitted, without what is superfluous, and what pays beside it."""
         known, fit = pruned(self.fits, list(self.known), self.fits.fit(list(self.known), base))
-        linear = self.linearisation.at(fit, known)
-        chosen = linear.selector.forward()
-        return self._grown(linear, chosen, known) if chosen.terms else End(linear.fit, known)
+        start, chosen = self._looked(fit, known)
+        return self._grown(start, chosen, known) if chosen.terms else End(start.fit, known)
+
+    def _looked(self, fit: Fit, additions: Sequence[Addition]) -> tuple[Expansion, Selection]:
+        """The terms that pay beside additions, and where the model was linearised."""
+        linear = self.linearisation.at(fit, additions)
+        return linear.expansion, linear.selector.forward()
 
 
-def _hopeless(chosen: Selection, start: Linearised, ends: Sequence[End]) -> bool:
+def _hopeless(chosen: Selection, start: Expansion, ends: Sequence[End]) -> bool:
     """Whether a beginning promises to leave far more than where an earlier way ended, which noise is far from too."""
     promised = start.fit.solution.chi2 - chosen.fit.gain
     best = min(e.fit.solution.chi2 for e in ends)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Numbers
-from stiffness.identification.arm_loads import LoadKind, pieces_of_links
+from stiffness.identification.arm_loads import ArmLoads, LoadKind, pieces_of_links
 from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.reading_slopes import ReadingSlopes
 from stiffness.identification.session_data import SessionData
@@ -35,6 +35,22 @@ class _Derivatives:
     kernel: Kernel
     row: Index
     column: Index
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class _Run:
+    """Derivatives under loads of one kind.
+
+    Attributes:
+        readings: (K,) those with such a load. place: (M,) where a case stands in ``nonzero`` (m, Z).
+        row, column: (Z,) elastic coordinate and number of each derivative.
+    """
+
+    readings: npt.NDArray[np.bool_]
+    place: Index
+    row: Index
+    column: Index
+    nonzero: Floats
 
 
 class Sensitivities:
@@ -64,52 +80,77 @@ class Sensitivities:
     def __repr__(self) -> str:
         return f"Sensitivities({self.data.session.source!r}, {len(self.numbers)} numbers)"
 
-    def of(self, fit: SessionFit, values: Mapping[str, Numbers]) -> ReadingSlopes:
+    def of(
+        self,
+        fit: SessionFit,
+        values: Mapping[str, Numbers],
+        rows: Index | None = None,
+        wanted: Index | None = None,
+    ) -> ReadingSlopes:
         """Derivatives of what is read by ``numbers``, at the postures of a fit.
 
         Args:
             values: of all effects; neutral or on trial where the fit does not have them.
+            rows: (K,) readings; None: all, in their order.
+            wanted: (C,) which of the numbers, in ascending order; None: all.
         """
         model, data, seen = self._model, self.data, fit.predicted
-        x = self._coordinates(fit)
+        rows = np.arange(len(data.samples)) if rows is None else rows
+        wanted = np.arange(len(self.numbers)) if wanted is None else wanted
+        x = self._coordinates(fit)[rows]
         memory = data.history.state(self.layout.effects, values, seen.torque, self._predictor.resting)
-        loads = data.loads(fit.reflectors, memory)
-        first, of = data.cases(loads)
+        loads = data.loads(fit.reflectors, memory).take(rows)
+        first, of = data.cases(loads, rows)
         p = self.layout.start(values)
-        error = model.tables.error(data.samples.q, p)
-        runs, run_of = [], np.zeros(len(first), dtype=np.intp)
-        for kind, rows in data.kinds.items():
-            some = np.flatnonzero(rows[first])
-            at, d = first[some], self._derivatives(kind)
-            own = loads.take(at)
-            given = (own.q, own.wrench, own.point, own.payload, own.warm, own.state, error[at])
-            (nonzero,) = d.kernel.run(*given, p[model.tables.core], x[at], own.axes)
-            run_of[some] = np.arange(len(some))
-            runs.append((rows, d, nonzero))
-        dense = np.zeros((len(data.samples), 3, len(self._core)))
-        by_angle = np.zeros((len(data.samples), 3, self.layout.joints))
-        for piece in pieces_of_links(data.link):
-            by_x = self._by_coordinate(x, piece, fit.reflectors)
-            slope = np.zeros((len(piece), model.statics.n_x, len(self._core)))
-            for rows, d, nonzero in runs:
-                mine = np.flatnonzero(rows[piece])
-                slope[mine[:, None], d.row[None], d.column[None]] = nonzero[run_of[of[piece[mine]]]]
+        core, own = (np.flatnonzero(np.isin(some, wanted)) for some in (self._core, self._tabled))
+        runs = self._runs(p, x=x, loads=loads, rows=rows, first=first, core=core)
+        dense = np.zeros((len(rows), 3, len(core)))
+        by_angle = np.zeros((len(rows), 3, self.layout.joints))
+        for piece in pieces_of_links(data.link[rows]):
+            by_x = self._by_coordinate(x[piece], rows[piece], fit.reflectors)
+            slope = np.zeros((len(piece), model.statics.n_x, len(core)))
+            for run in runs:
+                mine = np.flatnonzero(run.readings[piece])
+                slope[mine[:, None], run.row[None], run.column[None]] = run.nonzero[run.place[of[piece[mine]]]]
             dense[piece] = by_x @ slope
             by_angle[piece] = by_x[:, :, : self.layout.joints]
-        tables = self._model.tables
-        place = np.searchsorted(tables.own, self._columns[self._tabled])
-        shown = self._predictor.shown_slopes(seen.position, p)
+        tables, none = model.tables, np.zeros((len(first), 0))
+        place = np.searchsorted(tables.own, self._columns[self._tabled[own]])
         base = ReadingSlopes(
-            count=len(self.numbers),
-            core=self._core,
+            count=len(wanted),
+            core=np.searchsorted(wanted, self._core[core]),
             dense=dense,
-            own=self._tabled,
+            own=np.searchsorted(wanted, self._tabled[own]),
             joint=tables.joint[place],
             by_angle=by_angle,
-            slope=tables.slopes(data.samples.q[first], p)[:, place],
+            slope=tables.slopes(loads.q[first], p)[:, place] if len(own) else none,
             of=of,
-        ).turned(seen.back)
-        return replace(base, dense=base.dense + shown[:, :, np.searchsorted(tables.core, self._columns[self._core])])
+        ).turned(seen.back[rows])
+        shown = self._predictor.shown_slopes(seen.position[rows], p, rows)
+        return replace(
+            base, dense=base.dense + shown[:, :, np.searchsorted(tables.core, self._columns[self._core[core]])]
+        )
+
+    def _runs(
+        self, p: Floats, *, x: Floats, loads: ArmLoads, rows: Index, first: Index, core: Index
+    ) -> list[_Run]:
+        """Derivatives of the elastic coordinates of the ``first`` readings of each case, kind of load by kind."""
+        error, out = self._model.tables.error(loads.q[first], p), []
+        column = np.full(len(self._core), -1)
+        column[core] = np.arange(len(core))
+        for kind, every in self.data.kinds.items():
+            some = np.flatnonzero(every[rows[first]])
+            if not len(some):
+                continue
+            at, d = first[some], self._derivatives(kind)
+            own = loads.take(at)
+            given = (own.q, own.wrench, own.point, own.payload, own.warm, own.state, error[some])
+            (nonzero,) = d.kernel.run(*given, p[self._model.tables.core], x[at], own.axes)
+            there = column[d.column] >= 0
+            place = np.zeros(len(first), dtype=np.intp)
+            place[some] = np.arange(len(some))
+            out.append(_Run(every[rows], place, d.row[there], column[d.column[there]], nonzero[:, there]))
+        return out
 
     def geometry(self, fit: SessionFit) -> Floats:
         """(N, 3, n + 6 (n + 1)) derivatives of what is read by every joint angle and by the six coordinates of every
@@ -117,12 +158,13 @@ class Sensitivities:
         x = self._coordinates(fit)
         out = np.zeros((len(self.data.samples), 3, x.shape[1]))
         for rows in pieces_of_links(self.data.link):
-            out[rows] = self._by_coordinate(x, rows, fit.reflectors)
+            out[rows] = self._by_coordinate(x[rows], rows, fit.reflectors)
         return np.asarray(fit.predicted.back @ out)
 
     def _by_coordinate(self, x: Floats, rows: Index, places: Floats) -> Floats:
+        """(K, 3, n_x) of readings of one link with coordinates ``x`` (K, n_x)."""
         samples, motion, k = self.data.samples, self._model.motion, int(self.data.link[rows[0]])
-        frames = motion.frames(samples.q[rows], x[rows])
+        frames = motion.frames(samples.q[rows], x)
         at = places[samples.reflector[rows]]
         point = frames.origin[:, k] + np.einsum("nij,nj->ni", frames.rotation[:, k], at)
         return motion.slopes(frames, k, point)

@@ -208,12 +208,12 @@ class SessionPredictor:
             state=seen.state,
         )
 
-    def shown_slopes(self, position: Floats, p: Floats) -> Floats:
-        """(N, 3, C): derivatives, by parameters of instruments alone, of what is shown of positions (N, 3); C without
-        the numbers of tables."""
+    def shown_slopes(self, position: Floats, p: Floats, rows: Index) -> Floats:
+        """(K, 3, C): derivatives, by parameters of instruments alone, of what is shown of positions (K, 3), those of
+        some ``rows`` (K,); C without the numbers of tables."""
         if self._instruments is None:
             return np.zeros((len(position), 3, len(self.model.tables.core)))
-        _, _, by_p = self._instruments.run(position, self.data.time, p)
+        _, _, by_p = self._instruments.run(position, self.data.time[rows], p)
         return np.swapaxes(by_p.reshape(len(position), -1, 3), 1, 2)
 
     @cached_property

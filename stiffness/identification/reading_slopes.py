@@ -33,6 +33,35 @@ class Slopes(Protocol):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
+class SlopesOfRows:
+    """Derivatives of K readings alone, asked for by their rows among all; ``place`` (N,): which of the K a row is."""
+
+    slopes: Slopes
+    place: Index
+
+    @classmethod
+    def of(cls, slopes: Slopes, rows: Index, readings: int) -> SlopesOfRows:
+        """Of the ``rows`` (K,) of so many readings."""
+        place = np.full(readings, -1)
+        place[rows] = np.arange(len(rows))
+        return cls(slopes, place)
+
+    @property
+    def count(self) -> int:
+        """Numbers in all."""
+        return self.slopes.count
+
+    @property
+    def tabled(self) -> bool:
+        """Whether a block has few of the numbers."""
+        return self.slopes.tabled
+
+    def block(self, rows: Index) -> tuple[Floats, Index]:
+        """As ``Slopes.block``."""
+        return self.slopes.block(self.place[rows])
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class ReadingSlopes:
     """Derivatives of N readings by C numbers of any kind and by T numbers of tables.
 

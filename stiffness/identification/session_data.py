@@ -97,9 +97,11 @@ class SessionData:
             path_axes=self.path_axes,
         )
 
-    def cases(self, loads: ArmLoads) -> tuple[Index, Index]:
-        """Rows of readings that differ in load or posture, and which of them every reading is."""
-        keys = np.column_stack([loads.table(), self.kind_number])
+    def cases(self, loads: ArmLoads, rows: Index | None = None) -> tuple[Index, Index]:
+        """Rows of ``loads`` that differ in load or posture, and which of them each is; ``rows``: the readings that they
+        belong to, where these are not all."""
+        kind = self.kind_number if rows is None else self.kind_number[rows]
+        keys = np.column_stack([loads.table(), kind])
         _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         return np.asarray(first), np.asarray(of).reshape(-1)
 

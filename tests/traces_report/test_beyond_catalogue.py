@@ -50,5 +50,6 @@ def test_a_cause_in_no_catalogue_is_known_by_itself(tmp_path: Path, name: str, k
 @pytest.mark.parametrize(("name", "kind"), [("backlash joint-2", "ballbar"), ("clean 1", "surface")])
 def test_a_cause_of_the_catalogue_and_noise_are_none(tmp_path: Path, name: str, kind: Kind) -> None:
     search, base = searched(tmp_path, name, kind)
-    fit, _ = search.run(search.linearisation.at(base, []))
+    linear = search.linearisation.at(base, [])
+    fit, _ = search.run(linear, search.beginnings(linear))
     assert beyond_catalogue(search, base, fit) is None

@@ -163,7 +163,8 @@ def test_a_search_adds_what_is_there(scenario: str, expected: list[tuple[str, tu
     told: list[str] = []
     ill: Sick = sick(scenario)
     search = Search(ill.fits, (), told.append)
-    fit, additions = search.run(search.linearisation.at(ill.base, []))
+    linear = search.linearisation.at(ill.base, [])
+    fit, additions = search.run(linear, search.beginnings(linear))
     assert [(a.effect.name, a.where) for a in additions] == expected
     assert bool(told) == bool(expected)
     if expected:
