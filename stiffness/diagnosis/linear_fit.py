@@ -114,6 +114,7 @@ class NormalEquations:
         for k in sorted(grams):
             triangle += grams[k].triangle
         total = Packed(triangle).whole()
+        del triangle
         rest, _ = self._eliminated(total)
         squares = np.diag(total)[nuisance:-1].copy()
         self.reduced = ReducedEquations(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), squares)

@@ -149,7 +149,15 @@ class Sensitivities:
             there = column[d.column] >= 0
             place = np.zeros(len(first), dtype=np.intp)
             place[some] = np.arange(len(some))
-            out.append(_Run(every[rows], place, d.row[there], column[d.column[there]], nonzero[:, there]))
+            out.append(
+                _Run(
+                    readings=every[rows],
+                    place=place,
+                    row=d.row[there],
+                    column=column[d.column[there]],
+                    nonzero=nonzero[:, there],
+                )
+            )
         return out
 
     def geometry(self, fit: SessionFit) -> Floats:

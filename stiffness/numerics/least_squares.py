@@ -103,17 +103,21 @@ def solve(
     own = np.diag(1 / prior_sd**2)
     weight = own if held is None else own + held.T @ held
     vector, damping, steps, ended, last = start.copy(), 0.0, 0, False, False
-    parts, state = blocks(vector, state)
-    here = _Quadratic.of(parts, vector, prior, weight)
-    total = sum(len(b.residual) for b in here.parts)
+
+    def evaluated(at: Floats, state: State) -> tuple[_Quadratic, State]:
+        """Blocks go at once: they take more than all else of a fit."""
+        parts, state = blocks(at, state)
+        return _Quadratic.of(parts, at, prior, weight), state
+
+    here, state = evaluated(vector, state)
+    total = here.count
     while steps < ending.steps and not ended:
         steps += 1
         step = here.step(damping, low - vector, high - vector)
         if here.length(step) <= SETTLED:
             ended, last, damping = damping == 0 or last, True, 0.0
             continue
-        parts, state = blocks(vector + step, state)
-        there = _Quadratic.of(parts, vector + step, prior, weight)
+        there, state = evaluated(vector + step, state)
         if not there.cost <= here.cost * (1 + 1e-9):
             ended, damping = last, max(8 * damping, 1e-7)
             continue
@@ -123,14 +127,13 @@ def solve(
         # damping holds what the data do not determine where it happens to be: before the end a step without is tried
         ended, last = little and damping == 0, last or little
         damping = damping / 3 if damping > 1e-9 and not little else 0.0
-    chi2 = sum(float(b.residual @ b.residual) for b in here.parts)
     covariance = inverse(here.information + own)
     used = float(np.trace(covariance @ here.information))
     return Solution(
         vector=vector,
         covariance=covariance,
         information=here.information,
-        chi2=chi2,
+        chi2=here.chi2,
         count=total,
         freedom=total - used - spent,
         steps=steps,
@@ -140,9 +143,10 @@ def solve(
 
 @dataclass(frozen=True, repr=False)
 class _Quadratic:
-    """The problem at one vector: cost, gradient and curvature."""
+    """The problem at one vector: chi-square of so many numbers, cost with the prior, gradient and curvature."""
 
-    parts: Sequence[Whitened]
+    chi2: float
+    count: int
     cost: float
     gradient: Floats
     information: Floats
@@ -151,10 +155,17 @@ class _Quadratic:
     @classmethod
     def of(cls, parts: Sequence[Whitened], vector: Floats, prior: Floats, weight: Floats) -> _Quadratic:
         off, n = vector - prior, len(vector)
-        cost = sum(float(b.residual @ b.residual) for b in parts) + float(off @ weight @ off)
+        chi2 = sum(float(b.residual @ b.residual) for b in parts)
         products = gram(parts, n)
         information, gradient = products[:n, :n], products[:n, n] - weight @ off
-        return cls(parts=parts, cost=cost, gradient=gradient, information=information, weight=weight)
+        return cls(
+            chi2=chi2,
+            count=sum(len(b.residual) for b in parts),
+            cost=chi2 + float(off @ weight @ off),
+            gradient=gradient,
+            information=information,
+            weight=weight,
+        )
 
     def step(self, damping: float, low: Floats, high: Floats) -> Floats:
         """Where the quadratic is smallest between bounds."""

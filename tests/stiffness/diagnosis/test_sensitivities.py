@@ -89,6 +89,23 @@ def test_derivatives_are_those_of_differences(fit: SessionFit, effect: Effect) -
         assert np.sum(found[:, :, k] * slope) / np.sum(slope**2) == pytest.approx(1, abs=0.04), str(u)
 
 
+def test_some_readings_by_some_numbers_are_those_of_all(fit: SessionFit) -> None:
+    """Numbers of a table and of other effects, of an instrument too, of readings in any order."""
+    table = BY_NAME["joint-angle-error"]
+    mine = [u for e in SHOWN if e is not FRICTION and e is not table for u in numbers(e)]
+    mine += [u for s in table.sites(6) for u in numbers_of(table, s, 6)]
+    values = {e.name: e.neutral(6) for e in CATALOGUE} | on_trial(BY_NAME["backlash"], fit)
+    of = Sensitivities(fit.observations.data, CATALOGUE, mine)
+    whole = of.of(fit, values).whole()
+    rows = np.flatnonzero(np.arange(len(fit.samples)) % 3 == 1)[::-1]
+    moved = np.flatnonzero(np.abs(whole[rows]).max(axis=(0, 1)) > 0)
+    wanted = moved[1::2]
+    assert len(rows) > 20 and {mine[k].effect for k in wanted} > {"joint-angle-error", "tracker-drift", "backlash"}
+    some = of.of(fit, values, rows, wanted).whole()
+    assert some.shape == (len(rows), 3, len(wanted))
+    assert some == pytest.approx(whole[rows][:, :, wanted], rel=1e-12, abs=1e-13 * np.abs(whole).max())
+
+
 @pytest.mark.parametrize("name", ["base-compliance", "payload", "tracker-drift"])
 def test_readings_of_a_tracker_that_stands_anywhere(name: str, tmp_path: Path) -> None:
     """In its own axes, station by station, under ropes on an inner link as well."""
