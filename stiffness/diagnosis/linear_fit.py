@@ -101,14 +101,7 @@ class NormalEquations:
         kept: float = 0.0,
     ) -> None:
         self.nuisance, self._precision = nuisance, precision
-        grams: dict[int, Packed] = {}
-        count: Counter[int] = Counter()
-        for blocks, fold in parts:
-            for k in set(fold):
-                some = [b for b, f in zip(blocks, fold, strict=True) if f == k]
-                found = Packed.of(gram(some, nuisance + candidates))
-                grams[k] = grams[k] + found if k in grams else found
-                count[k] += sum(len(b.residual) for b in some)
+        grams, count = _summed(parts, nuisance + candidates)
         self.count = sum(count.values())
         triangle = np.zeros((nuisance + candidates + 1) * (nuisance + candidates + 2) // 2)
         for k in sorted(grams):
@@ -121,7 +114,9 @@ class NormalEquations:
         folds = []
         for k in sorted(grams):
             own = grams.pop(k).whole()  # hundreds of MB, all together
-            folds.append(self._fold(total - (1 - kept) * own, own, count[k]))
+            training = (kept - 1) * own
+            training += total
+            folds.append(self._fold(training, own, count[k]))
         self.folds = tuple(folds)
 
     def __repr__(self) -> str:
@@ -192,6 +187,21 @@ class NormalEquations:
         at = np.asarray(columns, dtype=np.intp)
         own = range(len(at))
         return np.array([f.score(at, self.fit(own, positive, f.training(at)).weight) for f in self.folds])
+
+
+def _summed(
+    parts: Iterable[tuple[Sequence[Whitened], Sequence[int]]], width: int
+) -> tuple[dict[int, Packed], Counter[int]]:
+    """Products of ``width`` columns and the residual, and how many numbers they are of, fold by fold."""
+    grams: dict[int, Packed] = {}
+    count: Counter[int] = Counter()
+    for blocks, fold in parts:
+        for k in set(fold):
+            some = [b for b, f in zip(blocks, fold, strict=True) if f == k]
+            found = Packed.of(gram(some, width))
+            grams[k] = grams[k] + found if k in grams else found
+            count[k] += sum(len(b.residual) for b in some)
+    return grams, count
 
 
 def _solved(curvature: Floats, slope: Floats, squares: Floats) -> tuple[Floats, int]:

@@ -28,7 +28,7 @@ Further = Callable[[Index], Sequence[Slopes]]
 
 # studied in tests/trace_bench.py
 FOLDS = 10
-PIECE = 2048  # readings
+PIECE = 2048  # set-ups
 KEPT = 0.01  # of a stretch that is left out: what it alone tells of the model's own numbers is not to be extrapolated
 WARMED = 0.1  # K; a smaller range of temperature tells nothing
 
@@ -141,9 +141,11 @@ def normal_equations(
                 used = seen.state.used & some
                 if not used.any():
                     continue
-                part = replace(seen, state=replace(seen.state, used=used))
-                mine = s.observations.weighting.blocks(part, s.columns, len(s.vector), own(np.flatnonzero(used)))
-                yield mine, [int(fold[b.rows[0]]) for b in mine]
+                slopes = own(np.flatnonzero(used))
+                for k in np.unique(fold[used]).tolist():
+                    part = replace(seen, state=replace(seen.state, used=used & (fold == k)))
+                    mine = s.observations.weighting.blocks(part, s.columns, len(s.vector), slopes)
+                    yield mine, [k] * len(mine)
 
     kept = KEPT if any(s.session.path is not None for s in fit.sessions) else 0.0
     equations = NormalEquations(parts(), len(fit.solution.vector), count, precision, kept=kept)

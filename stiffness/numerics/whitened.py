@@ -83,7 +83,8 @@ def _compact(parts: Sequence[Whitened], width: int) -> Floats:
     out[np.ix_(at, at)] = dense.T @ dense
     out[:width, at] += cross
     out[at, :width] += cross.T
-    out[:width, :width] += (few.T @ few).toarray()
+    pairs = (few.T @ few).tocoo()  # each once
+    out[pairs.row, pairs.col] += pairs.data
     return out
 
 
