@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -61,18 +62,26 @@ class EquilibriumKernel:
         return f"EquilibriumKernel({self.m} coordinates, slopes by {sum(self.widths)} numbers)"
 
     def run(
-        self, inputs: Sequence[Floats], x: Floats, steps: int = STEPS
+        self, inputs: Sequence[Floats], x: Floats, own: Index, steps: int = STEPS
     ) -> tuple[Floats, Floats, list[Floats]]:
         """Coordinates (N, m), torques (N, n), and slopes (N, m, width) of coordinates by every wanted input.
 
         Args:
-            inputs: (N, width) or (width,) each. x: (N, m) start. steps: of Newton at most; torques and slopes are those
-                where the last one began.
+            inputs: (N, width) or (width,) each. x: (N, m) start.
+            own: (P,) those numbers of the first wanted input that slopes are kept by.
+            steps: of Newton at most; torques and slopes are those where the last one began.
         """
-        pieces = [slice(a, a + PIECE) for a in range(0, max(len(x), 1), PIECE)]
-        found = [self._piece([v[rows] if v.ndim == 2 else v for v in inputs], x[rows], steps) for rows in pieces]
-        out, torque, by = (np.concatenate(part) for part in zip(*found, strict=True))
-        return out, torque, np.split(by, np.cumsum(self.widths)[:-1], axis=2)
+        first = np.cumsum([0, *self.widths])
+        taken = [own, *(np.arange(a, b) for a, b in pairwise(first[1:].tolist()))]
+        out, torque = np.empty((len(x), self.m)), list[Floats]()
+        by = [np.empty((len(x), self.m, len(columns))) for columns in taken]  # the largest arrays of a fit
+        for rows in (slice(a, a + PIECE) for a in range(0, max(len(x), 1), PIECE)):
+            given = [v[rows] if v.ndim == 2 else v for v in inputs]
+            out[rows], part, slopes = self._piece(given, x[rows], steps)
+            torque.append(part)
+            for slope, columns in zip(by, taken, strict=True):
+                slope[rows] = slopes[:, :, columns]
+        return out, np.concatenate(torque), by
 
     def _piece(self, inputs: Sequence[Floats], x: Floats, steps: int) -> tuple[Floats, Floats, Floats]:
         """Coordinates, torques, and all slopes (N, m, sum of widths) of a few arms."""
@@ -87,7 +96,7 @@ class EquilibriumKernel:
             if np.abs(step).max(initial=0.0) < SETTLED:
                 break
         by = slopes[:, :, :width]
-        by[:, self.moving] = moved @ by  # in place: this is the largest array of a fit
+        by[:, self.moving] = moved @ by
         return x, torque, by
 
     def _moved(self, by_x: Floats) -> Floats:

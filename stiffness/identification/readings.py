@@ -106,8 +106,7 @@ class ReadingModel:
         error = self.tables.error(loads.q, p)
         inputs = (loads.q, loads.wrench, loads.point, loads.state, loads.payload, loads.warm, error)
         given = [*inputs, self._every.start(values), loads.axes]
-        new, torque, by = equilibrium_kernel(self.sweep, kind).run(given, x, steps)
-        by[0] = by[0][:, :, self._own]
+        new, torque, by = equilibrium_kernel(self.sweep, kind).run(given, x, self._own, steps)
         return ArmEquilibria(loads.q, new, torque, *by)
 
     def unloaded_torque(self, p: Floats, q: Floats, payload: Floats, warm: Floats) -> Floats:
