@@ -123,12 +123,15 @@ def digest_of(files: Iterable[bytes]) -> str:
     return whole.hexdigest()[:DIGITS]
 
 
-def seal(files: Sequence[Path], error: float) -> None:
+def seal(files: Sequence[Path], error: float) -> list[Path]:
     """Put the predicted error and the seal into the head of a program that was just written.
 
     Args:
         files: of the program, staged, the main one first.
         error: m, largest of the cutting poses.
+
+    Returns:
+        The files that are still as they were.
     """
     told, open_, blank = f"predicted error {error * 1e3:.4f} mm".encode(), OPEN.encode(), BLANK.encode()
 
@@ -137,7 +140,11 @@ def seal(files: Sequence[Path], error: float) -> None:
         return data.replace(open_, told) if open_ in data else data
 
     mark = _SEALED + digest_of(text(file) for file in files).encode()
+    same = list[Path]()
     for file in files:
         data = file.read_bytes()
         if open_ in data or blank in data:
             file.write_bytes(data.replace(open_, told).replace(blank, mark))
+        else:
+            same.append(file)
+    return same

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +33,15 @@ from compensator.tasks.run_files import STDOUT, writes
 from compensator.tasks.say import Say, quiet
 from compensator.tasks.source_lines import source_lines
 from compensator.tasks.strict import refuse_warnings
+from stiffness.numerics.beside import beside, halves
 from toolpaths.columns import give_back
 from toolpaths.files import language_of, read_program, refuse_own, write_program
 from toolpaths.finding import Finding
 from toolpaths.languages.table import Language
 from toolpaths.program_files import ProgramFiles, program_files
+from toolpaths.sharing import shared_by
 from toolpaths.toolpath import Toolpath
+from toolpaths.writing.staging import flushed
 
 Floats = npt.NDArray[np.float64]
 
@@ -136,13 +140,17 @@ def compensate_file(
     give_back()
     with Outputs() as outputs:
         say(f"writing {written_in.name}")
-        with outputs.writing(program, written_in.writes) as staged, assessed_beside(result) as beside:
+        writing = outputs.writing(program, written_in.writes)
+        with writing as staged, assessed_beside(result) as judging, shared_by(halves):
             made = maker.write(result, staged)
             say("verifying the written program")
-            checked, made = maker.verify(made, program), made.verified()
-            give_back()
-            seal(made.files, float(checked.error[made.result.cutting].max()))
-            found = beside.result() if made.result is result else judged(made.result)
+            with beside(partial(flushed, made.files), known=made.files, poses=len(result)) as disk:
+                checked, made = maker.verify(made, program), made.verified()
+                give_back()
+                same = seal(made.files, float(checked.error[made.result.cutting].max()))
+                found = judging.result() if made.result is result else judged(made.result)
+                disk.result()
+            outputs.are_on_disk(same)
         programs = outputs.add(made.files[0], program, made.files[1:])
         assessment = with_findings(found, made.findings)
         assessment.collisions.refuse_contacts()

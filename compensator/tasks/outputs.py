@@ -128,6 +128,10 @@ class Outputs:
         if target != STDOUT:
             self._staging.add(staged, place)
 
+    def are_on_disk(self, staged: Sequence[Path]) -> None:
+        """As of ``Staging``."""
+        self._staging.are_on_disk(staged)
+
     def commit(self) -> None:
         """Write to standard output what goes there, then rename everything into place; on a failure or an interrupt
         put back what stood there before.

@@ -20,6 +20,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import is_dataclass
 from typing import Any, Generic, TypeVar
 
@@ -28,7 +29,10 @@ import numpy as np
 from stiffness.numerics.cores import cores, keep, left_with
 from stiffness.numerics.kernel import POOL
 
+A = TypeVar("A")
 T = TypeVar("T")
+
+_AT_WORK: ContextVar[bool] = ContextVar("at work", default=False)  # another process is: a further one may be, too
 
 FROM = 30_000  # poses; below, a fork and what comes back cost more than they save
 _ALIGNED = 64
@@ -104,22 +108,39 @@ def beside(work: Callable[[], T], *, known: Sequence[object], poses: int) -> Ite
         poses: that it is about.
     """
     count = cores()
-    fork = count > 1 and poses >= FROM and _may_fork()
-    theirs = count // 2
+    fork = (count > 1 or _AT_WORK.get()) and poses >= FROM and _may_fork()
+    theirs = max(count // 2, 1)
     if not fork:
         yield Beside(work, known, fork=False)
         return
 
     def there() -> T:
         keep(theirs)
+        _AT_WORK.set(False)
         return work()
 
-    other = Beside(there, known, fork=True)
+    other, token = Beside(there, known, fork=True), _AT_WORK.set(True)
     try:
-        with left_with(lambda: count - theirs if other.works else count):
+        with left_with(lambda: max(count - theirs, 1) if other.works else count):
             yield other
     finally:
+        _AT_WORK.reset(token)
         other.drop()
+
+
+def halves(work: Callable[[A], T], things: Sequence[A], poses: int) -> list[T]:
+    """What ``work`` makes of each thing, in their order: of the second half in another process, even where one is
+    ``beside`` already: whichever of them is done first, no core is left idle.
+
+    Args:
+        work: as in ``beside``, but that it may write a file: done once more here, it writes the same one.
+        poses: that all things are about.
+    """
+    half = (len(things) + 1) // 2
+    if half == len(things):
+        return [work(thing) for thing in things]
+    with beside(lambda: [work(thing) for thing in things[half:]], known=(), poses=poses) as others:
+        return [*(work(thing) for thing in things[:half]), *others.result()]
 
 
 def _may_fork() -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -36,6 +36,7 @@ class Staging:
         self._flush = flush
         self._folders: dict[Path, Path] = {}
         self._staged: list[tuple[Path, Path]] = []
+        self._on_disk: set[Path] = set()
 
     def __enter__(self) -> Staging:
         return self
@@ -60,26 +61,38 @@ class Staging:
                 raise StagingError(target, e) from e
         return self._folders[parent]
 
-    def write(self, target: Path, pieces: Iterable[bytes]) -> None:
-        """Stage one file.
+    def take_up(self, targets: Sequence[Path]) -> None:
+        """Files that ``fill`` will write.
+
+        Raises:
+            StagingError: nothing can be written there.
+        """
+        for target in targets:
+            self.add(self.folder(target) / target.name, target)
+
+    def fill(self, target: Path, pieces: Iterable[bytes]) -> None:
+        """Write one of them; another process may do it.
 
         Raises:
             StagingError: it cannot be written.
         """
-        staged = self.folder(target) / target.name
         try:
             if target.is_dir():
                 raise IsADirectoryError(21, "a folder of this name is in the way")
-            with open(staged, "wb") as stream:
+            with open(self.folder(target) / target.name, "wb") as stream:
                 for piece in pieces:
                     stream.write(piece)
         except OSError as e:
             raise StagingError(target, e) from e
-        self.add(staged, target)
 
     def add(self, staged: Path, target: Path) -> None:
         """Take up a file that something else wrote into ``folder(target)``."""
         self._staged.append((staged, target))
+
+    def are_on_disk(self, files: Iterable[Path]) -> None:
+        """Staged files that ``flushed`` took to the disk, and that nobody changed since: ``commit`` does not wait for
+        them again."""
+        self._on_disk.update(files)
 
     def commit(self) -> None:
         """Flush everything to the disk and rename it into place; a failure or an interrupt puts back what stood there.
@@ -88,7 +101,8 @@ class Staging:
             StagingError: a rename failed, or the disk is full.
         """
         for staged, target in self._staged if self._flush else ():
-            _flush(staged, target)
+            if staged not in self._on_disk:
+                _flush(staged, target)
         backups = self._set_aside() if len(self._staged) > 1 else {}
         renamed: list[Path] = []
         try:
@@ -119,11 +133,18 @@ class Staging:
         return backups
 
 
+def flushed(files: Sequence[Path]) -> Sequence[Path]:
+    """Take files to the disk, and wait until they are there."""
+    for file in files:
+        with open(file, "rb+") as stream:
+            os.fsync(stream.fileno())
+    return files
+
+
 def _flush(staged: Path, target: Path) -> None:
     """Without it a power failure after the rename may leave an empty file where the old one was."""
     try:
-        with open(staged, "rb+") as stream:
-            os.fsync(stream.fileno())
+        flushed([staged])
     except OSError as e:
         raise StagingError(target, e) from e
 

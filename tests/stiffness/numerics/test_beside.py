@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from stiffness.numerics.beside import FROM, beside
+from stiffness.numerics.beside import FROM, beside, halves
 from stiffness.numerics.cores import cores, left_with
 
 needs_fork = pytest.mark.skipif(
@@ -121,3 +121,31 @@ def test_what_is_not_asked_for_is_ended() -> None:
         raise KeyError
     with pytest.raises(ProcessLookupError):
         os.kill(child, 0)
+
+
+@needs_fork
+def test_halves_are_done_by_two_even_where_another_process_works_and_stand_in_their_order() -> None:
+    read, write = os.pipe()
+    with beside(lambda: os.read(read, 1), known=(), poses=FROM) as other:
+        found = halves(lambda k: (k * k, os.getpid()), range(2, 7), FROM)
+        assert other.works
+        os.write(write, b"!")
+        assert other.result() == b"!"
+    os.close(read)
+    os.close(write)
+    assert [square for square, _ in found] == [4, 9, 16, 25, 36]
+    assert [process == os.getpid() for _, process in found] == [True, True, True, False, False]
+
+
+@needs_fork
+def test_a_half_that_fails_elsewhere_is_done_here() -> None:
+    here = os.getpid()
+
+    def work(k: int) -> int:
+        if os.getpid() != here:
+            os._exit(3)
+        return k + 1
+
+    assert halves(work, (5, 7, 11), FROM) == [6, 8, 12]
+    with left_with(1):
+        assert halves(lambda k: os.getpid(), (5, 7), FROM) == [here, here]

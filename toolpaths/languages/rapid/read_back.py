@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
 from toolpaths.errors import WriteError
+from toolpaths.languages.rapid.writer import MOVES_PER_MODULE
 from toolpaths.rotation import matrix_from_quaternion
+from toolpaths.sharing import each
 from toolpaths.writing.axes import places_of
 from toolpaths.writing.lines import text_of
 from toolpaths.writing.numbers import numbers_of
@@ -24,8 +25,8 @@ _CALL = re.compile(r"^ *\w+_run_(\d{3,});", re.M)
 def read_back(path: Path) -> ReadBack:
     """Poses, feeds (mm/s as printed, in m/s), configuration (cfx) and start of the program at ``path``."""
     main = text_of(path)
-    parts = (text_of(path.with_name(f"{path.stem}_{i}{path.suffix}")) for i in _CALL.findall(main))
-    moves = [_moves(text) for text in chain([main], parts)]  # one text at a time in memory
+    files = [path, *(path.with_name(f"{path.stem}_{i}{path.suffix}") for i in _CALL.findall(main))]
+    moves = each(lambda file: _moves(text_of(file)), files, poses=len(files) * MOVES_PER_MODULE)  # one text at a time
     rows, feed = np.concatenate([m[0] for m in moves]), np.concatenate([m[1] for m in moves])
     external = [m[2] for m in moves if m[2] is not None]
     del moves
