@@ -78,6 +78,14 @@ class ProcessLoad:
     programmed: Floats | None = None
     wall: Floats | None = None
 
+    def predicted(self, rows: Rows) -> ProcessLoad:
+        """What is asked of it once the path is predicted: what is told of single poses at ``rows`` (K,) alone."""
+        return self
+
+    def solved(self) -> ProcessLoad:
+        """What is asked of it once commands are solved for."""
+        return self
+
     @property
     def unchanged(self) -> Floats:
         """(N, 6) the wrench as the process has it: what a program that is written tells."""

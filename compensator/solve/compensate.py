@@ -27,9 +27,11 @@ from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
 from compensator.solve.thinned import thinned
 from compensator.solve.touching_off import touched_off
+from compensator.solve.uncertainty import band_rows
 from stiffness.memory.preload import PreloadState
 from stiffness.numerics.beside import beside
 from stiffness.statics.prediction import Command, StartValues
+from toolpaths.columns import give_back
 from toolpaths.finding import ERROR
 from toolpaths.toolpath import CUT
 
@@ -94,13 +96,16 @@ def _compensated(
     with beside(lambda: _positions(job, path, along), known=(job, path, along), poses=len(path)) as plainly:
         result = _solved(job, path, along, rapids_stay=rapids_stay)
         position, state = plainly.result()
+    del plainly
     finer = with_flank_poses(result)
     columns = {"position": position, "torque": np.broadcast_to(np.nan, path.q.shape)}  # these are the preview's own
     plain = as_it_is(job, path, along, columns=columns, state=state)
-    before = plain.before
+    along = along.predicted(band_rows(plain))
+    plain, result, before = replace(plain, load=along), replace(result, load=result.load.solved()), plain.before
     if finer is not None:
         near = None if job.arm.closed_form else _carried_over(result, finer)
-        del result  # a million poses of it are half a gigabyte
+        del result  # a million poses of it are half a gigabyte, and its stock as much as that
+        give_back()
         finer_load = _sound(finer, load_along(job, finer, (path.toolpath, along)))
         known = (job, finer, finer_load)
         with beside(lambda: _positions(job, finer, finer_load)[0], known=known, poses=len(finer)) as nominally:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from compensator.path.planned_path import PlannedPath
 from compensator.path.thinned_path import ThinnedPath, thinned_path
+from compensator.process.milling.milling_load import MilledForce
 from compensator.process.process import ProcessLoad
 from compensator.solve.compensation import Compensation
 from compensator.solve.made_command import MadeCommand
@@ -23,14 +24,18 @@ class ThinnedLoad(ProcessLoad):
     def __init__(self, load: ProcessLoad, path: ThinnedPath, finer: ProcessLoad) -> None:
         wrench = finer.wrench
         self.__dict__.update(
-            findings=load.findings, columns=load.columns, programmed=load.programmed, wall=load.wall,
+            {name: value for name, value in vars(load).items() if name != "wrench"},
             _wrench=beside(lambda: wrench[path.rows], load.wrench),
-        )  # fmt: skip
+        )
 
     @property
     def wrench(self) -> Floats:
         """(N, 6) N and N*m on the robot, base axes, about the TCP."""
         return np.asarray(self.__dict__["_wrench"]())
+
+
+class ThinnedForce(ThinnedLoad, MilledForce):
+    """The same of a milled path."""
 
 
 def thinned(plain: Compensation, finer: PlannedPath, load: ProcessLoad) -> Compensation:
@@ -40,8 +45,9 @@ def thinned(plain: Compensation, finer: PlannedPath, load: ProcessLoad) -> Compe
     if path is None:
         return plain
     command, own = plain.command, plain.load
+    kind = {ProcessLoad: ThinnedLoad, MilledForce: ThinnedForce}.get(type(own))
     return replace(
-        plain, path=path, target=path.tcp, load=ThinnedLoad(own, path, load) if type(own) is ProcessLoad else own,
+        plain, path=path, target=path.tcp, load=own if kind is None else kind(own, path, load),
         command=MadeCommand(
             q=lambda: path.q, actual=lambda: path.q, torque=command.torque, nominal=lambda q: path.tcp,
             error=command.error, extra=command.extra, steps=command.steps,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from compensator.process.milling.milling_load import MillingLoad
+from compensator.process.milling.milling_load import MilledForce
 from compensator.solve.compensation import Compensation
 from compensator.solve.unlearned_angles import AngleUncertainty
 from stiffness.effects.effect import Numbers
@@ -78,13 +78,9 @@ class ErrorBand:
 
 def error_band(c: Compensation) -> ErrorBand | None:
     """The band of the uncompensated error of a path; None where no standard deviation is known."""
-    rows = np.flatnonzero(c.cutting)
+    rows = band_rows(c)
     if not len(rows):
         return None
-    whole = np.linalg.norm(c.error_before[rows], axis=1)
-    some = np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))
-    order = np.argsort(whole, kind="stable")
-    rows = rows[np.concatenate([some, order[[round(0.95 * (len(order) - 1)), -1]]])]
     error = c.error_before[rows]
     size = np.linalg.norm(error, axis=1)
     along = error / np.maximum(size, 1e-12)[:, None]
@@ -95,16 +91,28 @@ def error_band(c: Compensation) -> ErrorBand | None:
     return ErrorBand(size, shift, meant) if shift else None
 
 
+def band_rows(c: Compensation) -> npt.NDArray[np.intp]:
+    """(K,) cutting poses that the band is found at: some evenly along the path, the one at 95 % and the largest."""
+    rows = np.flatnonzero(c.cutting)
+    if not len(rows):
+        return rows
+    whole = np.linalg.norm(c.error_before[rows], axis=1)
+    some = np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))
+    order = np.argsort(whole, kind="stable")
+    return np.asarray(rows[np.concatenate([some, order[[round(0.95 * (len(order) - 1)), -1]]])])
+
+
 def _shifts(
     c: Compensation, rows: npt.NDArray[np.intp], *, along: Floats
 ) -> Iterator[tuple[str, str, Floats]]:
     """Input, the number of it that is moved, in words, and what that does to the size (K,) m."""
     here, load = _positions(c, rows), c.load
-    if isinstance(load, MillingLoad) and load.material.covariance is not None:
+    if isinstance(load, MilledForce) and load.shares is not None and load.material.covariance is not None:
         variance, ways = np.linalg.eigh(load.material.covariance)
+        shares = load.shares.at(rows)
         for value, way in zip(variance, ways.T, strict=True):
             if value > 1e-12 * variance[-1]:
-                more = c.wrench[rows] + load.shares[rows] @ (way * np.sqrt(value))
+                more = c.wrench[rows] + shares @ (way * np.sqrt(value))
                 yield "material", load.material.name, np.sum((_positions(c, rows, wrench=more) - here) * along, axis=1)
     for name, words, values in _moved(c):
         there = _positions(c, rows, values={name: values})

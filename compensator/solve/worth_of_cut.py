@@ -11,7 +11,7 @@ import numpy.typing as npt
 from compensator.cell.external_axes import workobject_along
 from compensator.process.milling.kernels.stock_distance import BOX, KIND, MESH, SIZE
 from compensator.process.milling.milling import MillingProcess, Shop
-from compensator.process.milling.milling_load import MillingLoad
+from compensator.process.milling.milling_load import MilledForce
 from compensator.process.milling.stock import Stock, box_stock, cylinder_stock
 from compensator.process.process import ToolMotion
 from compensator.solve.compensation import Compensation
@@ -31,17 +31,18 @@ def cut_worths(c: Compensation, rows: npt.NDArray[np.intp], moved: Moved) -> Ite
     Args:
         rows: (K,) poses that are looked at. moved: of a wrench (K, 6) there, how far it moves the TCP.
     """
-    if isinstance(c.load, MillingLoad):
+    if isinstance(c.load, MilledForce):
         yield from _material(c.load, rows, moved)
         yield from _stock(c, c.load, rows, moved)
 
 
-def _material(load: MillingLoad, rows: npt.NDArray[np.intp], moved: Moved) -> Iterator[tuple[Finding, float]]:
+def _material(load: MilledForce, rows: npt.NDArray[np.intp], moved: Moved) -> Iterator[tuple[Finding, float]]:
     material = load.material
-    if material.covariance is None:
+    if material.covariance is None or load.shares is None:
         return
     variance, ways = np.linalg.eigh(material.covariance)
-    parts = [load.shares[rows] @ (way * np.sqrt(v)) for v, way in zip(variance, ways.T, strict=True) if v > 0]
+    shares = load.shares.at(rows)
+    parts = [shares @ (way * np.sqrt(v)) for v, way in zip(variance, ways.T, strict=True) if v > 0]
     size = float(np.linalg.norm([moved(load.wrench[rows] + part) for part in parts]))
     whole = float(np.linalg.norm(load.wrench[rows, :3]))
     share = float(np.linalg.norm([np.linalg.norm(part[:, :3]) for part in parts])) / whole if whole else 0.0
@@ -52,7 +53,7 @@ def _material(load: MillingLoad, rows: npt.NDArray[np.intp], moved: Moved) -> It
 
 
 def _stock(
-    c: Compensation, load: MillingLoad, rows: npt.NDArray[np.intp], moved: Moved
+    c: Compensation, load: MilledForce, rows: npt.NDArray[np.intp], moved: Moved
 ) -> Iterator[tuple[Finding, float]]:
     process, placement = c.job.placement.process, c.job.placement
     larger = None if not isinstance(process, MillingProcess) else _larger(process.shop)

@@ -48,14 +48,14 @@ def empty_field(solid: Solid, moves: Floats, cell: float) -> Field:
 
 def swept_box(moves: Floats) -> Floats:
     """(2, 3) m, a box that holds all that the cutters pass."""
-    corners = []
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for way, axis in ((0.0, AXIS), (1.0, LAST)):
         tip = moves[:, START : START + 3] + way * moves[:, WAY : WAY + 3]
         top = tip + moves[:, [LENGTH]] * moves[:, axis : axis + 3]
         wide = moves[:, [RADIUS]]
-        corners += [tip - wide, tip + wide, top - wide, top + wide]
-    every = np.concatenate(corners)
-    return np.stack([every.min(axis=0), every.max(axis=0)])
+        for end in (tip, top):
+            low, high = np.minimum(low, (end - wide).min(axis=0)), np.maximum(high, (end + wide).max(axis=0))
+    return np.stack([low, high])
 
 
 def grown(f: Field) -> Field:

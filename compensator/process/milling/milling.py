@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -17,13 +17,14 @@ from compensator.process.milling.first_run import compiling
 from compensator.process.milling.fit_check import cell_for, meets, refuse_apart
 from compensator.process.milling.material import MaterialText
 from compensator.process.milling.mill import Cut, mill
-from compensator.process.milling.milling_load import MillingLoad
+from compensator.process.milling.milling_load import CoefficientShares, CutColumns, MillingLoad
 from compensator.process.milling.part_check import part_findings
-from compensator.process.milling.path import MillingPath, arriving_axes
+from compensator.process.milling.path import MillingPath, arriving_axes, arriving_feed, axes_with
 from compensator.process.milling.spacing_check import spacing_findings
 from compensator.process.milling.stock import Stock
 from compensator.process.milling.used_tools import Spindle, used_cutters, used_spindle
 from compensator.process.process import Process, ProcessContext, ProcessLoad, ToolMotion
+from toolpaths.columns import blocks, once
 from toolpaths.finding import ERROR, WARNING, Finding, of_kind
 from toolpaths.steps import tell
 from toolpaths.toolpath import CUT, Toolpath
@@ -113,17 +114,21 @@ class MillingProcess(Process):
         return np.where((motion.toolpath.kind[rows] == CUT)[:, None], wrench, 0.0)
 
     def load_between(self, motion: ToolMotion, known_path: Toolpath, known: ProcessLoad) -> ProcessLoad:
-        """Poses put in have an engagement of their own."""
-        return self.load(motion)
+        """Poses put in have an engagement of their own; what each coefficient does is asked of ``known``."""
+        return self._load(motion, shares=False)
 
     def load(self, motion: ToolMotion) -> MillingLoad:
+        return self._load(motion, shares=True)
+
+    def _load(self, motion: ToolMotion, *, shares: bool) -> MillingLoad:
         path, found = self.milling_path(motion)
         material = self.material.at(_mean_feed_per_tooth(path))
         stock, source = self.shop.stock, self.context.source
         if self.shop.stock_file:
             refuse_apart(path, stock, self.shop.stock_file, self.shop.units)
-        cell = cell_for(path.cutters, stock, self.shop.grid, source)
-        cut = mill(path, stock, material.coefficients, cell=cell, progress=tell)
+        cell, work = cell_for(path.cutters, stock, self.shop.grid, source), motion.workobject.rotation
+        shares = shares and material.covariance is not None
+        cut = mill(path, stock, material.coefficients, cell=cell, axes=work, shares=shares, progress=tell)
         stopped = np.asarray((motion.toolpath.spindle == 0.0) & ~path.rapid)
         findings = (
             *found,
@@ -132,12 +137,13 @@ class MillingProcess(Process):
             *of_kind("process", material_doubts(material, *_used_range(path, cut.engaged & ~stopped))),
             *(() if self.shop.part is None else part_findings(cut, self.shop.part, motion.toolpath)),
         )
-        rotation = motion.workobject.rotation @ cut.axes
-        turned = np.einsum("nij,nkjc->nkic", rotation, cut.shares.reshape(-1, 2, 3, 6)).reshape(-1, 6, 6)
-        turned[stopped] = 0.0
+        for column in (cut.wrench, cut.peak, cut.shares):
+            if column is not None:
+                column[stopped] = 0.0
         return MillingLoad(
-            turned @ material.coefficients, findings, _columns(cut, stopped), wall=_wall(cut, rotation),
-            cut=_without(cut, stopped), material=material, key=self.material.source, cell=cell, shares=turned,
+            cut.wrench, findings, CutColumns(cut, stopped), wall=_wall(cut, work), cut=cut, material=material,
+            key=self.material.source, cell=cell,
+            shares=None if cut.shares is None else CoefficientShares(None, cut.shares),
         )  # fmt: skip
 
     def wrench_at(self, motion: ToolMotion, rows: npt.NDArray[np.intp], cell: float) -> Floats:
@@ -167,11 +173,9 @@ class MillingProcess(Process):
         if motion.deflected is not None:  # its tilt is left out: micrometres, and every move would be one of five axes
             programmed = np.diff(position, axis=0, prepend=position[:1])
             position = motion.deflected.relative_to(motion.workobject).origin
-        # copies: machine code for arrays that do not change would be made a second time
         path = MillingPath(
-            position.copy(), axis.copy(), feed=np.where(rapid, 0.0, feed),
-            spindle=np.where(speed > 0, speed, IDLE_SPEED), sense=sense, rapid=rapid, cutter=index, cutters=cutters,
-            programmed=programmed,
+            position, axis, feed=np.where(rapid, 0.0, feed), spindle=once(np.where(speed > 0, speed, IDLE_SPEED)),
+            sense=once(sense), rapid=rapid, cutter=once(index), cutters=cutters, programmed=programmed,
         )  # fmt: skip
         if not meets(path, self.shop.stock.box):
             what = f"the path never meets the stock ({self.shop.stock.source}): everything is cut in the air"
@@ -205,7 +209,8 @@ def _feeds(toolpath: Toolpath, context: ProcessContext) -> tuple[Floats, list[Fi
 
 
 def _mean_feed_per_tooth(path: MillingPath) -> float | None:
-    per_tooth = (path.feed / path.teeth_per_second)[~path.rapid & (path.feed > 0)]
+    rows = np.flatnonzero(~path.rapid & (path.feed > 0))
+    per_tooth = path.feed[rows] / path.teeth_at(rows)
     return float(per_tooth.mean()) if len(per_tooth) else None
 
 
@@ -215,37 +220,22 @@ def _used_range(
     """Smallest and largest feed per tooth (m) and cutting speed (m/s) of the engaged moves."""
     if not engaged.any():
         return None, None
-    per_tooth = (path.feed / path.teeth_per_second)[engaged]
-    speed = (2 * np.pi * np.array([c.radius for c in path.cutters])[path.cutter] * path.spindle)[engaged]
+    rows = np.flatnonzero(engaged)
+    per_tooth = path.feed[rows] / path.teeth_at(rows)
+    speed = 2 * np.pi * np.array([c.radius for c in path.cutters])[path.cutter[rows]] * path.spindle[rows]
     return (float(per_tooth.min()), float(per_tooth.max())), (float(speed.min()), float(speed.max()))
 
 
-def _without(cut: Cut, rows: npt.NDArray[np.bool_]) -> Cut:
-    """The cut without a force at some poses."""
-    if not rows.any():
-        return cut
-    keep = ~rows
-    return replace(cut, shares=cut.shares * keep[:, None, None], peak=cut.peak * keep)
-
-
-def _wall(cut: Cut, rotation: Floats) -> Floats:
+def _wall(cut: Cut, work: Floats) -> Floats:
     """(N, 3) unit vector, base, to the wall that is cut beside the feed; zero where there is none or one on each side.
 
     Args:
-        rotation: (N, 3, 3) path axes, x of the feed that arrives, in the base.
+        work: (3, 3), or (N, 3, 3), rotation of the work object in the base.
     """
-    left, right = cut.exit > BESIDE, cut.entry < -BESIDE  # false where nothing is engaged
-    side = left.astype(float) - right.astype(float)
-    return np.asarray(side[:, None] * rotation[:, :, 1])
-
-
-def _columns(cut: Cut, stopped: npt.NDArray[np.bool_]) -> dict[str, Floats]:
-    return {
-        "ap_mm": cut.ap * 1e3,
-        "entry_deg": np.degrees(cut.entry),
-        "exit_deg": np.degrees(cut.exit),
-        "engaged_mm2": cut.area * 1e6,
-        "mrr_mm3_min": cut.removal_rate * 60e9,
-        "feed_per_tooth_mm": np.where(stopped, 0.0, cut.feed_per_tooth) * 1e3,
-        "peak_n": np.where(stopped, 0.0, cut.peak),
-    }
+    feed, wall = arriving_feed(cut.path), np.zeros((len(cut), 3))
+    for b in blocks(len(cut)):
+        axes = axes_with(feed[b], cut.path.axis[b])
+        left, right = cut.exit[b] > BESIDE, cut.entry[b] < -BESIDE  # false where nothing is engaged
+        side = left.astype(float) - right.astype(float)
+        wall[b] = side[:, None] * ((work if work.ndim == 2 else work[b]) @ axes)[:, :, 1]
+    return wall

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,23 +16,64 @@ if TYPE_CHECKING:
     from compensator.process.milling.mill import Cut
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class CoefficientShares:
+    """What each coefficient has of the wrench at some poses.
+
+    Attributes:
+        rows: (K,) poses, ascending; None: all.
+        values: (K, 6, 6) wrench on the robot per coefficient (SI, order of NAMES), base axes, about the TCP.
+    """
+
+    rows: Rows | None
+    values: Floats
+
+    def at(self, poses: Rows) -> Floats:
+        """(P, 6, 6) at poses (P,), all of which it has."""
+        return self.values[poses if self.rows is None else np.searchsorted(self.rows, poses)]
+
+    def only(self, poses: Rows) -> CoefficientShares:
+        """At some poses (P,) alone."""
+        rows = np.unique(poses)
+        return CoefficientShares(rows, self.at(rows))
 
 
 @dataclass(frozen=True, repr=False)
-class MillingLoad(ProcessLoad):
-    """The load of a milled path.
+class MilledForce(ProcessLoad):
+    """What is known of the force of a cut.
 
     Attributes:
-        cut: engagement, pose by pose, and the stock that remains.
         material: as used; key: how it was named. cell: m, spacing of the grid.
-        shares: (N, 6, 6) wrench on the robot per coefficient (SI, order of NAMES), base axes, about the TCP.
+        shares: of the coefficients; None where they have no standard deviations, or nobody asks.
     """
 
-    cut: Cut = field(kw_only=True)
     material: Material = field(kw_only=True)
     key: str = field(kw_only=True)
     cell: float = field(kw_only=True)
-    shares: Floats = field(kw_only=True)
+    shares: CoefficientShares | None = field(kw_only=True)
+
+    def __repr__(self) -> str:
+        return f"MilledForce({len(self.wrench)} poses, {self.material!r})"
+
+    def predicted(self, rows: Rows) -> MilledForce:
+        shares = None if self.shares is None else self.shares.only(rows)
+        return MilledForce(
+            self.wrench, self.findings, programmed=self.programmed, material=self.material, key=self.key,
+            cell=self.cell, shares=shares,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, repr=False)
+class MillingLoad(MilledForce):
+    """The load of a milled path, with its ``cut``: engagement, pose by pose, and the stock that remains."""
+
+    cut: Cut = field(kw_only=True)
+
+    def solved(self) -> MillingLoad:
+        return replace(self, shares=None)
 
     def __repr__(self) -> str:
         return f"MillingLoad({self.cut!r}, {self.material!r})"
@@ -44,7 +86,7 @@ class MillingLoad(ProcessLoad):
     @property
     def air_share(self) -> float:
         """Share of the feed length on which nothing is engaged."""
-        length = np.where(self.cut.path.rapid, 0.0, np.linalg.norm(self.cut.path.way, axis=1))
+        length = np.where(self.cut.path.rapid, 0.0, self.cut.path.length)
         total = float(length.sum())
         return float(length[~self.cut.engaged].sum()) / total if total else 0.0
 
@@ -70,3 +112,40 @@ class MillingLoad(ProcessLoad):
     def worst(self) -> int:
         """The pose with the largest mean force."""
         return int(np.argmax(self.size))
+
+
+@dataclass(frozen=True, eq=False)
+class CutColumns(Mapping[str, Floats]):
+    """Columns (N,) of a cut for tables of the poses, made where they are asked for; ``stopped`` (N,) spindles cut none.
+    """
+
+    cut: Cut
+    stopped: npt.NDArray[np.bool_]
+
+    def __getitem__(self, name: str) -> Floats:
+        cut = self.cut
+        match name:
+            case "ap_mm":
+                return cut.ap * 1e3
+            case "entry_deg":
+                return np.degrees(cut.entry)
+            case "exit_deg":
+                return np.degrees(cut.exit)
+            case "engaged_mm2":
+                return cut.area * 1e6
+            case "mrr_mm3_min":
+                return cut.removal_rate * 60e9
+            case "feed_per_tooth_mm":
+                return np.where(self.stopped, 0.0, cut.feed_per_tooth) * 1e3
+            case "peak_n":
+                return cut.peak
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COLUMNS)
+
+    def __len__(self) -> int:
+        return len(COLUMNS)
+
+
+COLUMNS = ("ap_mm", "entry_deg", "exit_deg", "engaged_mm2", "mrr_mm3_min", "feed_per_tooth_mm", "peak_n")

@@ -21,9 +21,8 @@ def spacing_findings(cut: Cut, toolpath: Toolpath, source: str) -> Iterator[Find
     Args:
         source: the cell, for messages.
     """
-    force = np.linalg.norm(cut.wrench[:, :3], axis=1)
+    force, way = cut.force, cut.path.length
     change = np.abs(np.diff(force, prepend=force[:1]))
-    way = np.linalg.norm(cut.path.way, axis=1)
     near = APART * np.array([c.radius for c in cut.path.cutters])[cut.path.cutter]
     wide = ~cut.path.rapid & (change > JUMP * force.max(initial=0.0)) & (way > near)
     if not wide.any():

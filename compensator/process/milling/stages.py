@@ -32,10 +32,10 @@ def stock_stages(cut: Cut, remains: Remains, nodes: Nodes, poses: Sequence[int])
     on_grid(empty_field(remains.stock.solid, ready.moves, nodes.step), nodes.start, nodes.step, values)
     done = 0
     for pose in poses:
-        full, row = int(np.searchsorted(ready.poses.last, pose, side="right")), int(ready.poses.move[pose])
+        full, row = int(np.searchsorted(ready.last, pose, side="right")), int(ready.move[pose])
         take_moves(ready.moves, done, full, 1.0, low=nodes.start, cell=nodes.step, values=values)
         if row >= full:  # under way: a straight run of poses is one row
-            share = float(ready.poses.share[pose])
+            share = float(ready.share[pose])
             take_moves(ready.moves, full, row + 1, share, low=nodes.start, cell=nodes.step, values=values)
         done = full
         yield values

@@ -68,32 +68,30 @@ def _off_line(start: Floats, end: Floats, point: Floats) -> float:
     return sqrt(_dot(rest, rest))
 
 
-@compiled
-def rows_needed(axis: Floats, cutting: Bytes) -> int:
-    """An upper bound of the number of rows."""
-    count = 0
-    for k in range(1, len(axis)):
-        if cutting[k]:
-            count += max(1, ceil(turn_between(axis[k - 1], axis[k]) / STEP))
-    return count
-
-
 @compiled_with_memory
-def runs_of_path(
-    position: Floats, axis: Floats, cutting: Bytes, cutter: Ints, count: int
-) -> tuple[Floats, Ints, Ints, Floats]:
+def runs_of_path(position: Floats, axis: Floats, cutting: Bytes, cutter: Ints) -> tuple[Floats, Ints, Ints, Floats]:
     """Rows of all cutting moves.
 
     Args:
         position, axis: (N, 3); cutting: (N,) 1 where the move that ends at the pose cuts; cutter: (N,).
-        count: room for rows.
 
     Returns:
         rows (M, 29) with start, way, axes, turn and cutter filled in; last pose of each row (M,); row (N,) that ends at
         a pose or is under way there, -1: none; share (N,) of it that is done there.
     """
-    row, last = np.zeros((count, MOVE_COLUMNS)), np.zeros(count, dtype=np.int32)
     of, share = np.full(len(position), -1, dtype=np.int32), np.zeros(len(position))
+    row, last = np.zeros((1, MOVE_COLUMNS)), np.zeros(1, dtype=np.int32)
+    count = _runs(row, last, of, position=position, axis=axis, cutting=cutting, cutter=cutter)
+    row, last = np.zeros((count, MOVE_COLUMNS)), np.zeros(count, dtype=np.int32)
+    _runs(row, last, of, position=position, axis=axis, cutting=cutting, cutter=cutter)
+    _shares(row, position, of, share)
+    return row, last, of, share
+
+
+@compiled
+def _runs(row: Floats, last: Ints, of: Ints, position: Floats, axis: Floats, cutting: Bytes, cutter: Ints) -> int:
+    """Fill in rows and count them; where room ends, from the first one again: only the last is looked at."""
+    room = len(row)
     used, first = 0, 0  # first: pose after the start of the run
     for k in range(1, len(position)):
         if not cutting[k]:
@@ -101,20 +99,20 @@ def runs_of_path(
         turn, way = turn_between(axis[k - 1], axis[k]), _step(position[k], position[k - 1])
         if turn <= FIXED and _dot(way, way) == 0.0:
             continue
-        if turn <= FIXED and used > 0 and last[used - 1] == k - 1 and cutter[k] == cutter[k - 1]:
-            m = row[used - 1]
+        before = (used - 1) % room if used > 0 else 0
+        if turn <= FIXED and used > 0 and last[before] == k - 1 and cutter[k] == cutter[k - 1]:
+            m = row[before]
             if _goes_on(m, position, axis[k], way, ends=(first, k)):
                 for a in range(3):
                     m[WAY + a] = position[k, a] - m[START + a]
-                last[used - 1], of[k] = k, used - 1
+                last[before], of[k] = k, used - 1
                 continue
         first, begin = k, used
         used = _turned_rows(row, last, used, k, position=position, axis=axis, turn=turn)
         of[k] = used - 1
         for i in range(begin, used):
-            row[i, CUTTER] = cutter[k]
-    _shares(row, position, of, share)
-    return row[:used].copy(), last[:used].copy(), of, share
+            row[i % room, CUTTER] = cutter[k]
+    return used
 
 
 @compiled
@@ -141,8 +139,9 @@ def _turned_rows(
     """One move as rows that turn a little each; the number of rows then."""
     parts = max(1, ceil(turn / STEP)) if turn > FIXED else 1
     for i in range(parts):
-        m, a, b = row[used], i / parts, (i + 1) / parts
+        m, a, b = row[used % len(row)], i / parts, (i + 1) / parts
         p0, p1, q0, q1 = 0.0, 1.0, 0.0, 1.0  # shares of both axes at the start and at the end
+        m[TURN] = 0.0
         if turn > FIXED:
             s = sin(turn)
             p0, p1, q0, q1 = sin((1 - a) * turn) / s, sin(a * turn) / s, sin((1 - b) * turn) / s, sin(b * turn) / s
@@ -152,7 +151,7 @@ def _turned_rows(
             m[START + c], m[WAY + c] = position[k - 1, c] + a * way, way / parts
             m[AXIS + c] = p0 * axis[k - 1, c] + p1 * axis[k, c]
             m[LAST + c] = q0 * axis[k - 1, c] + q1 * axis[k, c]
-        last[used] = k
+        last[used % len(row)] = k
         used += 1
     return used
 

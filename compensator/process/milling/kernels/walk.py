@@ -39,7 +39,7 @@ PARTS, MOST_PARTS = 6, 24  # of a move whose removal changes; half a radius each
 
 
 class PathPoses(NamedTuple):
-    """N poses of a path, m and rad.
+    """A stretch of N poses of a path, m and rad; ``begun`` and the last three count from its beginning.
 
     Attributes:
         kind: (N,) IDLE, CUTTING or RAPID_MOVE, of the move that ends there.
@@ -48,8 +48,9 @@ class PathPoses(NamedTuple):
         feed: (N, 2) m per tooth along x and z.
         motion: (N, 6) way and turn of the move, in axes of the stand.
         ahead: (N,) m that the cutter is moved on along its feed: what is left of the look-back at a corner.
-        begun: (N,) first pose whose move counts as not yet made.
-        move, share: (N,) the row of moves that ends there or is under way, and how much of it is done; -1: none.
+        begun: (N,) first pose of the path whose move counts as not yet made.
+        move, share: of all poses of the path, the row of moves that ends there or is under way, and how much of it is
+            done; -1: none.
         last: (M,) the pose at which a row of moves is done.
     """
 
@@ -85,7 +86,8 @@ class Tools(NamedTuple):
 def walk(
     f: Field, e: Envelope, grid: Lattice, poses: PathPoses, tools: Tools, begin: int, end: int, out: Floats, hits: Ints
 ) -> int:
-    """PathPoses ``begin`` to ``end``; the first that is not done: the field has no room for its move.
+    """PathPoses ``begin``, of which 1 pose is before, to ``end``; the first that is not done: the field has no room for
+    its move.
 
     Args:
         out: (N, 42) see chip.py; hits: (N,) bits of hits.py.
