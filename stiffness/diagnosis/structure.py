@@ -143,10 +143,11 @@ def _sources(search: Search, fit: Fit) -> list[ResidualSource]:
 
 
 def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alternatives]) -> Addition | None:
-    """The first addition that only took the nearest name beside structure that is left: in the same place, or beside a
-    source that explains all of it by itself. One that is far ahead of all other effects is the right name for its
-    part."""
+    """An addition that only took the nearest name beside structure that is left: in the same place, or beside a
+    source that explains all of it by itself; of several the one that explains least, for the others may stand without
+    it. One that is far ahead of all other effects is the right name for its part."""
     joints = search.fits.joints
+    doubtful: list[tuple[float, Addition]] = []
     places = [s.what for s in now.structure.sources if s.is_place]
     for a in (a for a in now.additions if not a.held):
         without = search.fits.fit([b for b in now.additions if b is not a], now.fit)
@@ -156,11 +157,10 @@ def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alt
         own = compared.get(a.effect.name)
         share = explained if own is None else min(explained, own.held_out)
         certain = own is not None and share > LARGE and own.runner_up < AHEAD * own.held_out
-        if share < PARTLY or (share < 1 - PARTLY and there and not certain):
-            return a
-        if share < LARGE and _one_source(search, without, now):
-            return a
-    return None
+        nearest = share < PARTLY or (share < 1 - PARTLY and there and not certain)
+        if nearest or (share < LARGE and _one_source(search, without, now)):
+            doubtful.append((share, a))
+    return min(doubtful, key=lambda d: d[0])[1] if doubtful else None
 
 
 def _one_source(search: Search, without: Fit, now: Judged) -> bool:

@@ -59,6 +59,15 @@ def test_a_true_effect_stands_beside_another_source() -> None:
     assert stand.structure.left and stand.structure.sources[0].what == "joint-2"
 
 
+def test_of_two_doubtful_effects_the_one_that_explains_less_goes_first() -> None:
+    """A joint that drifts took a part of what the brake does; without it the base is no longer doubtful."""
+    ill = sick("base-compliance + unknown brake", KUKA, seed=1)
+    fit, found = fitted(ill, addition("base-compliance"), addition("thermal-drift", "joint-2"))
+    stand = standing(ill.search, base=ill.base, fit=fit, additions=found, found=[])
+    assert [a.effect.name for a in stand.additions] == ["base-compliance"]
+    assert any("thermal-drift in joint-2" in n for n in stand.structure.notes)
+
+
 def test_a_link_that_polishes_the_simple_law_of_the_tool_gives_way_to_the_richer_one() -> None:
     ill = sick("backlash joint-1 + tool-compliance", KUKA, seed=1)
     fit, found = fitted(
