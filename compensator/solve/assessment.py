@@ -14,10 +14,10 @@ from compensator.path.tool_direction import ToolDirection, tool_direction
 from compensator.scene.bodies import Bodies, bodies_of
 from compensator.scene.path_collisions import PathCollisions, collisions_along
 from compensator.solve.added_acceleration import AddedAcceleration, added_acceleration
-from compensator.solve.compensation import Compensation
+from compensator.solve.compensation import Compensation, ShareSizes
 from compensator.solve.joint_state import spread_of_unknown
 from compensator.solve.motion_limits import MotionCheck, lowered_findings, motion_check
-from compensator.solve.share_sizes import ShareSizes, share_sizes
+from compensator.solve.share_sizes import share_sizes
 from compensator.solve.uncertainty import ErrorBand, error_band
 from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from stiffness.numerics.beside import Beside, beside

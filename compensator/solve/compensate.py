@@ -25,6 +25,7 @@ from compensator.solve.joint_state import equilibrium_columns
 from compensator.solve.load_along import load_along
 from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
+from compensator.solve.share_sizes import share_sizes
 from compensator.solve.thinned import thinned
 from compensator.solve.touching_off import touched_off
 from compensator.solve.uncertainty import band_rows
@@ -97,21 +98,25 @@ def _compensated(
         result = _solved(job, path, along, rapids_stay=rapids_stay)
         position, state = plainly.result()
     del plainly
-    finer = with_flank_poses(result)
     columns = {"position": position, "torque": np.broadcast_to(np.nan, path.q.shape)}  # these are the preview's own
     plain = as_it_is(job, path, along, columns=columns, state=state)
-    along = along.predicted(band_rows(plain))
-    plain, result, before = replace(plain, load=along), replace(result, load=result.load.solved()), plain.before
+    idle = job.arm.unknown_state.low.size > 0 and type(along) is ProcessLoad  # a core, and without a stock memory for it
+    with beside(lambda: share_sizes(plain), known=(plain,), poses=len(path) if idle else 0) as sized:
+        finer = with_flank_poses(result)
+        along = along.predicted(band_rows(plain))
+        plain, result, before = replace(plain, load=along), replace(result, load=result.load.solved()), plain.before
+        if finer is not None:
+            near = None if job.arm.closed_form else _carried_over(result, finer)
+            del result  # a million poses of it are half a gigabyte, and its stock as much as that
+            give_back()
+            finer_load = _sound(finer, load_along(job, finer, (path.toolpath, along)))
+            known = (job, finer, finer_load)
+            with beside(lambda: _positions(job, finer, finer_load)[0], known=known, poses=len(finer)) as nominally:
+                result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
+                before = nominally.result()
+            del near
+        plain = replace(plain, shares=sized.found())
     if finer is not None:
-        near = None if job.arm.closed_form else _carried_over(result, finer)
-        del result  # a million poses of it are half a gigabyte, and its stock as much as that
-        give_back()
-        finer_load = _sound(finer, load_along(job, finer, (path.toolpath, along)))
-        known = (job, finer, finer_load)
-        with beside(lambda: _positions(job, finer, finer_load)[0], known=known, poses=len(finer)) as nominally:
-            result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
-            before = nominally.result()
-        del near
         plain = thinned(plain, finer, finer_load)
     found = with_offset_findings(job, result.path.toolpath, result.load)
     inserted = len(result) - len(path)

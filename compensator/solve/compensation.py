@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,23 @@ from toolpaths.frame import Frame
 from toolpaths.toolpath import CUT
 
 Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ShareSizes:
+    """Shares of the deflection of the cutting poses (K) of a path without a correction.
+
+    Attributes:
+        size: cause -> (K,) m of its share. mean: cause -> (3,) m, its mean, base axes.
+        largest: m, the largest deflection.
+    """
+
+    size: Mapping[str, Floats]
+    mean: Mapping[str, Floats]
+    largest: float
+
+    def __repr__(self) -> str:
+        return f"ShareSizes({', '.join(self.size)})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,6 +53,7 @@ class Compensation:
         plain: the path without poses put in and without a correction, as ``preview`` has it, but for the torques of its
             command, which are not kept: NaN; None: this is it.
         uncoupled: the prediction with the wrench of the nominal path, where here it follows the deflection; else None.
+        shares: of the deflection, where they were worked out beside the solve; None: not yet.
     """
 
     job: Job
@@ -48,6 +67,7 @@ class Compensation:
     inserted: int
     plain: Compensation | None = None
     uncoupled: Compensation | None = None
+    shares: ShareSizes | None = None
 
     def __len__(self) -> int:
         return len(self.path)

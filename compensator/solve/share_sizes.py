@@ -2,37 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
-from compensator.solve.compensation import Compensation
+from compensator.solve.compensation import Compensation, ShareSizes
 
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False, eq=False)
-class ShareSizes:
-    """Of the cutting poses (K) of a path without a correction.
-
-    Attributes:
-        size: cause -> (K,) m of its share. mean: cause -> (3,) m, its mean, base axes.
-        largest: m, the largest deflection.
-    """
-
-    size: Mapping[str, Floats]
-    mean: Mapping[str, Floats]
-    largest: float
-
-    def __repr__(self) -> str:
-        return f"ShareSizes({', '.join(self.size)})"
-
-
 def share_sizes(c: Compensation) -> ShareSizes:
-    """Of a path as it was given."""
+    """Of a path as it was given; those that are known already are not worked out again."""
     plain = c.uncompensated
+    if plain.shares is not None:
+        return plain.shares
     rows, toolpath = np.flatnonzero(plain.cutting), plain.path.toolpath
     size, total, largest = dict[str, Floats](), dict[str, Floats](), 0.0
     for b, shares in c.job.arm.shares_by_block(toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows):

@@ -65,15 +65,22 @@ class Beside(Generic[T]):
 
     def result(self) -> T:
         """What the work gives; raises what it raises."""
+        received = self._received()
+        return received[0] if received else self._work()
+
+    def found(self) -> T | None:
+        """What the other process made; None where there is none, or where it failed, and the work can wait."""
+        received = self._received()
+        return received[0] if received else None
+
+    def _received(self) -> list[T]:
+        """What the other process made, alone in a list; an empty one where it made nothing."""
         if not self._child:
-            return self._work()
+            return []
         try:
             if self.works:
                 _, self._status = os.waitpid(self._child, 0)
-            if self._status:
-                return self._work()
-            found: T = _loads(self._memory, list(self._known.values()))
-            return found
+            return [] if self._status else [_loads(self._memory, list(self._known.values()))]
         finally:
             self.drop()
 

@@ -14,8 +14,7 @@ from compensator.report.json.motion import motion_report
 from compensator.report.json.text import MM, Report
 from compensator.report.json.turn import turn_report
 from compensator.solve.assessment import Assessment
-from compensator.solve.compensation import Compensation
-from compensator.solve.share_sizes import ShareSizes
+from compensator.solve.compensation import Compensation, ShareSizes
 from compensator.solve.uncertainty import ErrorBand
 
 Floats = npt.NDArray[np.float64]

@@ -56,6 +56,7 @@ def test_another_process_gives_the_same_bytes(tmp_path: Path, monkeypatch: pytes
     parts = [name for name in alone if name.startswith("p_0")]
     assert len(parts) > 3
     elsewhere(monkeypatch, compensate, "_positions")
+    elsewhere(monkeypatch, compensate, "share_sizes")
     elsewhere(monkeypatch, assessment, "spread_of_unknown")
     looked_into = by_whom(monkeypatch, read_back, "_moves")
     flushes = by_whom(monkeypatch, os, "fsync")

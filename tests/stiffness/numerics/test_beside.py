@@ -147,5 +147,9 @@ def test_a_half_that_fails_elsewhere_is_done_here() -> None:
         return k + 1
 
     assert halves(work, (5, 7, 11), FROM) == [6, 8, 12]
+    with beside(lambda: work(1), known=(), poses=FROM) as other:
+        assert other.found() is None
+    with beside(lambda: 7, known=(), poses=FROM) as other:
+        assert other.found() == 7
     with left_with(1):
         assert halves(lambda k: os.getpid(), (5, 7), FROM) == [here, here]
