@@ -59,7 +59,7 @@ class GivenWrench(Process):
         if self.axes == "tool":
             return lambda rows: tcp.take(rows).rotation
         if work.origin.ndim == 1:
-            return axes_along(tcp, motion.toolpath.kind)
+            return axes_along(tcp, motion.toolpath.kind, motion.z)
         seen = axes_along(tcp.relative_to(work), motion.toolpath.kind)  # the feed of the tool against the part
         return lambda rows: turned[rows] @ seen(rows)
 

@@ -33,9 +33,9 @@ def path_axes(position: Floats, rotation: Floats, kind: Kinds | None = None) -> 
     return axes_along(Frame(rotation, position), kind)(np.arange(len(position)))
 
 
-def axes_along(tcp: Frame, kind: Kinds | None = None) -> Callable[[Rows], Floats]:
-    """``path_axes`` of TCP frames (N), of some poses: rows (K,) -> (K, 3, 3)."""
-    position, count, direction = tcp.origin, tcp.count, tcp.z
+def axes_along(tcp: Frame, kind: Kinds | None = None, z: Floats | None = None) -> Callable[[Rows], Floats]:
+    """``path_axes`` of TCP frames (N), of some poses: rows (K,) -> (K, 3, 3); ``z`` (N, 3) of them, if it is known."""
+    position, count, direction = tcp.origin, tcp.count, tcp.z if z is None else z
     moving, good = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     # a pose that repeats the one before leaves with the next real move
     moving[:-1] = np.linalg.norm(np.diff(position, axis=0), axis=1) > 1e-9

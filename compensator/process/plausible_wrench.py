@@ -62,5 +62,5 @@ def _shares(motion: ToolMotion, force: Floats, cut: npt.NDArray[np.bool_]) -> tu
     if not total:
         return 0.0, 0.0
     along = np.sum(force[rows] * moved[rows] / length[rows, None])
-    into = np.sum(force[rows] * motion.tcp.z[rows])
+    into = np.sum(force[rows] * motion.z[rows])
     return float(along) / total, float(into) / total

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -44,8 +45,8 @@ class ToolMotion:
     deflected: Frame | None = None
 
     def __post_init__(self) -> None:
-        if len(self.nominal.origin) != len(self.toolpath):
-            raise ValueError(f"{len(self.nominal.origin)} frames for {len(self.toolpath)} poses")
+        if self.nominal.count != len(self.toolpath):
+            raise ValueError(f"{self.nominal.count} frames for {len(self.toolpath)} poses")
 
     def __len__(self) -> int:
         return len(self.toolpath)
@@ -57,6 +58,11 @@ class ToolMotion:
     def tcp(self) -> Frame:
         """(N) where the TCP is."""
         return self.nominal if self.deflected is None else self.deflected
+
+    @cached_property
+    def z(self) -> Floats:
+        """(N, 3) that of the TCP; base."""
+        return self.tcp.z
 
 
 @dataclass(frozen=True, repr=False)

@@ -18,6 +18,7 @@ from compensator.solve.compensation import Compensation, ShareSizes
 from compensator.solve.joint_state import spread_of_unknown
 from compensator.solve.motion_limits import MotionCheck, lowered_findings, motion_check
 from compensator.solve.share_sizes import share_sizes
+from compensator.solve.turnarounds import Turnaround, reversals, sign_changes
 from compensator.solve.uncertainty import ErrorBand, error_band
 from compensator.solve.unlearned_angles import OpenAngles, open_angles
 from stiffness.numerics.beside import Beside, beside
@@ -42,6 +43,7 @@ class Assessment:
         motion: of the joints at the feeds of the cuts.
         added: what the corrections add to their accelerations; None: nothing is corrected.
         collisions: along the path.
+        reversals: where joints turn around. sign_changes: where the torque of gravity and process on one changes sign.
         findings: of all stages, repeats merged, the worst level first.
     """
 
@@ -54,6 +56,8 @@ class Assessment:
     motion: MotionCheck
     added: AddedAcceleration | None
     collisions: PathCollisions
+    reversals: Sequence[Turnaround]
+    sign_changes: Sequence[Turnaround]
     findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
@@ -98,6 +102,8 @@ def judged(c: Compensation, bodies: Bodies | None = None, *, corrected: bool = T
         motion=motion_check(arm.robot, c.path.toolpath, q, c.job.placement.program.default_feed / 60e3),
         added=added_acceleration(c) if corrected else None,
         collisions=collisions_along(c.job, c.path.toolpath, q, bodies),
+        reversals=reversals(c, q),
+        sign_changes=sign_changes(c),
         findings=(),
     )
 

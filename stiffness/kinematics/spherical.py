@@ -18,6 +18,7 @@ from stiffness.kinematics.inverse import (
     pose_error,
 )
 from stiffness.kinematics.jacobian import Conditioning
+from stiffness.numerics.beside import halves
 from stiffness.numerics.kernel import Kernel
 from stiffness.poses import PoseArray, Poses
 from stiffness.robot.robot import Robot
@@ -56,9 +57,13 @@ class SphericalInverse(Inverse):
     def along(self, poses: Poses, branch: int | Ints, seed: Floats | None = None) -> InverseSolution:
         labels = checked_branch(self, branch, poses.count)
         q, margins, wrist = (np.empty((poses.count, *width)) for width in ((self.robot.n,), (3,), ()))
-        for first in range(0, poses.count, BLOCK):
-            b = slice(first, first + BLOCK)
-            q[b], margins[b], wrist[b] = self._solve(checked_path(self.robot, poses.take(b), first), labels[b])
+
+        def solved(b: slice) -> tuple[Floats, Floats, Floats]:
+            return self._solve(checked_path(self.robot, poses.take(b), b.start), labels[b])
+
+        parts = [slice(first, first + BLOCK) for first in range(0, poses.count, BLOCK)]
+        for b, found in zip(parts, halves(solved, parts, poses.count), strict=True):
+            q[b], margins[b], wrist[b] = found
         q = continuous(self.robot, q, seed)
         reasons = {
             "out of reach: the wrist centre is too close to axis 1": margins[:, 0] < 0,

@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.process.milling.milling_load import MillingLoad
-from compensator.report.analysis.turnarounds import reversals, sign_changes
 from compensator.report.json.axes import axes_report
 from compensator.report.json.collisions import collisions_report
 from compensator.report.json.findings import findings_report
@@ -34,7 +33,6 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
     """
     c = a.result
     cut, plain = c.cutting, c.uncompensated
-    q = c.command.q if corrected else c.path.q
     before = statistics(np.linalg.norm(plain.error_before[plain.cutting], axis=1))
     milled = {"cut": c.load.summary()} if isinstance(c.load, MillingLoad) else {}
     return {
@@ -54,8 +52,8 @@ def path_report(a: Assessment, after: Floats, *, seconds: float, corrected: bool
         },
         **milled,
         "max_correction_mm": float(np.linalg.norm(c.correction, axis=1).max() * MM) if corrected else 0.0,
-        "reversals": [t.as_dict() for t in reversals(c, q)],
-        "torque_sign_changes": [t.as_dict() for t in sign_changes(c)],
+        "reversals": [t.as_dict() for t in a.reversals],
+        "torque_sign_changes": [t.as_dict() for t in a.sign_changes],
         **({} if c.path.chosen is None else {"turn": turn_report(c.path.chosen)}),
         **({} if c.path.axes is None else {"external": axes_report(c.path.axes)}),
         "motion": motion_report(a.motion, c.path, a.added),

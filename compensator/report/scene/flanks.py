@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.equipped_arm import EquippedArm
-from compensator.report.analysis.turnarounds import Turnaround
+from compensator.solve.turnarounds import Turnaround
 from stiffness.memory.preload import PreloadState
 from stiffness.memory.state_columns import state_columns
 

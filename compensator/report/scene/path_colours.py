@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from compensator.report.analysis.turnarounds import reversals
 from compensator.report.scene.flanks import last_reversed
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
+from compensator.solve.turnarounds import reversals
 from compensator.solve.uncertainty import QUANTILE
 
 Floats = npt.NDArray[np.float64]

@@ -16,7 +16,6 @@ import numpy.typing as npt
 from compensator.cell.external_axes import rail_shift, workobject_along
 from compensator.cell.job import Job
 from compensator.path.tool_set import ToolSet
-from compensator.report.analysis.turnarounds import reversals
 from compensator.report.json.text import Report
 from compensator.report.scene.arm_bodies import arm_bodies, arm_length
 from compensator.report.scene.drawn_body import DrawnBody
@@ -32,6 +31,7 @@ from compensator.scene.bodies import bodies_of
 from compensator.solve.assessment import Assessment
 from compensator.solve.compensation import Compensation
 from compensator.solve.nominal_state import nominal_state
+from compensator.solve.turnarounds import reversals
 from stiffness.memory.preload import PreloadState
 from stiffness.robot.robot import Robot
 from toolpaths.frame import Frame

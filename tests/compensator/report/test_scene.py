@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from compensator.report.analysis.turnarounds import Turnaround
 from compensator.report.html.path import path_page
 from compensator.report.scene.arm_bodies import arm_bodies, ends
 from compensator.report.scene.drawn_body import FLOOR, WORK
@@ -23,6 +22,7 @@ from compensator.report.scene.work_bodies import fixture
 from compensator.scene.body import Body
 from compensator.scene.shape import BoxShape, MeshShape
 from compensator.solve.compensation import Compensation
+from compensator.solve.turnarounds import Turnaround
 from tests.compensator.report.small_path import taken
 from toolpaths.frame import Frame
 
