@@ -100,7 +100,8 @@ def _compensated(
     del plainly
     columns = {"position": position, "torque": np.broadcast_to(np.nan, path.q.shape)}  # these are the preview's own
     plain = as_it_is(job, path, along, columns=columns, state=state)
-    idle = job.arm.unknown_state.low.size > 0 and type(along) is ProcessLoad  # a core, and without a stock memory for it
+    # with joint memory a core is idle now; a stock would be held longer by the other process
+    idle = job.arm.unknown_state.low.size > 0 and type(along) is ProcessLoad
     with beside(lambda: share_sizes(plain), known=(plain,), poses=len(path) if idle else 0) as sized:
         finer = with_flank_poses(result)
         along = along.predicted(band_rows(plain))
