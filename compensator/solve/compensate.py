@@ -100,12 +100,12 @@ def _compensated(
     del plainly
     columns = {"position": position, "torque": np.broadcast_to(np.nan, path.q.shape)}  # these are the preview's own
     plain = as_it_is(job, path, along, columns=columns, state=state)
+    along = along.predicted(band_rows(plain))
+    plain, result, before = replace(plain, load=along), replace(result, load=result.load.solved()), plain.before
     # with joint memory a core is idle now; a stock would be held longer by the other process
     idle = job.arm.unknown_state.low.size > 0 and type(along) is ProcessLoad
     with beside(lambda: share_sizes(plain), known=(plain,), poses=len(path) if idle else 0) as sized:
         finer = with_flank_poses(result)
-        along = along.predicted(band_rows(plain))
-        plain, result, before = replace(plain, load=along), replace(result, load=result.load.solved()), plain.before
         if finer is not None:
             near = None if job.arm.closed_form else _carried_over(result, finer)
             del result  # a million poses of it are half a gigabyte, and its stock as much as that
@@ -195,6 +195,7 @@ def _solved(
         target = faded_targets(
             arm, path, command, state, target=target, fade=job.placement.solve.fade / 1e3
         )
+        del state  # of every pose that changes it, all joints
         command, state, rounds = agreed(arm, start, path, target, wrench=wrench, near=command, held=held)
     return Compensation(
         job=job,

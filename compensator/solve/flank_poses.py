@@ -29,6 +29,7 @@ from toolpaths.toolpath import CUT
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.intp]
 
 PARTS = 16  # that an interval is cut into, per level
 SHORTEST = 5e-5  # m; a change is not located finer than this
@@ -69,18 +70,15 @@ class _Intervals:
 
 def with_flank_poses(c: Compensation) -> PlannedPath | None:
     """The path with poses around every flank change of a cut; None when there is none."""
-    toolpath, state = c.path.toolpath, c.state
-    end = state.changed
+    toolpath, end = c.path.toolpath, c.state.changed
     if not len(end):
         return None
     length = np.linalg.norm(np.diff(toolpath.on_part, axis=0), axis=1)
-    before, after = state.take(end - 1), state.take(end).middle
-    worth = _worth(c.job.arm, c.command.q[end], c.command.torque[end], before=before.middle, after=after).any(axis=1)
-    known = before.known.all(axis=1)  # from an unknown flank nothing can be located
-    rows = end[worth & known & (length[end - 1] > SHORTEST) & (toolpath.kind[end] == CUT)] - 1
+    worth = np.concatenate([_worth_a_look(c, end[b]) for b in blocks(len(end))])
+    rows = end[worth & (length[end - 1] > SHORTEST) & (toolpath.kind[end] == CUT)] - 1
     if not len(rows):
         return None
-    begin = state.take(rows)
+    begin = c.state.take(rows)
     intervals = _Intervals(rows, np.zeros(len(rows)), np.ones(len(rows)), PreloadState(begin.low, begin.high))
     first, closer = _bends(c, intervals, length, deeper=True)
     second, _ = _bends(c, closer, length, deeper=False) if len(closer) else (first[:0], closer)
@@ -91,6 +89,14 @@ def with_flank_poses(c: Compensation) -> PlannedPath | None:
     keep = np.unique(keep, axis=0)
     finer = with_poses_between(toolpath, keep[:, 0].astype(np.intp), keep[:, 1])
     return c.job.planner.again(c.path, finer)
+
+
+def _worth_a_look(c: Compensation, end: Rows) -> Bools:
+    """(K,) whether the state changes by so much at poses (K,) that it is looked for where between it and the pose
+    before; from an unknown flank nothing can be located."""
+    before, after = c.state.take(end - 1), c.state.take(end).middle
+    worth = _worth(c.job.arm, c.command.q[end], c.command.torque[end], before=before.middle, after=after)
+    return np.asarray(worth.any(axis=1) & before.known.all(axis=1))
 
 
 def _worth(arm: EquippedArm, q: Floats, tau: Floats, *, before: Floats, after: Floats) -> Bools:
