@@ -23,10 +23,11 @@ def engagement_csv(c: Compensation, poses: npt.NDArray[np.intp]) -> Iterator[str
     columns = {name: values for name, values in c.load.columns.items() if name != LAST}
     tail = {name: values for name, values in c.load.columns.items() if name == LAST}
     yield ",".join(["index", "source_line", *columns, *WRENCH, *tail]) + "\n"
-    numbers = np.column_stack([*columns.values(), c.wrench, *tail.values()])[poses] + 0.0
-    line = c.path.toolpath.line[poses]
+    made = [*columns.values(), c.wrench, *tail.values()]
     for begin in range(0, len(poses), BLOCK):
-        rows = zip(line[begin : begin + BLOCK].tolist(), numbers[begin : begin + BLOCK].tolist(), strict=True)
+        some = poses[begin : begin + BLOCK]
+        numbers = np.column_stack([values[some] for values in made]) + 0.0
+        rows = zip(c.path.toolpath.line[some].tolist(), numbers.tolist(), strict=True)
         yield "".join(
             f"{begin + k},{at}," + ",".join(f"{v:.6f}" if v == v else "" for v in row) + "\n"
             for k, (at, row) in enumerate(rows)
