@@ -14,7 +14,7 @@ from toolpaths.languages.table import LANGUAGES, READ, WRITTEN, Language, readin
 from toolpaths.machine import Machine
 from toolpaths.program_files import ProgramFiles, program_files
 from toolpaths.reading.source_text import refuse_absent
-from toolpaths.sharing import each
+from toolpaths.sharing import each, is_shared
 from toolpaths.toolpath import Toolpath
 from toolpaths.writing.checks import common_findings, unsaid, without_axes
 from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
@@ -145,12 +145,15 @@ def write_program(
         found += writer.findings(program, target)
         found += unsaid(program, spoken.name, lambda word: re.fullmatch(spoken.machine_words, word) is not None)
     findings = refuse_errors(str(path), found)
+    written: list[Path] = []
     try:
         with Staging(flush=not staged) as staging:
-            made = [(target.parent / name, pieces) for name, pieces in writer.files(program, target)]
-            written = [file for file, _ in made]
-            staging.take_up(written)
-            each(lambda one: staging.fill(one[0], (text.encode("ascii") for text in one[1])), made, poses=len(program))
+            made = ((target.parent / name, pieces) for name, pieces in writer.files(program, target))
+            # what makes several files at a time holds them all
+            for some in [list(made)] if is_shared() else ([one] for one in made):
+                staging.take_up([file for file, _ in some])
+                each(lambda f: staging.fill(f[0], (text.encode("ascii") for text in f[1])), some, poses=len(program))
+                written += [file for file, _ in some]
             staging.commit()
     except StagingError as e:
         raise WriteError(f"{e.target}: cannot be written: {e.why}. Nothing was changed") from e

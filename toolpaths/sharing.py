@@ -30,6 +30,11 @@ def each(work: Callable[[A], B], things: Sequence[A], *, poses: int) -> list[B]:
     return [work(thing) for thing in things] if share is None else share(work, things, poses)
 
 
+def is_shared() -> bool:
+    """Whether somebody else may do a part."""
+    return _SHARE.get() is not None
+
+
 @contextmanager
 def shared_by(share: Share) -> Iterator[None]:
     """Let ``share`` do what is given to ``each`` inside."""
