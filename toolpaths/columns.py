@@ -46,7 +46,7 @@ def put_in(values: Floats, chosen: Rows, rows: Rows, others: Floats | None) -> F
     return out
 
 
-def beside(base: Callable[[], Floats], values: Floats) -> Callable[[], Floats]:
+def made_from(base: Callable[[], Floats], values: Floats) -> Callable[[], Floats]:
     """What makes ``values`` (N, ...) from a column that is kept anyway: rows that differ from ``base`` are kept, all of
     them where most do."""
     apart = np.flatnonzero((base() != values).reshape(len(values), -1).any(axis=1))

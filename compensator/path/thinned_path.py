@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.path.planned_path import PlannedPath
-from toolpaths.columns import beside, blocks
+from toolpaths.columns import blocks, made_from
 from toolpaths.frame import Frame
 from toolpaths.made_frames import MadeFrames
 from toolpaths.toolpath import Toolpath
@@ -35,7 +35,7 @@ class ThinnedPath(PlannedPath):
             _finer=finer, _put_in=put_in, turn=path.turn, branch=path.branch, programmed=path.programmed,
             chosen=path.chosen, instead=path.instead, axes=path.axes,
         )  # fmt: skip
-        self.__dict__["_q"] = beside(lambda: finer.q[self.rows], path.q)
+        self.__dict__["_q"] = made_from(lambda: finer.q[self.rows], path.q)
 
     @property
     def rows(self) -> Rows:

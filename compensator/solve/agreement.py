@@ -107,7 +107,7 @@ def agreed(
     _refuse_unsettled(path.toolpath, unsettled, creeping)
     command = MadeCommand(**columns.whole, nominal=partial(arm.printed, path.toolpath), steps=steps)
     del columns  # in the closed form, actual angles are those of the path but at held poses
-    return command.beside(path.q), PreloadState.chained(states), rounds
+    return command.sharing(path.q), PreloadState.chained(states), rounds
 
 
 def _piece_agreed(arm: EquippedArm, piece: _Piece, begin: StartValues | None) -> _Agreed:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stiffness.poses import Poses
 from stiffness.statics.prediction import Command
-from toolpaths.columns import beside
+from toolpaths.columns import made_from
 
 Floats = npt.NDArray[np.float64]
 
@@ -45,9 +45,9 @@ class MadeCommand(Command):
         """(N, n) rad where the joints then stand."""
         return self._actual() if callable(self._actual) else self._actual
 
-    def beside(self, nominal: Floats) -> MadeCommand:
+    def sharing(self, nominal: Floats) -> MadeCommand:
         """The same, of whose actual angles those are kept that are not the ``nominal`` ones (N, n) of the path."""
         return MadeCommand(
-            q=self._q, actual=beside(lambda: nominal, self.actual), torque=self.torque, nominal=self.nominal,
+            q=self._q, actual=made_from(lambda: nominal, self.actual), torque=self.torque, nominal=self.nominal,
             error=self.error, extra=self.extra, steps=self.steps,
         )  # fmt: skip

@@ -13,7 +13,7 @@ from compensator.process.milling.milling_load import MilledForce
 from compensator.process.process import ProcessLoad
 from compensator.solve.compensation import Compensation
 from compensator.solve.made_command import MadeCommand
-from toolpaths.columns import beside
+from toolpaths.columns import made_from
 
 Floats = npt.NDArray[np.float64]
 
@@ -25,7 +25,7 @@ class ThinnedLoad(ProcessLoad):
         wrench = finer.wrench
         self.__dict__.update(
             {name: value for name, value in vars(load).items() if name != "wrench"},
-            _wrench=beside(lambda: wrench[path.rows], load.wrench),
+            _wrench=made_from(lambda: wrench[path.rows], load.wrench),
         )
 
     @property

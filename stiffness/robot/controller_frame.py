@@ -43,6 +43,11 @@ def frame_at(name: str, pose: Floats, axis: Floats) -> ControllerFrame:
     return ControllerFrame(name, float(np.linalg.norm(pose[:3, 3])), _angle(pose), along(pose, axis))
 
 
+def named(name: str, *plain: str) -> bool:
+    """Whether a link has one of these names, with or without a prefix."""
+    return any(name == p or name.endswith(f"_{p}") for p in plain)
+
+
 def along(pose: Floats, axis: Floats) -> bool:
     """Whether z of a pose (4, 4) is along an axis (3,), in either sense."""
     return float(np.linalg.norm(np.cross(pose[:3, 2], axis))) < _ALONG

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from stiffness.robot.controller_frame import ControllerFrame, frame_at
+from stiffness.robot.controller_frame import ControllerFrame, frame_at, named
 from stiffness.robot.urdf_tree import UrdfJoint, UrdfTree
 
 Floats = npt.NDArray[np.float64]
@@ -32,9 +32,9 @@ def base_frame(tree: UrdfTree, start: str, first: UrdfJoint, before: Floats) -> 
     for depth, link in enumerate(_held(tree, first.parent)):
         for joint in tree.below[link]:
             if joint.kind == "fixed" and not _moves(tree, joint.child):
-                if joint.child.endswith(_WORLD):
+                if named(joint.child, _WORLD):
                     found.append((0, depth, joint.child))
-                elif joint.child.endswith(BASE) and link == f"{joint.child}_link":
+                elif named(joint.child, BASE) and link == f"{joint.child}_link":
                     found.append((1, depth, joint.child))
     if start == BASE:  # wherever it stands
         found.append((2, 0, start))

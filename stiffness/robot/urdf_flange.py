@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.robot.controller_frame import ControllerFrame, along, frame_at
+from stiffness.robot.controller_frame import ControllerFrame, along, frame_at, named
 from stiffness.robot.tips import FLANGE, MAKERS
 from stiffness.robot.urdf_tree import UrdfTree
 
@@ -23,7 +23,7 @@ def flange_frame(tree: UrdfTree, end: str, axis: Floats) -> ControllerFrame | No
         end: the last moving link, the tip by default. axis: (3,) of its joint, in its axes.
     """
     found = _fixed_to(tree, end)
-    ranked = [(_rank(name, pose, axis), name) for name, pose in found.items() if _named(name, MAKERS, FLANGE)]
+    ranked = [(_rank(name, pose, axis), name) for name, pose in found.items() if named(name, MAKERS, FLANGE)]
     if not ranked:
         return None
     name = min(ranked)[1]
@@ -32,12 +32,7 @@ def flange_frame(tree: UrdfTree, end: str, axis: Floats) -> ControllerFrame | No
 
 def _rank(name: str, pose: Floats, axis: Floats) -> tuple[bool, bool, bool]:
     """Least first: tool0, z on the axis, no prefix."""
-    return not _named(name, MAKERS), not along(pose, axis), name not in (MAKERS, FLANGE)
-
-
-def _named(name: str, *plain: str) -> bool:
-    """Whether a link has one of these names, with or without a prefix."""
-    return any(name == p or name.endswith(f"_{p}") for p in plain)
+    return not named(name, MAKERS), not along(pose, axis), name not in (MAKERS, FLANGE)
 
 
 def _fixed_to(tree: UrdfTree, end: str) -> dict[str, Floats]:

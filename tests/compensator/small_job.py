@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from benchmarks.milled import MATERIAL
+
 ABB = "abb-irb6600-175-255"
 STIFFNESS = [2.0e6, 1.7e6, 1.3e6, 2.8e5, 0.96e5, 0.37e5]
 MODEL: dict[str, Any] = {
@@ -111,20 +113,6 @@ def columns(path: Path, *names: str) -> np.ndarray:
         return np.array([[float(row[n]) for n in names] for row in csv.DictReader(stream)])
 
 
-MATERIAL = """schema = "material/1"
-name = "own"
-source = "a test"
-sign = "as measured"
-[coefficients]
-ktc = 700.0
-krc = 150.0
-kac = 200.0
-kte = 20.0
-kre = 20.0
-kae = 1.0
-[sd]
-ktc = 70.0
-"""
 # a slot and two half immersions at two feeds; forces of 700/150/200/20/20/1 by the closed form, with 1 N of noise
 FORCES = """shape,diameter_mm,flutes,ap_mm,entry_deg,exit_deg,feed_per_tooth_mm,fx_n,fy_n,fz_n
 flat,20,4,3,-90,90,0.05,-96.8,-183.9,44.6

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import toolpaths.columns as columns
-from toolpaths.columns import MadeColumn, beside, blocks, once, put_in
+from toolpaths.columns import MadeColumn, blocks, made_from, once, put_in
 from toolpaths.frame import Frame
 from toolpaths.made_frames import MadeFrames
 
@@ -92,7 +92,7 @@ def test_a_column_beside_another_one_is_made_again(apart: list[int]) -> None:
     values = base.copy()
     values[apart, 1] = np.nan if apart == [0] else -1.0
     expected = values.copy()
-    made = beside(lambda: base, values)
+    made = made_from(lambda: base, values)
     if len(apart) <= 10:  # only those rows are kept
         values[:] = 0.0
     np.testing.assert_array_equal(made(), expected)

@@ -32,8 +32,12 @@ class CoefficientShares:
     values: Floats
 
     def at(self, poses: Rows) -> Floats:
-        """(P, 6, 6) at poses (P,), all of which it has."""
-        return self.values[poses if self.rows is None else np.searchsorted(self.rows, poses)]
+        """(P, 6, 6) at poses (P,); KeyError: it does not have one of them."""
+        if self.rows is None:
+            return self.values[poses]
+        if not np.isin(poses, self.rows).all():
+            raise KeyError(f"shares are kept at {len(self.rows)} poses, and not at all of those asked for")
+        return self.values[np.searchsorted(self.rows, poses)]
 
     def only(self, poses: Rows) -> CoefficientShares:
         """At some poses (P,) alone."""

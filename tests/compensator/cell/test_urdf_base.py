@@ -277,3 +277,10 @@ def test_a_known_model_of_another_base_is_refused_by_init(tmp_path: Path) -> Non
     with pytest.raises(CompensatorError, match=r"base 'world' and tip 'J6_link', the cell has 'wbase' and 'fanuc_fl"):
         init_files({**asked, "stiffness": str(tmp_path / "model.toml")}, output=tmp_path / "n.toml")
     assert not (tmp_path / "n.toml").exists()
+
+
+@pytest.mark.parametrize(("link", "taken"), [("r1_wbase", "r1_wbase"), ("sawbase", None)])
+def test_a_link_whose_name_only_ends_like_a_base_is_none(link: str, taken: str | None, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(urdf(fixed("base_link", link, "0 0 0.55")))
+    frame = load_robot(str(tmp_path / "arm.urdf")).base_frame
+    assert (None if frame is None else frame.name) == taken

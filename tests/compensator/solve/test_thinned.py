@@ -76,7 +76,7 @@ def test_actual_angles_that_are_the_nominal_ones_are_not_kept_twice() -> None:
         q=nominal + 1e-3, actual=actual, torque=nominal, nominal=lambda q: None,  # type: ignore[arg-type, return-value]
         error=np.zeros(40), extra=np.empty((40, 0)), steps=1,
     )  # fmt: skip
-    kept = command.beside(nominal)
+    kept = command.sharing(nominal)
     np.testing.assert_array_equal(kept.actual, actual)
     np.testing.assert_array_equal(kept.q, nominal + 1e-3)
-    assert command.beside(actual).actual is actual and kept.actual is not nominal
+    assert command.sharing(actual).actual is actual and kept.actual is not nominal

@@ -9,10 +9,10 @@ import pytest
 import trimesh
 from click.testing import CliRunner, Result
 
+from benchmarks.milled import MATERIAL
 from compensator.cli import main
 from compensator.tasks.check import check_files
 from compensator.tasks.compensate import preview_file
-from tests.compensator.small_job import MATERIAL
 
 NC = """%
 G21 G90 G17

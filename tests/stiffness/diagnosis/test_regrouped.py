@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stiffness.diagnosis.added_effects import Addition
+from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.regrouped import regrouped
 from stiffness.effects import BY_NAME
 from stiffness.identification.fit import Fit
@@ -58,6 +59,14 @@ def test_a_twist_about_the_axis_of_a_joint_stands_in_its_spring(link: Fit, true:
     assert "joint-stiffness" in str(found) and "ry_rad_per_nm[4]" in str(found)
     yields = 1 / link.values()["joint-stiffness"]["k_nm_per_rad"][3]
     assert yields == pytest.approx(1 / CELLS[UR].stiffness[3] + true["ry_rad_per_nm"], rel=0.02)
+
+
+def test_diagnose_says_what_stands_for_both() -> None:
+    ill = sick(SCENARIO, UR, seed=1)
+    said = diagnose([ill.session], ill.base.model(ill.session.robot_name, {}))
+    assert [(a.effect, a.where) for a in said.added] == [("link-compliance", ("link-4",))]
+    (note,) = [n for n in said.notes if n.startswith("link-compliance: the readings know ")]
+    assert "ry_rad_per_nm[4] together with k_nm_per_rad[4] of joint-stiffness only" in note
 
 
 def test_what_the_readings_tell_stands_for_itself(link: Fit) -> None:

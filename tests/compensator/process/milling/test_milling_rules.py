@@ -9,6 +9,7 @@ from compensator.process.milling.cutter import Cutter, ToolCylinder
 from compensator.process.milling.findings import cut_findings
 from compensator.process.milling.kernels.hits import ABOVE_EDGE, HOLDER_HIT, RAPID_HIT, SHANK_HIT, SIDEWAYS
 from compensator.process.milling.mill import Cut, mill
+from compensator.process.milling.milling_load import CoefficientShares
 from compensator.process.milling.path import arriving_axes
 from tests.compensator.process.milling.milling_jobs import FLAT20, K7075, along_x, block, path
 
@@ -215,3 +216,15 @@ def test_the_engagement_of_some_poses_alone() -> None:
     coarse = mill(path(points), STOCK, K7075, cell=2 * CELL, only=rows).wrench[rows]
     size = np.linalg.norm(whole.wrench[rows, :3], axis=1)
     assert (np.linalg.norm(coarse - whole.wrench[rows], axis=1) < 0.01 * size).all()
+
+
+def test_shares_are_told_where_they_are_kept_and_nowhere_else() -> None:
+    """The nearest pose that is kept would be another wrench."""
+    whole = CoefficientShares(None, np.arange(10 * 36, dtype=float).reshape(10, 6, 6))
+    some = whole.only(np.array([7, 2, 7, 5]))
+    np.testing.assert_array_equal(some.at(np.array([5, 2])), whole.values[[5, 2]])
+    for missing in (4, 8, 0):
+        with pytest.raises(KeyError, match="not at all of those asked for"):
+            some.at(np.array([5, missing]))
+    with pytest.raises(KeyError, match="at 0 poses"):
+        whole.only(np.array([], dtype=np.intp)).at(np.array([3]))
