@@ -44,6 +44,7 @@ def by_whom(monkeypatch: pytest.MonkeyPatch, module: object, name: str) -> list[
 
 
 @pytest.mark.skipif(not hasattr(os, "memfd_create") or cores() < 2, reason="one core, or a system without fork")
+@pytest.mark.usefixtures("may_fork")
 @pytest.mark.parametrize("worn", [False, True])
 def test_another_process_gives_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, worn: bool) -> None:
     process = {"kind": "constant", "frame": "path", "wrench": [-160.0, 90.0, 120.0, 5.0, -4.0, 3.0]}

@@ -17,6 +17,8 @@ needs_fork = pytest.mark.skipif(
     not hasattr(os, "memfd_create") or cores() < 2, reason="one core, or a system without fork and shared memory"
 )
 
+pytestmark = pytest.mark.usefixtures("may_fork")
+
 Floats = npt.NDArray[np.float64]
 
 
