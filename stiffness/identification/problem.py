@@ -171,9 +171,10 @@ class Problem:
 def loose_sd(layout: Unknowns, fixed: Mapping[str, Numbers], inverse: float = LOOSE) -> Floats:
     """(P,) how far a number may be from its start where nothing else is known: loose, but in the right world. A number
     that starts away from zero, where a linear fit found it, may be as wrong as it is large: a light arm yields a
-    hundred times as much as the typical one."""
+    hundred times as much as the typical one. Not so a share: what it is a share of has grown, too."""
     loose = np.where(layout.inverse, inverse, LOOSE_DIRECT) * layout.scale
-    loose = np.where(layout.inverse, loose, np.maximum(loose, np.abs(layout.start(fixed))))
+    shares = np.array([u.parameter.unit == "1" for u in layout.free], dtype=bool)
+    loose = np.where(layout.inverse | shares, loose, np.maximum(loose, np.abs(layout.start(fixed))))
     told = [u.parameter.prior_sd for u in layout.free]
     return np.array([own if own is not None else sd for own, sd in zip(told, loose.tolist(), strict=True)])
 
