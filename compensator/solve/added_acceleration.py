@@ -14,6 +14,7 @@ from compensator.path.pose_text import place
 from compensator.solve.compensation import Compensation
 from compensator.solve.joint_state import SAME_STATE
 from compensator.solve.motion_limits import Largest, feeds
+from stiffness.memory.preload import PreloadState
 from toolpaths.columns import blocks
 from toolpaths.finding import NOTE, Finding
 
@@ -78,9 +79,14 @@ def _near_flank_changes(c: Compensation, time: Floats) -> npt.NDArray[np.bool_]:
     end = c.state.changed
     if not len(end):
         return np.zeros(len(time), dtype=np.bool_)
-    before, after = c.state.take(end - 1).middle, c.state.take(end).middle
-    end = end[(np.abs(after - before) > SAME_STATE).any(axis=1)]
+    end = np.concatenate([end[b][_changes(c.state, end[b])] for b in blocks(len(end))])
     change = np.unique(np.concatenate([time[end - 1], time[end]]))
     slack = 1e-9
     first, last = np.searchsorted(change, time - RAMP - slack), np.searchsorted(change, time + RAMP + slack)
     return np.asarray(last > first)
+
+
+def _changes(state: PreloadState, end: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
+    """(K,) whether it is another one at poses ``end`` (K,) than at those before."""
+    before, after = state.take(end - 1).middle, state.take(end).middle
+    return np.asarray((np.abs(after - before) > SAME_STATE).any(axis=1))

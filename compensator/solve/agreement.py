@@ -19,7 +19,7 @@ from compensator.path.pose_text import place
 from compensator.solve.joint_state import SAME_STATE, commanded_moves, pieces, settled_state, without_states
 from compensator.solve.made_command import MadeCommand
 from compensator.solve.rapid_fade import held_targets
-from stiffness.memory.preload import PreloadState, walk
+from stiffness.memory.preload import PathState, PreloadState, walk
 from stiffness.statics.prediction import COLUMNS, TOLERANCE, Command, PathColumns, StartValues
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
@@ -85,7 +85,7 @@ def agreed(
     """
     if not len(path):
         raise SolveError(f"{path.toolpath.source}: no poses")
-    columns, states, unsettled = PathColumns(len(path), COLUMNS), list[PreloadState](), np.zeros(len(path), dtype=bool)
+    columns, states, unsettled = PathColumns(len(path), COLUMNS), list[PathState](), np.zeros(len(path), dtype=bool)
     creeping = np.zeros(arm.robot.n, dtype=np.intp)
     first, nominal, without, steps, rounds = arm.unknown_state, start, start, 0, 0
     for rows in pieces(arm, len(path)):
@@ -97,7 +97,7 @@ def agreed(
         begin = None if near is None else StartValues(near.q[rows], near.actual[rows], near.extra[rows])
         done = _piece_agreed(arm, piece, begin)
         columns.put(rows, done.command)
-        states.append(done.state)
+        states.append(done.state.kept())
         creeping += done.creeping.sum(axis=0)
         unsettled[rows], steps, rounds = done.unsettled, max(steps, done.command.steps), max(rounds, done.rounds)
         if rows[-1] < len(path) - 1:

@@ -21,7 +21,7 @@ from compensator.solve.command_bounds import refuse_unsafe
 from compensator.solve.compensation import Compensation
 from compensator.solve.cutter_offset import at_the_wall, with_offset_findings
 from compensator.solve.flank_poses import with_flank_poses
-from compensator.solve.joint_state import equilibrium_columns
+from compensator.solve.joint_state import equilibria, equilibrium_columns
 from compensator.solve.load_along import load_along
 from compensator.solve.planned import with_feeds_in_limits
 from compensator.solve.rapid_fade import faded_targets, held_targets
@@ -31,7 +31,7 @@ from compensator.solve.touching_off import touched_off
 from compensator.solve.uncertainty import band_rows
 from stiffness.memory.preload import PreloadState
 from stiffness.numerics.beside import beside
-from stiffness.statics.prediction import Command, StartValues
+from stiffness.statics.prediction import Command, PathColumns, StartValues
 from toolpaths.columns import give_back
 from toolpaths.finding import ERROR
 from toolpaths.toolpath import CUT
@@ -54,12 +54,14 @@ def compensate(
     Raises:
         PathError, SolveError: names the pose, its line, the value and the bound.
     """
-    path, result = _with_some_turn(job, path, rapids_stay=rapids_stay, load=load)
+    handed = [path]
+    del path  # one with poses put in is another one: nobody above keeps the one without, so that it can go
+    result = _with_some_turn(job, handed.pop(), rapids_stay=rapids_stay, load=load)
     for _ in range(FEED_ROUNDS):
         slower = with_feeds_in_limits(job, result.path, result.command.q)
         if slower is result.path:
             break
-        path = _with_feeds_of(slower, path)
+        path = _with_feeds_of(slower, result.uncompensated.path)
         result = _compensated(job, path, rapids_stay=rapids_stay)
         refuse_unsafe(result)
     return result
@@ -67,17 +69,19 @@ def compensate(
 
 def _with_some_turn(
     job: Job, path: PlannedPath, *, rapids_stay: bool, load: ProcessLoad | None
-) -> tuple[PlannedPath, Compensation]:
-    """The path, or the next best where no commands agree with the joint states that they cause, and its commands."""
+) -> Compensation:
+    """Of the path, or of the next best where no commands agree with the joint states that they cause."""
     while True:
+        handed, instead = [path], path.instead
+        del path
         try:
-            result = _compensated(job, path, rapids_stay=rapids_stay, load=load)
+            result = _compensated(job, handed.pop(), rapids_stay=rapids_stay, load=load)
             refuse_unsafe(result)
-            return path, result
+            return result
         except (PathError, SolveError):
-            if path.instead is None:
+            if instead is None:
                 raise
-            path, load = with_feeds_in_limits(job, path.instead, path.instead.q), None
+            path, load = with_feeds_in_limits(job, instead, instead.q), None
 
 
 def _with_feeds_of(finer: PlannedPath, path: PlannedPath) -> PlannedPath:
@@ -85,7 +89,10 @@ def _with_feeds_of(finer: PlannedPath, path: PlannedPath) -> PlannedPath:
     begin = np.append(0, np.searchsorted(finer.toolpath.row, path.toolpath.row[:-1], side="right"))
     feed = np.fmin.reduceat(finer.toolpath.feed, begin)
     programmed = None if finer.programmed is None else np.maximum.reduceat(finer.programmed, begin)
-    return replace(path, toolpath=replace(path.toolpath, feed=feed), programmed=programmed)
+    return PlannedPath(
+        toolpath=replace(path.toolpath, feed=feed), tcp=path.tcp, q=path.q, turn=path.turn, branch=path.branch,
+        programmed=programmed, chosen=path.chosen, instead=path.instead, axes=path.axes,
+    )  # fmt: skip
 
 
 def _compensated(
@@ -93,8 +100,9 @@ def _compensated(
 ) -> Compensation:
     """As ``compensate``, at the feeds of the path, and not yet looked at for what no robot may be sent."""
     job, along = touched_off(job, path), _sound(path, load_along(job, path) if load is None else load)
-
-    with beside(lambda: _positions(job, path, along), known=(job, path, along), poses=len(path)) as plainly:
+    count = len(path)
+    del load
+    with beside(lambda: _predicted(job, path, along), known=(job, path, along), poses=count) as plainly:
         result = _solved(job, path, along, rapids_stay=rapids_stay)
         position, state = plainly.result()
     del plainly
@@ -104,31 +112,39 @@ def _compensated(
     plain, result, before = replace(plain, load=along), replace(result, load=result.load.solved()), plain.before
     # with joint memory a core is idle now; a stock would be held longer by the other process
     idle = job.arm.unknown_state.low.size > 0 and type(along) is ProcessLoad
-    with beside(lambda: share_sizes(plain), known=(plain,), poses=len(path) if idle else 0) as sized:
+    with beside(lambda: share_sizes(plain), known=(plain,), poses=count if idle else 0) as sized:
         finer = with_flank_poses(result)
         if finer is not None:
             near = None if job.arm.closed_form else _carried_over(result, finer)
             del result  # a million poses of it are half a gigabyte, and its stock as much as that
             give_back()
             finer_load = _sound(finer, load_along(job, finer, (path.toolpath, along)))
+            plain = thinned(plain, finer, finer_load)
+            del path, along
+            give_back()
             known = (job, finer, finer_load)
-            with beside(lambda: _positions(job, finer, finer_load)[0], known=known, poses=len(finer)) as nominally:
+            with beside(lambda: _positions(job, finer, finer_load), known=known, poses=len(finer)) as nominally:
                 result = _solved(job, finer, finer_load, rapids_stay=rapids_stay, near=near)
                 before = nominally.result()
             del near
         plain = replace(plain, shares=sized.found())
-    if finer is not None:
-        plain = thinned(plain, finer, finer_load)
     found = with_offset_findings(job, result.path.toolpath, result.load)
-    inserted = len(result) - len(path)
-    return replace(result, load=found, before=before, inserted=inserted, plain=plain)
+    return replace(result, load=found, before=before, inserted=len(result) - count, plain=plain)
 
 
-def _positions(job: Job, path: PlannedPath, load: ProcessLoad) -> tuple[Floats, PreloadState]:
+def _predicted(job: Job, path: PlannedPath, load: ProcessLoad) -> tuple[Floats, PreloadState]:
     """(N, 3) m where the TCP stands when the nominal poses are commanded, and the state."""
     start, names = job.placement.start, ("position",)
     columns, state = equilibrium_columns(job.arm, start, path.toolpath, q=path.q, wrench=load.wrench, names=names)
     return columns["position"], state
+
+
+def _positions(job: Job, path: PlannedPath, load: ProcessLoad) -> Floats:
+    """As ``_predicted``, of states no more than those of a piece."""
+    columns, start = PathColumns(len(path), ("position",)), job.placement.start
+    for rows, prediction, _ in equilibria(job.arm, start, path.toolpath, q=path.q, wrench=load.wrench):
+        columns.put(rows, prediction)
+    return columns.whole["position"]
 
 
 def uncompensated(job: Job, path: PlannedPath, load: ProcessLoad | None = None) -> Compensation:

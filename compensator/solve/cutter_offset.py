@@ -30,23 +30,27 @@ def missing_radius(arm: EquippedArm) -> float:
     return sum(e.missing_radius(arm.values[e.name]) for e in arm.effects if e.missing_radius)
 
 
+def moves_cutter(arm: EquippedArm) -> bool:
+    """Whether the cutter is moved to its walls."""
+    return abs(missing_radius(arm)) >= SMALLEST
+
+
 def at_the_wall(arm: EquippedArm, path: PlannedPath, wall: Floats | None) -> Frame:
     """(N) TCP targets, base: where a cutter of the size that it has cuts what the one that was programmed cuts.
 
     Args:
         wall: (N, 3) of a process, see ``ProcessLoad``.
     """
-    missing = missing_radius(arm)
-    if wall is None or abs(missing) < SMALLEST:
+    if wall is None or not moves_cutter(arm):
         return path.tcp
-    shift = np.where((path.toolpath.kind == CUT)[:, None], missing * _mitred(wall), 0.0)
+    shift = np.where((path.toolpath.kind == CUT)[:, None], missing_radius(arm) * _mitred(wall), 0.0)
     return path.tcp.at_origins(path.tcp.origin + shift)
 
 
 def with_offset_findings(job: Job, toolpath: Toolpath, load: ProcessLoad) -> ProcessLoad:
     """The load with a note on how far the cutter was moved, and where it was not."""
     missing, cut = missing_radius(job.arm), toolpath.kind == CUT
-    if load.wall is None or abs(missing) < SMALLEST:
+    if load.wall is None or not moves_cutter(job.arm):
         return load
     stays = cut & load.wrench.any(axis=1) & ~load.wall.any(axis=1)
     moved = int(np.sum(cut & load.wall.any(axis=1)))

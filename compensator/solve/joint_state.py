@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.equipped_arm import EquippedArm
-from stiffness.memory.preload import PreloadState, walk
+from stiffness.memory.preload import PathState, PreloadState, walk
 from stiffness.statics.prediction import PREDICTED, Command, PathColumns, Prediction
 from toolpaths.toolpath import Toolpath
 
@@ -104,10 +104,10 @@ def equilibrium_columns(
     guess: PreloadState | None = None,
 ) -> tuple[Mapping[str, Floats], PreloadState]:
     """As ``equilibrium_along``, of the Prediction only the columns ``names``: a million poses of all are 150 MB."""
-    columns, states = PathColumns(len(q), names), list[PreloadState]()
+    columns, states = PathColumns(len(q), names), list[PathState]()
     for rows, prediction, state in equilibria(arm, start, toolpath, q=q, wrench=wrench, guess=guess):
         columns.put(rows, prediction)
-        states.append(state)
+        states.append(state.kept())
     return columns.whole, PreloadState.chained(states)
 
 

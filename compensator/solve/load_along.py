@@ -8,6 +8,7 @@ from compensator.cell.external_axes import workobject_along
 from compensator.cell.job import Job
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ProcessLoad, ToolMotion
+from compensator.solve.cutter_offset import moves_cutter
 from toolpaths.finding import merged
 from toolpaths.frame import Frame
 from toolpaths.toolpath import Toolpath
@@ -25,4 +26,5 @@ def load_along(
     work = workobject_along(job.placement, path.toolpath)
     process, motion = job.placement.process, ToolMotion(path.toolpath, work, path.tcp, deflected)
     load = process.load(motion) if coarse is None else process.load_between(motion, *coarse)
-    return replace(load, findings=merged(load.findings))
+    wall = load.wall if moves_cutter(job.arm) else None  # nobody else asks
+    return replace(load, findings=merged(load.findings), wall=wall)

@@ -56,11 +56,11 @@ def _where_signs_change(
     found = [
         Turnaround(j + 1, int(k), int(path.line[k]), "" if path.file is None else path.sources[path.file[k]])
         for j in range(values.shape[1])
-        for k in _changes(sign(values[:, j : j + 1])[:, 0])
+        for k in _changes(sign(values[:, j : j + 1])[:, 0].astype(np.int8))
     ]
     return sorted(found, key=lambda t: (t.pose, t.joint))
 
 
-def _changes(sign: Floats) -> npt.NDArray[np.intp]:
+def _changes(sign: npt.NDArray[np.int8]) -> npt.NDArray[np.intp]:
     known = np.flatnonzero(sign != 0)
     return np.asarray(known[1:][sign[known[1:]] != sign[known[:-1]]])

@@ -135,8 +135,9 @@ def compensate_file(
     del toolpath_read
     maker.check(job.placement, path.toolpath, named)
     give_back()
-    result = compensate(job, path, rapids_stay=maker.in_place)
+    handed = [path]
     del path  # one with poses put in is another one
+    result = compensate(job, handed.pop(), rapids_stay=maker.in_place)
     give_back()
     with Outputs() as outputs:
         say(f"writing {written_in.name}")

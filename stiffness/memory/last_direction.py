@@ -12,6 +12,8 @@ from stiffness.memory.preload import PreloadState
 
 Floats = npt.NDArray[np.float64]
 
+TOGETHER = 65536  # poses at a time: ten numbers of each are looked at
+
 
 def last_direction(move: Floats) -> Floats:
     """(N, n): the sign of the last travel of more than REVERSAL, up to every pose; 0 before the first.
@@ -19,10 +21,12 @@ def last_direction(move: Floats) -> Floats:
     Args:
         move: (N, n) rad, from the pose before to this one.
     """
-    if not len(move):
-        return np.zeros_like(move)
-    one = np.ones_like(move)
-    starts = np.outer([-1.0, 1.0, 0.0], np.ones(move.shape[1]))
-    low, high, likely = scan(Clamp(move / (0.5 * REVERSAL), -one, one), starts)
-    known = PreloadState(low, high).known & (np.abs(likely) == 1.0)
-    return np.where(known, likely, 0.0)
+    out = np.zeros_like(move)
+    states = np.outer([-1.0, 1.0, 0.0], np.ones(move.shape[1]))[:, None]
+    for first in range(0, len(move), TOGETHER):
+        b = slice(first, first + TOGETHER)
+        one = np.ones_like(move[b])
+        states = scan(Clamp(move[b] / (0.5 * REVERSAL), -one, one), states[:, -1])
+        known = PreloadState(states[0], states[1]).known & (np.abs(states[2]) == 1.0)
+        out[b] = np.where(known, states[2], 0.0)
+    return out

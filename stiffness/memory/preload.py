@@ -11,7 +11,7 @@ lowest and the highest state possible, bracket every other; where they meet the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,7 @@ from stiffness.memory.state_columns import state_columns
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
+Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, repr=False)
@@ -41,23 +42,34 @@ class PreloadState:
         return f"PreloadState(shape {self.middle.shape}, {'known' if self.known.all() else 'partly unknown'})"
 
     @staticmethod
-    def chained(parts: Sequence[PreloadState]) -> PreloadState:
+    def chained(parts: Sequence[PreloadState]) -> PathState:
         """Of a path, from those of its pieces."""
-        begins = np.cumsum([0, *(len(p.middle) for p in parts)])
-        values, begin, low, high, rows = list[Floats](), list[Rows](), list[Floats](), list[Floats](), list[Rows]()
-        for first, part in zip(begins.tolist(), parts, strict=False):
-            middle, apart = part.middle, np.flatnonzero(part.is_open)
-            changed = np.concatenate([np.arange(min(len(middle), 1)), part.changed])
-            values.append(middle[changed])
-            begin.append(first + changed)
-            there = part.take(apart)
-            low.append(there.low)
-            high.append(there.high)
-            rows.append(first + apart)
+        kept = [p.kept() for p in parts]
+        first = np.cumsum([0, *(p.count for p in kept)])
         return PathState(
-            np.concatenate(low), np.concatenate(high), np.concatenate(values), rows=np.concatenate(rows),
-            begin=np.concatenate(begin), count=int(begins[-1]),
+            np.concatenate([p.lowest for p in kept]), np.concatenate([p.highest for p in kept]),
+            np.concatenate([p.values for p in kept]), bounded=np.concatenate([p.bounded for p in kept]),
+            begin=np.concatenate([f + p.begin for f, p in zip(first, kept, strict=False)]),
+            rows=np.concatenate([f + p.rows for f, p in zip(first, kept, strict=False)]), count=int(first[-1]),
         )  # fmt: skip
+
+    def kept(self) -> PathState:
+        """The same of a path, in less room."""
+        middle, low, high = self.middle, self.low, self.high
+        begin = np.concatenate([np.arange(min(len(middle), 1)), self.changed])
+        if low is high is middle:  # one walk
+            none, rows = np.zeros((len(begin[:1]), middle.shape[1])), begin[:1]
+            bounded = np.zeros(none.shape, dtype=np.bool_)
+            return PathState(
+                none, none, middle[begin], bounded=bounded, begin=begin, rows=rows, count=len(middle)
+            )
+        bounded = _other(low, middle) | _other(high, middle)
+        low, high = np.where(bounded, low, 0.0), np.where(bounded, high, 0.0)
+        new = _other(low[1:], low[:-1]) | _other(high[1:], high[:-1]) | (bounded[1:] != bounded[:-1])
+        rows = np.concatenate([begin[:1], np.flatnonzero(new.any(axis=1)) + 1])
+        return PathState(
+            low[rows], high[rows], middle[begin], bounded=bounded[rows], begin=begin, rows=rows, count=len(middle)
+        )
 
     @property
     def low(self) -> Floats:
@@ -75,12 +87,12 @@ class PreloadState:
         return np.asarray(0.5 * (self.low + self.high)) if self.likely is None else self.likely
 
     @property
-    def known(self) -> npt.NDArray[np.bool_]:
+    def known(self) -> Bools:
         """Where the two walks have met."""
         return np.asarray(self.high - self.low <= 1e-12)
 
     @property
-    def is_open(self) -> npt.NDArray[np.bool_]:
+    def is_open(self) -> Bools:
         """(N,) poses where lowest, highest and likely state are not one and the same."""
         if self.lowest is self.highest is self.likely:
             return np.zeros(len(self.lowest), dtype=np.bool_)
@@ -109,66 +121,75 @@ class PreloadState:
         return PreloadState(end.low[0], end.high[0], None if end.likely is None else end.likely[0])
 
 
-@dataclass(frozen=True, repr=False, kw_only=True)
+@dataclass(frozen=True, repr=False)
 class PathState(PreloadState):
-    """The state along a path of N poses, kept where it changes, and where it is not known.
+    """The state along a path of N poses, kept where it changes; bounds on their own, as a joint that never moves stays
+    unknown while others change at every pose.
 
     Attributes:
         likely: (C, m) that holds from ``begin`` (C,), the poses that change it and the first, up to the next.
-        lowest, highest: ``low`` and ``high`` at ``rows`` (K,); elsewhere all three are one.
+        lowest, highest: (K, m) that hold from ``rows`` (K,) on where ``bounded`` (K, m); elsewhere they are the likely.
         count: N.
     """
 
-    rows: Rows
-    begin: Rows
-    count: int
+    bounded: Bools = field(kw_only=True)
+    begin: Rows = field(kw_only=True)
+    rows: Rows = field(kw_only=True)
+    count: int = field(kw_only=True)
+
+    @property
+    def values(self) -> Floats:
+        """(C, m), ``likely``."""
+        return np.empty((0, self.lowest.shape[-1])) if self.likely is None else self.likely
 
     @property
     def low(self) -> Floats:
-        return self._whole(self.lowest)
+        return self.take(np.arange(self.count)).low
 
     @property
     def high(self) -> Floats:
-        return self._whole(self.highest)
+        return self.take(np.arange(self.count)).high
 
     @property
     def middle(self) -> Floats:
         return self._at(np.arange(self.count))
 
     @property
-    def is_open(self) -> npt.NDArray[np.bool_]:
-        out = np.zeros(self.count, dtype=np.bool_)
-        out[self.rows] = True
-        return out
+    def is_open(self) -> Bools:
+        return self._along(self.bounded.any(axis=1))
 
     @property
     def unknown_rows(self) -> Rows:
-        return np.asarray(self.rows[~(self.highest - self.lowest <= 1e-12).all(axis=1)])
+        return np.flatnonzero(self._along((self.bounded & ~(self.highest - self.lowest <= 1e-12)).any(axis=1)))
 
     @property
     def changed(self) -> Rows:
         middle = self._at(self.begin)  # a piece may begin as the one before ended
         return np.asarray(self.begin[1:][(middle[1:] != middle[:-1]).any(axis=1)])
 
+    def kept(self) -> PathState:
+        return self
+
     def take(self, rows: Rows) -> PreloadState:
         rows = np.where(rows < 0, rows + self.count, rows)
-        middle = self._at(rows)
-        at = np.minimum(np.searchsorted(self.rows, rows), max(len(self.rows) - 1, 0))
-        apart = self.rows[at] == rows if len(self.rows) else np.zeros(len(rows), dtype=np.bool_)
-        if not apart.any():
+        middle, at = self._at(rows), np.searchsorted(self.rows, rows, side="right") - 1
+        bounded = self.bounded[at]
+        if not bounded.any():
             return PreloadState(middle, middle, middle)
-        low, high = middle.copy(), middle.copy()
-        low[apart], high[apart] = self.lowest[at[apart]], self.highest[at[apart]]
+        low, high = (np.where(bounded, bounds[at], middle) for bounds in (self.lowest, self.highest))
         return PreloadState(low, high, middle)
 
     def _at(self, rows: Rows) -> Floats:
-        likely = np.empty((0, self.lowest.shape[-1])) if self.likely is None else self.likely
-        return np.asarray(likely[np.searchsorted(self.begin, rows, side="right") - 1])
+        return np.asarray(self.values[np.searchsorted(self.begin, rows, side="right") - 1])
 
-    def _whole(self, at_rows: Floats) -> Floats:
-        whole = self.middle
-        whole[self.rows] = at_rows
-        return whole
+    def _along(self, values: Bools) -> Bools:
+        """(N,) of the poses, of values (K,) from ``rows`` on."""
+        return np.repeat(values, np.diff(self.rows, append=self.count))
+
+
+def _other(one: Floats, two: Floats) -> Bools:
+    """Where the numbers are not the same, bit by bit: 0 is not -0."""
+    return np.asarray(one.view(np.int64) != two.view(np.int64))
 
 
 def unknown(effects: Sequence[Effect], values: Mapping[str, Numbers]) -> PreloadState:

@@ -19,8 +19,10 @@ from compensator.process.milling.path import MillingPath, Prepared, arriving_axe
 from compensator.process.milling.remains import Remains
 from compensator.process.milling.stock import Stock
 from toolpaths.columns import blocks
+from toolpaths.spilled_rows import SpilledRows
 
 Floats = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
 Progress = Callable[[int, int], None]
 
 BLOCK = 2000  # poses that are walked at one time, between two reports of progress
@@ -41,7 +43,8 @@ class Cut:
         force: (N,) N, size of the mean force.
         peak: (N,) N, largest over a turn.
         hits: (N,) bits of kernels/hits.py.
-        shares: (N, 6, 6) ``wrench`` per coefficient: ktc, krc, kac (m2, m3), kte, kre, kae (m, m2); None: not kept.
+        shares: (N, 6, 6) ``wrench`` per coefficient: ktc, krc, kac (m2, m3), kte, kre, kae (m, m2); on the disk, as few
+            of them are read. None: not kept.
         remains: of the stock; None where no move cuts.
     """
 
@@ -55,7 +58,7 @@ class Cut:
     force: Floats
     peak: Floats
     hits: npt.NDArray[np.int32]
-    shares: Floats | None
+    shares: SpilledRows | None
     remains: Remains | None
 
     def __len__(self) -> int:
@@ -82,10 +85,13 @@ class Cut:
     @property
     def removal_rate(self) -> Floats:
         """(N,) m3/s, mean over the move."""
-        way = self.path.length
-        moving = (way > 0) & (self.path.feed > 0)
-        time = np.divide(way, self.path.feed, out=np.full(len(way), np.inf), where=moving)
-        return np.asarray(self.removed / time)
+        return self.removal_rate_at(np.arange(len(self)))
+
+    def removal_rate_at(self, rows: Rows) -> Floats:
+        """(K,) of ``removal_rate``, at poses."""
+        way, feed = self.path.length_at(rows), self.path.feed[rows]
+        time = np.divide(way, feed, out=np.full(len(way), np.inf), where=(way > 0) & (feed > 0))
+        return np.asarray(self.removed[rows] / time)
 
 
 def mill(
@@ -141,7 +147,7 @@ def _nothing(path: MillingPath, *, shares: bool) -> Cut:
     return Cut(
         path, ap=np.zeros(n), entry=np.full(n, np.nan), exit=np.full(n, np.nan), area=np.zeros(n), removed=np.zeros(n),
         wrench=np.zeros((n, 6)), force=np.zeros(n), peak=np.zeros(n), hits=np.zeros(n, dtype=np.int32),
-        shares=np.zeros((n, 6, 6)) if shares else None, remains=None,
+        shares=SpilledRows(n, (6, 6)) if shares else None, remains=None,
     )  # fmt: skip
 
 
@@ -165,7 +171,7 @@ def _keep(
         wrench = shares @ coefficients
     cut.wrench[b] = wrench
     if cut.shares is not None:
-        cut.shares[b] = shares
+        cut.shares.put(b, shares)
     cut.ap[b], cut.area[b], cut.removed[b], cut.peak[b] = (out[:, c] for c in (AP, AREA, VOLUME, PEAK))
     cut.entry[b] = np.where(engaged, np.maximum(out[:, ENTRY], -np.pi * (1 - 1e-6)), np.nan)
     cut.exit[b] = np.where(engaged, out[:, EXIT], np.nan)

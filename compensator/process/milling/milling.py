@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -137,13 +137,16 @@ class MillingProcess(Process):
             *of_kind("process", material_doubts(material, *_used_range(path, cut.engaged & ~stopped))),
             *(() if self.shop.part is None else part_findings(cut, self.shop.part, motion.toolpath)),
         )
-        for column in (cut.wrench, cut.peak, cut.shares):
-            if column is not None:
-                column[stopped] = 0.0
+        for column in (cut.wrench, cut.peak):
+            column[stopped] = 0.0
+        kept = cut.shares
+        for b in blocks(len(cut)):
+            if kept is not None and stopped[b].any():
+                kept.put(b, np.where(stopped[b, None, None], 0.0, kept[b]))
+        cut = replace(cut, shares=None)
         return MillingLoad(
             cut.wrench, findings, CutColumns(cut, stopped), wall=_wall(cut, work), cut=cut, material=material,
-            key=self.material.source, cell=cell,
-            shares=None if cut.shares is None else CoefficientShares(None, cut.shares),
+            key=self.material.source, cell=cell, shares=None if kept is None else CoefficientShares(None, kept),
         )  # fmt: skip
 
     def wrench_at(self, motion: ToolMotion, rows: npt.NDArray[np.intp], cell: float) -> Floats:

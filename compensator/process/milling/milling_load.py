@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from compensator.process.milling.material import NAMES, SI, Material
 from compensator.process.process import ProcessLoad
+from toolpaths.spilled_rows import SpilledRows
 
 if TYPE_CHECKING:
     from compensator.process.milling.mill import Cut
@@ -29,7 +30,7 @@ class CoefficientShares:
     """
 
     rows: Rows | None
-    values: Floats
+    values: Floats | SpilledRows
 
     def at(self, poses: Rows) -> Floats:
         """(P, 6, 6) at poses (P,); KeyError: it does not have one of them."""
@@ -127,22 +128,26 @@ class CutColumns(Mapping[str, Floats]):
     stopped: npt.NDArray[np.bool_]
 
     def __getitem__(self, name: str) -> Floats:
+        return self.at(name, np.arange(len(self.cut)))
+
+    def at(self, name: str, rows: Rows) -> Floats:
+        """(K,) of a column, at poses."""
         cut = self.cut
         match name:
             case "ap_mm":
-                return cut.ap * 1e3
+                return cut.ap[rows] * 1e3
             case "entry_deg":
-                return np.degrees(cut.entry)
+                return np.degrees(cut.entry[rows])
             case "exit_deg":
-                return np.degrees(cut.exit)
+                return np.degrees(cut.exit[rows])
             case "engaged_mm2":
-                return cut.area * 1e6
+                return cut.area[rows] * 1e6
             case "mrr_mm3_min":
-                return cut.removal_rate * 60e9
+                return cut.removal_rate_at(rows) * 60e9
             case "feed_per_tooth_mm":
-                return np.where(self.stopped, 0.0, cut.feed_per_tooth) * 1e3
+                return np.where(self.stopped[rows], 0.0, cut.path.feed_per_tooth_at(rows)) * 1e3
             case "peak_n":
-                return cut.peak
+                return cut.peak[rows]
         raise KeyError(name)
 
     def __iter__(self) -> Iterator[str]:

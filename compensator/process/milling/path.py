@@ -67,6 +67,11 @@ class MillingPath:
         """(N,) m of the move that ends at the pose, as it is programmed."""
         return np.concatenate([np.linalg.norm(self.way_at(b), axis=1) for b in blocks(len(self))])
 
+    def length_at(self, rows: Rows) -> Floats:
+        """(K,) of ``length``, at poses."""
+        way = self.position[rows] - self.position[np.maximum(rows - 1, 0)]
+        return np.asarray(np.linalg.norm(way if self.programmed is None else self.programmed[rows], axis=1))
+
     def teeth_at(self, rows: slice | Rows) -> Floats:
         """(K,) teeth per second at poses."""
         return np.asarray(self.spindle[rows] * np.array([c.flutes for c in self.cutters])[self.cutter[rows]])
