@@ -16,6 +16,7 @@ import compensator.report.csv.engagement as engagement
 import compensator.solve.flank_poses as flank_poses
 import compensator.solve.joint_state as joint_state
 import stiffness.kinematics.spherical as spherical
+import stiffness.memory.last_direction as last_direction
 import toolpaths.columns as columns
 import toolpaths.interpreting.reread_text as reread_text
 import toolpaths.languages.rapid.writer as writer
@@ -24,9 +25,9 @@ from benchmarks.job import JOBS, program, write_inputs
 
 WARM, SHORT, LONG = 810, 1000, 2200
 BLOCK = 250
-#: Bytes a pose, 15 % above what was measured (347, 575, 593, 698, 771, 1,481). Beyond them are a path that is kept
+#: Bytes a pose, 15 % above what was measured (347, 575, 593, 698, 413, 600). Beyond them are a path that is kept
 #: before and after poses were put in, and the text of a program as a whole; of a milled path a row of ``walk`` that is
-#: kept for every pose (336 bytes), and shares of the coefficients (288) that outlive the prediction.
+#: kept for every pose (336 bytes), and shares of the coefficients (288).
 BOUNDS = {
     ("compensate", False): 400,
     ("compensate", True): 660,
@@ -63,6 +64,7 @@ def test_bytes_a_pose(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, job: str,
         monkeypatch.setattr(module, "BLOCK", BLOCK)
     monkeypatch.setattr(joint_state, "STATELESS", BLOCK)
     monkeypatch.setattr(joint_state, "PIECE", BLOCK)
+    monkeypatch.setattr(last_direction, "TOGETHER", BLOCK)
     monkeypatch.setattr(flank_poses, "TOGETHER", 8)
     monkeypatch.setattr(writer, "MOVES_PER_MODULE", 200)
     monkeypatch.setattr(reread_text, "HELD", 50_000)

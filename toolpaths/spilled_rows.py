@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import weakref
 from typing import IO
 
 import numpy as np
@@ -29,6 +30,8 @@ class SpilledRows:
         self._size = 8 * int(np.prod(shape))  # bytes a row
         self._file = _empty_file(count * self._size) if count > columns.BLOCK else None
         self._held = np.zeros(self.shape if self._file is None else (0, *shape))
+        if self._file is not None:
+            weakref.finalize(self, self._file.close)
 
     def __repr__(self) -> str:
         return f"SpilledRows({self.shape}, {'in memory' if self._file is None else 'on the disk'})"
@@ -38,40 +41,41 @@ class SpilledRows:
 
     def put(self, b: slice, values: Floats) -> None:
         """Set the rows of a block."""
-        if self._file is not None and not self._written(self._file, b.start, values):
-            self._held, self._file = self[:], None
+        if self._file is not None and not self._written(self._file, b.start * self._size, values):
+            self._held = self[:]
+            self._file.close()
+            self._file = None
         if self._file is None:
             self._held[b] = values
-
-    def _written(self, file: IO[bytes], first: int, values: Floats) -> bool:
-        """Whether the disk had room for them."""
-        try:
-            file.seek(first * self._size)
-            return file.write(np.asarray(values, dtype=np.float64).tobytes()) == len(values) * self._size
-        except OSError:
-            return False
 
     def __getitem__(self, rows: Rows | slice) -> Floats:
         if self._file is None:
             return np.array(self._held[rows])
         chosen = np.arange(len(self))[rows]
-        read = b"".join(self._read(int(row) * self._size) for row in chosen)
+        read = b"".join(self._read(self._file, k * self._size) for k in chosen.tolist())
         return np.frombuffer(read).reshape(len(chosen), *self.shape[1:]).copy()
 
-    def _read(self, at: int) -> bytes:
-        """A row; a page of it that is mapped would bring many others into memory."""
-        if self._file is None:
-            raise ValueError("no file")
-        if hasattr(os, "pread"):  # another process may read, too, and has the same place in the file
-            return os.pread(self._file.fileno(), self._size, at)
-        self._file.seek(at)
-        return self._file.read(self._size)
+    def _written(self, file: IO[bytes], at: int, values: Floats) -> bool:
+        """Whether the disk had room for them."""
+        text = np.asarray(values, dtype=np.float64).tobytes()
+        try:
+            file.seek(at)
+            return file.write(text) == len(text)
+        except OSError:
+            return False
+
+    def _read(self, file: IO[bytes], at: int) -> bytes:
+        """A row; a file that is mapped would bring its neighbours into memory."""
+        if hasattr(os, "pread"):  # a process that was forked has the same file, and the same place in it
+            return os.pread(file.fileno(), self._size, at)
+        file.seek(at)
+        return file.read(self._size)
 
 
 def _empty_file(size: int) -> IO[bytes] | None:
     """One of ``size`` bytes, all of them 0; None where none can be made."""
     try:
-        file = tempfile.TemporaryFile(buffering=0)
+        file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  (as long as the column)
         file.truncate(size)
     except OSError:
         return None

@@ -109,12 +109,14 @@ class Process(ABC):
         yields: whether the wrench follows the deflection of the tool, so that a preview has to solve both together.
         cuts_stock: whether there is a stock, with an engagement at every pose and something that remains.
         tells_walls: whether its loads have ``wall``.
+        between_ends: whether ``wrench_between`` is that of the ends of a segment, whatever other poses the motion has.
     """
 
     axes: WrenchAxes
     yields: bool = False
     cuts_stock: bool = False
     tells_walls: bool = False
+    between_ends: bool = False
 
     @abstractmethod
     def load(self, motion: ToolMotion) -> ProcessLoad:

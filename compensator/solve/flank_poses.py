@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.cell.equipped_arm import EquippedArm
-from compensator.cell.external_axes import workobject_along
+from compensator.cell.external_axes import moved_workobject, workobject_along
 from compensator.path.added_poses import rows_between, with_poses_between
 from compensator.path.planned_path import PlannedPath
 from compensator.process.process import ToolMotion
@@ -107,15 +107,28 @@ def _worth(arm: EquippedArm, q: Floats, tau: Floats, *, before: Floats, after: F
 
 def _bends(c: Compensation, intervals: _Intervals, length: Floats, *, deeper: bool) -> tuple[Floats, _Intervals]:
     """Poses (K, 2: segment, fraction) where changes begin and end, and the intervals to look into again."""
-    inside, parts = _Inside(c, intervals), list(blocks(len(intervals), TOGETHER))
+    parts = list(blocks(len(intervals), TOGETHER))
+    whole = None if _stand_alone(c) else _Inside(c, intervals, alone=False)
 
     def among(some: Sequence[slice]) -> list[tuple[Floats, _Intervals]]:
-        return [_bends_among(c, inside, length, b, deeper=deeper) for b in some]
+        found = []
+        for b in some:
+            inside, rows = (_Inside(c, intervals.take(b), alone=True), slice(None)) if whole is None else (whole, b)
+            found.append(_bends_among(c, inside, length, rows, deeper=deeper))
+        return found
 
     half = len(parts) // 2
     with beside(lambda: among(parts[half:]), known=(c,), poses=len(intervals) * PARTS) as others:
         found = [*among(parts[:half]), *others.result()]
     return np.concatenate([bends for bends, _ in found]), _Intervals.joined([finer for _, finer in found])
+
+
+def _stand_alone(c: Compensation) -> bool:
+    """Whether what is inside of an interval does not depend on the poses that others get: it is made for a few of them
+    at a time, and not for all. Reference orientations of a tilting tool follow from the whole path."""
+    placement, toolpath = c.job.placement, c.path.toolpath
+    given = toolpath.quaternion is not None or bool((toolpath.axis == toolpath.axis[0]).all())
+    return given and placement.process.between_ends and moved_workobject(placement, toolpath) is None
 
 
 def _bends_among(
@@ -150,13 +163,17 @@ def _bends_among(
 class _Inside:
     """The poses (PARTS + 1) along every one of some intervals, solved a few intervals at a time."""
 
-    def __init__(self, c: Compensation, intervals: _Intervals) -> None:
+    def __init__(self, c: Compensation, intervals: _Intervals, *, alone: bool) -> None:
         self.compensation, self.intervals = c, intervals
         count, fractions = len(intervals), intervals.grid()
         order = np.lexsort((fractions.T.ravel(), np.repeat(intervals.segment, PARTS + 1)))
         inner = np.clip(fractions, 1e-9, 1 - 1e-9).T.ravel()[order]  # interval by interval
         segment = np.repeat(intervals.segment, PARTS + 1)[order]
-        self._fine, rows = with_poses_between(c.path.toolpath, segment, inner), rows_between(segment)
+        stretch, first = c.path.toolpath, 0
+        if alone:
+            first = int(segment[0])
+            stretch = stretch.take(np.arange(first, segment[-1] + 2))
+        self._fine, rows = with_poses_between(stretch, segment - first, inner), rows_between(segment - first)
         self._tcp, placement = c.job.planner.tcp(c.path, self._fine), c.job.placement
         motion = ToolMotion(self._fine, workobject_along(placement, self._fine), self._tcp)
         wrench = placement.process.wrench_between(motion, c.path.toolpath, c.load, rows)

@@ -156,11 +156,11 @@ class PathState(PreloadState):
 
     @property
     def is_open(self) -> Bools:
-        return self._along(self.bounded.any(axis=1))
+        return self._along(self.bounded)
 
     @property
     def unknown_rows(self) -> Rows:
-        return np.flatnonzero(self._along((self.bounded & ~(self.highest - self.lowest <= 1e-12)).any(axis=1)))
+        return np.flatnonzero(self._along(self.bounded & ~(self.highest - self.lowest <= 1e-12)))
 
     @property
     def changed(self) -> Rows:
@@ -182,9 +182,9 @@ class PathState(PreloadState):
     def _at(self, rows: Rows) -> Floats:
         return np.asarray(self.values[np.searchsorted(self.begin, rows, side="right") - 1])
 
-    def _along(self, values: Bools) -> Bools:
-        """(N,) of the poses, of values (K,) from ``rows`` on."""
-        return np.repeat(values, np.diff(self.rows, append=self.count))
+    def _along(self, states: Bools) -> Bools:
+        """(N,) poses with one of these ``states`` (K, m), which hold from ``rows`` on."""
+        return np.repeat(np.asarray(states.any(axis=1)), np.diff(self.rows, append=self.count))
 
 
 def _other(one: Floats, two: Floats) -> Bools:

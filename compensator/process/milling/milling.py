@@ -75,6 +75,7 @@ class MillingProcess(Process):
     coupled: bool = True
     axes = "path"
     cuts_stock = True
+    between_ends = True
 
     def __repr__(self) -> str:
         return f"MillingProcess({self.material!r}, {len(self.cutters)} cutters, {self.shop.stock!r})"

@@ -37,5 +37,5 @@ def engagement_csv(c: Compensation, poses: npt.NDArray[np.intp]) -> Iterator[str
 
 
 def _at(load: ProcessLoad, name: str, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
-    """(K,) of a column of the load, at poses: of all poses, those that are made would be a third of what a cut keeps."""
+    """(K,) of a column of the load, at poses: those of a cut are made, and of all poses they would take much room."""
     return load.columns.at(name, rows) if isinstance(load.columns, CutColumns) else load.columns[name][rows]

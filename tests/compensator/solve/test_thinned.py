@@ -6,8 +6,12 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
+import compensator.solve.compensate as solving
+from compensator.cell.job import Job
+from compensator.path.planned_path import PlannedPath
 from compensator.path.thinned_path import ThinnedPath, thinned_path
 from compensator.solve.compensate import compensate, uncompensated
 from compensator.solve.made_command import MadeCommand
@@ -43,6 +47,31 @@ def test_the_path_without_poses_put_in_is_made_from_the_one_with_them(tmp_path: 
     np.testing.assert_array_equal(kept.command.q, path.q)
     np.testing.assert_array_equal(kept.before, alone.before)
     assert np.isnan(kept.command.torque).all() and kept.command.torque.shape == path.q.shape
+
+
+def test_a_path_that_is_too_fast_with_poses_put_in_is_solved_again_without_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At lower feeds, and as the path itself with those feeds is."""
+    job_files = files(tmp_path, {}, WORN, rows=wavy(71, rapid=True))
+    given = read_input(files_of(job_files.toolpath, None), job_files.cell)
+    path, seen = planned(given.job, given.path), list[PlannedPath]()
+
+    def slower(job: Job, finer: PlannedPath, q: npt.NDArray[np.float64]) -> PlannedPath:
+        seen.append(finer)
+        return replace(finer, toolpath=at_half(finer.toolpath)) if len(seen) == 1 else finer
+
+    def at_half(toolpath: Toolpath) -> Toolpath:
+        return replace(toolpath, feed=0.5 * toolpath.feed)
+
+    monkeypatch.setattr(solving, "with_feeds_in_limits", slower)
+    result = compensate(given.job, path)
+    assert len(seen) == 2 and len(seen[0]) == len(seen[1]) > len(path)
+    alone = compensate(given.job, replace(path, toolpath=at_half(path.toolpath)))
+    np.testing.assert_array_equal(result.path.toolpath.feed, alone.path.toolpath.feed)
+    np.testing.assert_array_equal(result.command.q, alone.command.q)
+    np.testing.assert_array_equal(result.uncompensated.path.tcp.rotation, path.tcp.rotation)
+    np.testing.assert_array_equal(result.uncompensated.path.toolpath.feed, 0.5 * path.toolpath.feed)
 
 
 def test_a_path_whose_poses_are_others_is_kept_itself(tmp_path: Path) -> None:

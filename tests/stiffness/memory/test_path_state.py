@@ -46,6 +46,27 @@ def test_states_without_a_history_are_their_mean() -> None:
     np.testing.assert_array_equal(path.unknown_rows, np.arange(20))
 
 
+def test_a_joint_that_stays_unknown_takes_hardly_any_room() -> None:
+    """Whatever the others do: bounds are kept apart from what is likely."""
+    poses = 4000
+    likely = np.cumsum(np.full((poses, 6), 1e-6), axis=0)  # changes at every pose
+    low, high = likely.copy(), likely.copy()
+    low[:, 3], high[:, 3], likely[:, 3] = -5e-5, 5e-5, 0.0
+    whole = PreloadState(low, high, likely)
+    path = PreloadState.chained([whole.take(np.arange(k, k + 500)) for k in range(0, poses, 500)])
+    assert sum(a.nbytes for a in (path.lowest, path.highest, path.bounded, path.rows)) < 0.01 * likely.nbytes
+    for name in ("low", "high", "middle", "known", "is_open", "unknown_rows"):
+        np.testing.assert_array_equal(getattr(path, name), getattr(whole, name), err_msg=name)
+
+
+def test_a_piece_that_is_known_follows_one_that_is_not() -> None:
+    low, high, likely = walked(20, 3, seed=6, unknown=8)
+    path = PreloadState.chained([PreloadState(low[:8], high[:8], likely[:8]), PreloadState(*[likely[8:]] * 3)])
+    np.testing.assert_array_equal(path.low, low)
+    np.testing.assert_array_equal(path.high, high)
+    np.testing.assert_array_equal(path.unknown_rows, np.arange(8))
+
+
 def test_a_state_that_hardly_changes_takes_hardly_any_room() -> None:
     poses = 20_000
     likely = walked(poses, 12, seed=5, unknown=3)[2][np.arange(poses) // 500 * 500]  # forty changes

@@ -9,9 +9,10 @@ from compensator.process.milling.cutter import Cutter, ToolCylinder
 from compensator.process.milling.findings import cut_findings
 from compensator.process.milling.kernels.hits import ABOVE_EDGE, HOLDER_HIT, RAPID_HIT, SHANK_HIT, SIDEWAYS
 from compensator.process.milling.mill import Cut, mill
-from compensator.process.milling.milling_load import CoefficientShares
+from compensator.process.milling.milling_load import CoefficientShares, CutColumns
 from compensator.process.milling.path import arriving_axes
 from tests.compensator.process.milling.milling_jobs import FLAT20, K7075, along_x, block, path
+from toolpaths import columns
 
 CELL = 1e-3
 STOCK = block((0, -40, -20), (80, 40, 0))
@@ -228,3 +229,18 @@ def test_shares_are_told_where_they_are_kept_and_nowhere_else() -> None:
             some.at(np.array([5, missing]))
     with pytest.raises(KeyError, match="at 0 poses"):
         whole.only(np.array([], dtype=np.intp)).at(np.array([3]))
+
+
+def test_what_is_asked_of_a_cut_at_some_poses_is_that_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shares on the disk are those in memory; columns of some poses are rows of the whole ones."""
+    points = np.concatenate([along_x(-12, 60, 0.5, z=-3), along_x(60, 20, 0.5, y=8, z=-5)])
+    held = mill(path(points), STOCK, K7075, cell=CELL, shares=True)
+    monkeypatch.setattr(columns, "BLOCK", 100)
+    cut = mill(path(points), STOCK, K7075, cell=CELL, shares=True)
+    rows = np.array([40, 0, 100, 190, 41])
+    assert held.shares is not None and cut.shares is not None and "disk" in repr(cut.shares)
+    np.testing.assert_array_equal(cut.shares[:], held.shares[:])
+    np.testing.assert_allclose(cut.shares[rows] @ K7075, cut.wrench[rows], rtol=1e-12, atol=1e-12)
+    whole = CutColumns(cut, np.arange(len(cut)) % 3 == 0)
+    for name, values in whole.items():
+        np.testing.assert_array_equal(whole.at(name, rows), values[rows], err_msg=name)
