@@ -28,6 +28,7 @@ from toolpaths.made_frames import MadeFrames
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int32]
 Rows = npt.NDArray[np.intp] | slice
 
 
@@ -148,21 +149,21 @@ class EquippedArm:
             at: (K,) poses that are asked about.
         """
         found = dict[str, Floats]()
-        for b, shares in self.shares_by_block(toolpath, q, wrench, seen=seen, at=at):
+        for b, shares in self.shares_by_block(toolpath.tool, q, wrench, seen=seen, at=at):
             for name, share in shares.items():
                 found.setdefault(name, np.zeros((len(at), 3)))[b] = share
         return found
 
     def shares_by_block(
-        self, toolpath: Toolpath, q: Floats, wrench: Floats, *, seen: Floats, at: npt.NDArray[np.intp]
+        self, tool: Ints, q: Floats, wrench: Floats, *, seen: Floats, at: npt.NDArray[np.intp]
     ) -> Iterator[tuple[slice, dict[str, Floats]]]:
-        """As ``shares``, block by block: rows of ``at``, and their shares."""
+        """As ``shares``, block by block: rows of ``at``, and their shares; ``tool``: (N,) its number."""
         finders = dict[int, ShareFinder]()
         for b in blocks(len(at)):
             rows = at[b]
             as_seen = seen[rows]
             actual, parts = as_seen if self.taken_off is None else self.taken_off.at(as_seen), []
-            for number, r in self.tools.rows_of(toolpath.tool[rows]):
+            for number, r in self.tools.rows_of(tool[rows]):
                 finder = finders.setdefault(number, ShareFinder(self.predictors[number]))
                 parts.append((r, finder.of(q[rows][r], wrench[rows][r], actual[r])))
             names = [f.name for f in fields(DeflectionShares)]

@@ -13,6 +13,7 @@ from compensator.path.pose_text import place
 from stiffness.kinematics.inverse import Inverse
 from stiffness.kinematics.spherical import SphericalInverse
 from stiffness.robot.robot import Robot
+from toolpaths.columns import blocks
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -89,16 +90,19 @@ class MotionBounds:
                 "[workobject], allow solve.free_tool_axis, or choose another [start]"
             )
         self._check_singularity(toolpath, q, what, first)
-        step = np.abs(np.diff(q, axis=0))
-        step[[k - 1 for k in begun]] = 0.0
-        bound = self.max_joint_step
-        if (step > bound).any():
-            k, j = (int(v) for v in np.unravel_index(np.argmax(step > bound), step.shape))
-            raise PathError(
-                f"{place(toolpath, k + 1, first)}: joint {j + 1} would jump {np.degrees(step[k, j]):.1f} deg from the "
-                f"pose before ({what}; solve.max_joint_step is {np.degrees(bound):g} deg): the arm "
-                "configuration changes or a singularity is near"
-            )
+        bound, free = self.max_joint_step, np.zeros(len(q), dtype=np.bool_)
+        free[list(begun)] = True
+        for b in blocks(len(q)):
+            before = max(b.start - 1, 0)
+            step = np.abs(np.diff(q[before : b.stop], axis=0))
+            step[free[before + 1 : b.stop]] = 0.0
+            if (step > bound).any():
+                k, j = (int(v) for v in np.unravel_index(np.argmax(step > bound), step.shape))
+                raise PathError(
+                    f"{place(toolpath, before + k + 1, first)}: joint {j + 1} would jump {np.degrees(step[k, j]):.1f} "
+                    f"deg from the pose before ({what}; solve.max_joint_step is {np.degrees(bound):g} deg): the arm "
+                    "configuration changes or a singularity is near"
+                )
 
     def _check_singularity(self, toolpath: Toolpath, q: Floats, what: str, first: int) -> None:
         smallest = self._smallest

@@ -220,6 +220,7 @@ class Planner:
                 f"{place(toolpath, k, first)}: {self.robot.name} cannot be here in this arm configuration: {why} (TCP "
                 f"{mm(toolpath.position[k])} mm in the work object); move [workobject] or choose another [start]"
             )
+        del batch  # its margins: as much as the angles
         self.bounds.check(toolpath, q, "nominal", first=first)
         branches = np.broadcast_to(np.int64(branch), len(toolpath))
         return PlannedPath(toolpath=toolpath, tcp=tcp, q=q, turn=turn, branch=branches)

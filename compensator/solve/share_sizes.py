@@ -15,9 +15,9 @@ def share_sizes(c: Compensation) -> ShareSizes:
     plain = c.uncompensated
     if plain.shares is not None:
         return plain.shares
-    rows, toolpath = np.flatnonzero(plain.cutting), plain.path.toolpath
+    rows, tool = np.flatnonzero(plain.cutting), plain.path.toolpath.tool
     size, total, largest = dict[str, Floats](), dict[str, Floats](), 0.0
-    for b, shares in c.job.arm.shares_by_block(toolpath, plain.path.q, plain.wrench, seen=plain.before, at=rows):
+    for b, shares in c.job.arm.shares_by_block(tool, plain.path.q, plain.wrench, seen=plain.before, at=rows):
         whole: Floats = np.asarray(sum(shares.values()))
         largest = max(largest, float(np.linalg.norm(whole, axis=1).max()))
         for name, share in shares.items():

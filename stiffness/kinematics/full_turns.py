@@ -16,7 +16,8 @@ _LIMIT = 1e-9  # rad: a posture this little beyond a limit is on the limit
 
 def limit_margin(robot: Robot, q: Floats) -> Floats:
     """(N, n) rad from the nearer joint limit; negative beyond it."""
-    return np.asarray(np.minimum(q - robot.lower, robot.upper - q))
+    below = q - robot.lower
+    return np.asarray(np.minimum(below, robot.upper - q, out=below))
 
 
 def nearest_turn(q: Floats, target: Floats) -> Floats:
@@ -56,12 +57,15 @@ def continuous(robot: Robot, q: Floats, seed: Floats | None) -> Floats:
             raise RobotError(f"seed {seed.shape}: expected ({robot.n},) or {q.shape}, and finite numbers")
         if seed.shape == q.shape:
             return nearest_turn(q, seed)
-    jumps = np.zeros_like(q)
-    np.cumsum(np.round(np.diff(q, axis=0) / TURN), axis=0, out=jumps[1:])
-    q = q - TURN * jumps
+    raw, q = q, np.empty_like(q)
+    for one, joint in zip(raw.T, q.T, strict=True):  # joint by joint: memory stays small
+        joint[0] = one[0]
+        joint[1:] = one[1:] - TURN * np.cumsum(np.round(np.diff(one) / TURN))
     if seed is not None:
-        return np.asarray(q + (nearest_turn(q[0], seed) - q[0]))
+        q += nearest_turn(q[0], seed) - q[0]
+        return q
     # No start is given: the turn whose whole range of motion stands best between the limits.
     middle = np.where(np.isfinite(robot.lower + robot.upper), (robot.lower + robot.upper) / 2, 0.0)
     centre = (q.min(axis=0) + q.max(axis=0)) / 2
-    return np.asarray(q + (nearest_turn(centre, middle) - centre))
+    q += nearest_turn(centre, middle) - centre
+    return q
