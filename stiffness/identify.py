@@ -20,6 +20,7 @@ from stiffness.diagnosis.structure import standing
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
 from stiffness.identification.common_numbers import with_common_numbers
+from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.fit import Fit
 from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import reconsidered
@@ -86,8 +87,9 @@ def _left_out(sessions: Sequence[Session], prior: ComplianceModel | None) -> lis
 
 def _finished(fit: Fit) -> Fit:
     """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
-    fit, common = with_common_numbers(nearest_to_drawing(fit))
-    return replace(fit, notes=(*fit.notes, *common, *doubts(fit)))
+    fit, near = with_drawing_scale(nearest_to_drawing(fit))
+    fit, common = with_common_numbers(fit)
+    return replace(fit, notes=(*fit.notes, *near, *common, *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:

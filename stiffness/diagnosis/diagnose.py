@@ -26,6 +26,7 @@ from stiffness.diagnosis.searched_numbers import searched_deviations, with_final
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
 from stiffness.identification.common_numbers import with_common_numbers
+from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.nearest import nearest_to_drawing
@@ -121,7 +122,8 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     final = with_final_numbers(last, additions)
     if final is not None:
         additions, last = final, whole.fit(final, last)
-    last, common = with_common_numbers(nearest_to_drawing(last))
+    last, near = with_drawing_scale(nearest_to_drawing(last))
+    last, common = with_common_numbers(last)
     together = map(str, regrouped(last, [a.effect.name for a in news]))
     last = replace(last, searched_sd=searched_deviations(last, additions))
     moved = bool(other or changed)
@@ -137,7 +139,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         residual_sources=tuple(structure.sources),
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
-        notes=(*notes, *structure.notes, *more, *common, *together, *given_way(model, sessions, additions)),
+        notes=(*notes, *structure.notes, *more, *near, *common, *together, *given_way(model, sessions, additions)),
         next_traces=tuple(next_traces(sessions, found.alternatives, changed, structure.left)),
         model=refined_model(
             model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]

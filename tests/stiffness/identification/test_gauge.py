@@ -12,6 +12,7 @@ from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 from stiffness.effects import BASE
+from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.evaluate import predicted_by, predicted_rigid
 from stiffness.identification.fit import Fit
 from stiffness.identification.gauge import TOLD
@@ -104,7 +105,7 @@ def test_a_start_far_off_along_what_is_free_comes_back(fit: Fit) -> None:
     moved = replace(fit, solution=replace(fit.solution, vector=away))
     seen = [f.sessions[0].further().predicted.position for f in (fit, moved)]
     assert np.abs(seen[0] - seen[1]).max() < 5e-5  # 3 mrad are 3 mm
-    back = nearest_to_drawing(moved)
+    back, _ = with_drawing_scale(nearest_to_drawing(moved))
     assert np.abs(back.parameters[6:] - fit.parameters[6:]).max() < 2e-6
     assert np.abs(moved.parameters[6:] - fit.parameters[6:]).max() > 2e-3
 
