@@ -20,7 +20,8 @@ from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
 from stiffness.diagnosis.refined_model import given_way, refined_model
 from stiffness.diagnosis.regrouped import regrouped
-from stiffness.diagnosis.result import AddedEffect, Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
+from stiffness.diagnosis.reported import added_effect, beyond_limits
+from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
@@ -111,6 +112,8 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     verdict, more = _verdict(
         sessions=sessions, enough=enough, structure=structure, other=other, changed=changed, base=base
     )
+    moved = bool(other or changed)
+    refined = bare.within_limits(fit, additions) if moved else None
     say("90 %: scoring on readings that took no part")
     whole = replace(
         bare,
@@ -126,12 +129,12 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     last, common = with_common_numbers(last)
     together = map(str, regrouped(last, [a.effect.name for a in news]))
     last = replace(last, searched_sd=searched_deviations(last, additions))
-    moved = bool(other or changed)
-    refined = bare.within_limits(fit, additions) if moved else None
     allowed = whole.within_limits(last, additions)
+    if moved and (note := beyond_limits(fit, [f for f in (refined, last, allowed) if f])):
+        verdict, more, structure = "unexplained", [note], Structure(True, structure.sources)
     return Diagnosis(
         verdict=verdict,
-        added=tuple(_added(a, allowed, last, found.alternatives) for a in news),
+        added=tuple(added_effect(a, allowed, last, found.alternatives) for a in news),
         removed=found.removed,
         changed=tuple(changed),
         scores=held_out_scores(model, base, refined, [s.used for s in last.sessions]),
@@ -276,25 +279,3 @@ def _next_setups(
     if verdict == "insufficient-data":
         return spread(session, None, "more postures, each loaded across the arm")
     return []
-
-
-def _added(a: Addition, allowed: Fit, last: Fit, found: Sequence[Alternatives]) -> AddedEffect:
-    values, sd = allowed.values()[a.effect.name], last.deviations()[a.effect.name]
-    parameters = {}
-    for p in a.effect.parameters:
-        if p.extra and not a.extras:
-            continue
-        if p.site not in {s.kind for s in a.sites}:
-            continue
-        every = range(p.count(last.unknowns.joints))
-        at = list(dict.fromkeys(k for s in a.sites if s.kind == p.site for k in every[p.of_site(s.index)]))
-        parameters[p.name] = (values[p.name][at], sd[p.name][at], p.unit)
-    own = next((r for r in found if r.addition.effect is a.effect), None)
-    return AddedEffect(
-        effect=a.effect.name,
-        where=a.where,
-        parameters=parameters,
-        explains=own.explains if own else 0.0,
-        confused_with=tuple(own.fits) if own else (),
-        sites=tuple(s.where for s in a.sites),
-    )

@@ -53,8 +53,8 @@ def with_drawing_scale(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
     vector = fit.solution.vector.copy()
     vector[moving] += follow @ (readings.offsets(likely) - vector[at])
     names = ", ".join(dict.fromkeys(fit.unknowns.free[k].effect for k in at))
-    found = "from which these readings find the robot less than"
-    note = f"{names}: held at the drawing, {found} {most:.2g} mm and mrad off"
+    held = "at the drawing" if likely == SCALES[0] else f"within about {likely:.2g} mm and mrad of the drawing"
+    note = f"{names}: held {held}, from which these readings find the robot less than {most:.2g} mm and mrad off"
     return replace(fit, solution=replace(fit.solution, vector=vector)), (note,)
 
 

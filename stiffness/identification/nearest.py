@@ -1,7 +1,9 @@
 """Nearest to the drawing: of all solutions that the readings cannot tell apart, the one that a fit is to give.
 
 What loads a joint too little to tell its stiffness is held where the fit began; directions of all other parameters that
-the data do not determine (``Gauge``) are held at the mean of the prior; the rest is fitted anew.
+the data do not determine (``Gauge``) are held at the mean of the prior; the rest is fitted anew. Where the readings
+contradict that (they know a spring together with another number, which cannot make up for where it began), springs
+take part in the directions, and at last nothing is held.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy import stats
 
 from stiffness.identification.fit import Fit
 from stiffness.identification.gauge import Gauge
@@ -18,6 +21,7 @@ Floats = npt.NDArray[np.float64]
 
 # studied in tests/stiffness/identification/test_gauge.py
 HELD = 1e-6  # prior standard deviations that what is held may move
+CONTRADICTED = 1e-3  # chance that noise makes as much of what is held
 FIXED = 1e-3  # of that for a single number: a stiff start is 3e-4 prior standard deviations of compliance from rigid
 
 
@@ -25,24 +29,31 @@ def nearest_to_drawing(fit: Fit) -> Fit:
     """The fit with what its data do not determine put where the prior has it."""
     if not len(fit.unknowns):
         return fit
-    rows = _held(fit)
-    if not len(rows):
-        return fit
+    unknown = fit.unknowns.springs & ~fit.determined()
+    for springs in (unknown, np.zeros_like(unknown)) if unknown.any() else (unknown,):
+        rows = _held(fit, springs)
+        near = _with(fit, rows) if len(rows) else fit
+        worse = (near.solution.chi2 - fit.solution.chi2) / fit.solution.misfit**2
+        if worse < stats.chi2.isf(CONTRADICTED, len(rows) or 1):
+            return near
+    return fit
+
+
+def _with(fit: Fit, rows: Floats) -> Fit:
+    """With combinations (K, P) of the parameters held where the prior is."""
     moved = np.abs(rows @ (fit.parameters - fit.problem.start[: len(fit.unknowns)]))
     if moved.max() <= HELD:
         return fit
     wide = np.zeros((len(rows), len(fit.solution.vector)))
     wide[:, : len(fit.unknowns)] = rows / HELD
-    solution, states = fit.problem.solved(
-        fit.states, fit.solution.vector, widened=fit.solution.misfit, held=wide
-    )
+    solution, states = fit.problem.solved(fit.states, fit.solution.vector, widened=fit.solution.misfit, held=wide)
     return replace(fit, solution=solution, states=states)
 
 
-def _held(fit: Fit) -> Floats:
-    """(K, P): combinations of the parameters, in prior standard deviations, that are to stay where the prior is."""
+def _held(fit: Fit, unknown: npt.NDArray[np.bool_]) -> Floats:
+    """(K, P): combinations of the parameters, in prior standard deviations, that are to stay where the prior is; the
+    ``unknown`` (P,) each by itself."""
     n = len(fit.unknowns)
-    unknown = fit.unknowns.springs & ~fit.determined()
     single = np.eye(n)[unknown] / fit.gauge.unit[unknown, None] / FIXED
     # what is held is known: the others are judged with it in its place
     firm = np.where(unknown, HELD * fit.gauge.unit, fit.problem.sd[:n])
