@@ -21,7 +21,7 @@ from scipy import stats
 
 from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.problem import loose_sd
-from stiffness.numerics.least_squares import inverse
+from stiffness.numerics.least_squares import bounded_minimum, inverse
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,19 +39,23 @@ def with_drawing_scale(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
     at = _offsets(fit)
     if not len(at) or fit.solution.misfit > CLEAR:
         return fit, ()
-    moving, covariance = _moving(fit)
-    own = np.flatnonzero(np.isin(moving, at))  # their places among what moves
-    readings = _Readings.of(fit, at, covariance[np.ix_(own, own)])
+    moving, information = _moving(fit)
+    own = np.isin(moving, at)
+    readings = _Readings.of(fit, at, inverse(information)[np.ix_(own, own)])
     twice = readings.evidence()
     best = int(np.argmax(twice))
     if twice[best] - twice[-1] < 2 * BETTER:
         return fit, ()
     left_open = np.flatnonzero(twice > twice[best] - OPEN)
     likely, most = float(SCALES[0 if left_open[0] == 0 else best]), float(SCALES[left_open[-1]])
-    # all other numbers follow the offsets
-    follow = covariance[:, own] @ inverse(covariance[np.ix_(own, own)])
     vector = fit.solution.vector.copy()
-    vector[moving] += follow @ (readings.offsets(likely) - vector[at])
+    step = readings.offsets(likely) - vector[at]
+    vector[at] += step
+    # all other numbers follow, as far as their effects allow
+    others, bounds = moving[~own], fit.problem.bounds()
+    low, high = (b[others] - vector[others] for b in bounds)
+    pull = -information[np.ix_(~own, own)] @ step
+    vector[others] += bounded_minimum(information[np.ix_(~own, ~own)], pull, low, high)
     names = ", ".join(dict.fromkeys(fit.unknowns.free[k].effect for k in at))
     held = "at the drawing" if likely == SCALES[0] else f"within about {likely:.2g} mm and mrad of the drawing"
     note = f"{names}: held {held}, from which these readings find the robot less than {most:.2g} mm and mrad off"
@@ -59,12 +63,12 @@ def with_drawing_scale(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
 
 
 def _moving(fit: Fit) -> tuple[npt.NDArray[np.intp], Floats]:
-    """(M,) numbers of the vector that may move, all but springs that no reading tells, and their covariance (M, M)."""
+    """(M,) numbers of the vector that may move, all but springs that no reading tells, and their information (M, M)."""
     stays = np.zeros(len(fit.solution.vector), dtype=bool)
     stays[: len(fit.unknowns)] = fit.unknowns.springs & ~fit.determined()
     moving = np.flatnonzero(~stays)
     prior = np.diag((fit.solution.misfit / fit.problem.sd[moving]) ** 2)
-    return moving, inverse(fit.solution.information[np.ix_(moving, moving)] + prior)
+    return moving, fit.solution.information[np.ix_(moving, moving)] + prior
 
 
 def _offsets(fit: Fit) -> npt.NDArray[np.intp]:

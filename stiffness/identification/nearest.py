@@ -12,16 +12,15 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
 
-from stiffness.identification.fit import Fit
+from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.gauge import Gauge
 
 Floats = npt.NDArray[np.float64]
 
 # studied in tests/stiffness/identification/test_gauge.py
 HELD = 1e-6  # prior standard deviations that what is held may move
-CONTRADICTED = 1e-3  # chance that noise makes as much of what is held
+CONTRADICTED = 1.1  # of chi-square: what is held may not cost more
 FIXED = 1e-3  # of that for a single number: a stiff start is 3e-4 prior standard deviations of compliance from rigid
 
 
@@ -33,8 +32,8 @@ def nearest_to_drawing(fit: Fit) -> Fit:
     for springs in (unknown, np.zeros_like(unknown)) if unknown.any() else (unknown,):
         rows = _held(fit, springs)
         near = _with(fit, rows) if len(rows) else fit
-        worse = (near.solution.chi2 - fit.solution.chi2) / fit.solution.misfit**2
-        if worse < stats.chi2.isf(CONTRADICTED, len(rows) or 1):
+        lacking = fit.solution.misfit > CLEAR  # what it lacks, springs that no reading tells would imitate
+        if lacking or near.solution.chi2 < CONTRADICTED * fit.solution.chi2:
             return near
     return fit
 

@@ -1,0 +1,56 @@
+"""Reported: what a diagnosis says of what it added, and whether it is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stiffness.diagnosis.added_effects import Addition
+from stiffness.diagnosis.alternatives import Alternatives
+from stiffness.diagnosis.result import AddedEffect
+from stiffness.identification.fit import CLEAR, Fit
+
+
+def added_effect(a: Addition, allowed: Fit, last: Fit, found: Sequence[Alternatives]) -> AddedEffect:
+    """One effect with its numbers.
+
+    Args:
+        allowed: the fit whose values effects allow. last: the one whose standard deviations hold.
+    """
+    values, sd = allowed.values()[a.effect.name], last.deviations()[a.effect.name]
+    parameters = {}
+    for p in a.effect.parameters:
+        if p.extra and not a.extras:
+            continue
+        if p.site not in {s.kind for s in a.sites}:
+            continue
+        every = range(p.count(last.unknowns.joints))
+        at = list(dict.fromkeys(k for s in a.sites if s.kind == p.site for k in every[p.of_site(s.index)]))
+        parameters[p.name] = (values[p.name][at], sd[p.name][at], p.unit)
+    own = next((r for r in found if r.addition.effect is a.effect), None)
+    return AddedEffect(
+        effect=a.effect.name,
+        where=a.where,
+        parameters=parameters,
+        explains=own.explains if own else 0.0,
+        confused_with=tuple(own.fits) if own else (),
+        sites=tuple(s.where for s in a.sites),
+    )
+
+
+def beyond_limits(judged: Fit, written: Sequence[Fit]) -> str:
+    """A note where the model that is written, within the limits of its effects, leaves clearly more than the fit that
+    was judged; "" where it does not."""
+    least = max(_left(judged), 1.0)
+    most = max(_left(f) for f in written)
+    if most < CLEAR * least:
+        return ""
+    return (
+        f"the numbers that explain the readings ({least:.2f} times the noise is left) are beyond what their effects "
+        f"allow (a stiffness that would be negative somewhere): with the nearest that are allowed {most:.2f} times the "
+        "noise is left. The law is another one"
+    )
+
+
+def _left(fit: Fit) -> float:
+    """RMS of the whitened residuals."""
+    return float((fit.solution.chi2 / max(fit.solution.freedom, 1.0)) ** 0.5)
