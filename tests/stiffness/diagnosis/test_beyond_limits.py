@@ -44,7 +44,7 @@ def test_what_limits_cost_is_told_in_noises() -> None:
     quiet = replace(ill.base, solution=replace(ill.base.solution, chi2=0.9 * ill.base.solution.freedom))
     assert beyond_limits(quiet, [quiet]) == ""
     note = beyond_limits(quiet, [quiet, ill.base])
-    assert "(0.95 times the noise is left)" in note and f"allowed {left:.2f} times" in note
+    assert "(1.00 times the noise is left)" in note and f"allowed {left:.2f} times" in note
 
 
 def test_an_explanation_that_its_effect_does_not_allow_is_none(monkeypatch: pytest.MonkeyPatch) -> None:

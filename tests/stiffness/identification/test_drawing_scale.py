@@ -1,4 +1,4 @@
-"""Offsets of the geometry: at the drawing where the readings find the robot there, and where they are where it is not."""
+"""Offsets of the geometry: at the drawing where the readings find the robot there, else where they are."""
 
 from __future__ import annotations
 
