@@ -169,14 +169,19 @@ class Problem:
 
 
 def loose_sd(layout: Unknowns, fixed: Mapping[str, Numbers], inverse: float = LOOSE) -> Floats:
-    """(P,) how far a number may be from its start where nothing else is known: loose, but in the right world. A number
-    that starts away from zero, where a linear fit found it, may be as wrong as it is large: a light arm yields a
-    hundred times as much as the typical one. Not so a share: what it is a share of has grown, too."""
+    """(P,) how far a number may be from its start where nothing else is known: loose, but in the right world. Typical
+    sizes are those of a heavy arm: links, base and tool of a light one yield more, as its joints do."""
     loose = np.where(layout.inverse, inverse, LOOSE_DIRECT) * layout.scale
-    shares = np.array([u.parameter.unit == "1" for u in layout.free], dtype=bool)
-    loose = np.where(layout.inverse | shares, loose, np.maximum(loose, np.abs(layout.start(fixed))))
+    yields = np.array(["/N" in u.parameter.unit or "/(N" in u.parameter.unit for u in layout.free], dtype=bool)
+    loose = np.where(yields & ~layout.inverse, _softness(layout, fixed) * loose, loose)
     told = [u.parameter.prior_sd for u in layout.free]
     return np.array([own if own is not None else sd for own, sd in zip(told, loose.tolist(), strict=True)])
+
+
+def _softness(layout: Unknowns, fixed: Mapping[str, Numbers]) -> float:
+    """How many times as much the joints of an arm yield as typical ones, 1 at least."""
+    known = [(p.scale, fixed[e.name][p.name]) for e in layout.effects if e.is_base for p in e.parameters]
+    return max([1.0, *(float(np.median(scale / np.asarray(k))) for scale, k in known)])
 
 
 def _known_sd(layout: Unknowns, prior: ComplianceModel, fixed: Mapping[str, Numbers], sd: Floats) -> Floats:
