@@ -81,6 +81,8 @@ class MeasurementChange:
             return f"something jumped between rows {self.before} and {self.after}: {moved}, {size}, {why}"
         if self.what == "drift":
             return f"{moved} drifted by {size} from row {self.before} to row {self.after}, steadily and not in one jump"
+        # what moves all readings alike may be the arm as well as the tracker
+        moved = "what all reflectors read" if self.who == "tracker" else moved
         return (
             f"{moved} follows column {self.column}: {size} over its range (rows {self.before} to {self.after}), "
             "more than it follows the order of rows"
