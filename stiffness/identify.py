@@ -23,7 +23,7 @@ from stiffness.identification.common_numbers import with_common_numbers
 from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.fit import Fit
 from stiffness.identification.nearest import nearest_to_drawing
-from stiffness.identification.outliers import reconsidered
+from stiffness.identification.outliers import odd_states, reconsidered
 from stiffness.identification.plausibility import doubts
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.model.model import ComplianceModel
@@ -89,7 +89,7 @@ def _finished(fit: Fit) -> Fit:
     """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
     fit, near = with_drawing_scale(nearest_to_drawing(fit))
     fit, common = with_common_numbers(fit)
-    return replace(fit, notes=(*fit.notes, *near, *common, *doubts(fit)))
+    return replace(fit, notes=(*fit.notes, *near, *common, *odd_states(fit), *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
+from stiffness.identification.agreement import agreeing, rigid, said_of_states, within_reach
 from stiffness.identification.fit import Fit
 from stiffness.identification.fitting import fitted
 from stiffness.identification.problem import States
@@ -43,7 +44,7 @@ def cleaned(fit: Fit, ending: Ending = EXACT) -> Fit:
     for level in (MIDDLE, UPPER):
         found = _settled(start, level)
         if not any(_too_many(s) for s in found.sessions):
-            found = _with_whole_states(found)
+            found = _with_good_rows(found, level)
             return found if ending == ROUGH else _again(found, ending)
     return start if ending == ROUGH else _again(start, ending)
 
@@ -72,26 +73,63 @@ def _without_far(fit: Fit) -> Fit:
     return fitted(fit.problem, states, notes=fit.notes)
 
 
-def _with_whole_states(fit: Fit) -> Fit:
-    """Where the model lacks something, with those states back that all reflectors of a link contradict: what a model
-    lacks it misses in all of them. The points of a probe are one reading, and one may be wrong. Gross errors stay
-    out."""
-    if not fit.lacks:
-        return fit
-    used = []
+def _with_good_rows(fit: Fit, level: float) -> Fit:
+    """With those rows back that are not alone: what a model lacks it misses in all reflectors of a state. Where it
+    lacks something with them in, rows are back that its link may have moved, turning about the others."""
+    fit = _with(fit, [_confirmed(s, level) for s in fit.sessions])
+    return _with(fit, [rigid(s, _left_out(s)) for s in fit.sessions]) if fit.lacks else fit
+
+
+def _left_out(s: SessionFit) -> Bools:
+    """(N,) rows that were left out and may come back: none that is farther off than a model can be wrong."""
+    out = s.allowed & ~s.used
+    return np.asarray(out & ~far_rows(s.session) & within_reach(s)) if out.any() else out
+
+
+def _confirmed(s: SessionFit, level: float) -> Bools:
+    """(N,) rows that were left out, and that others of their state confirm."""
+    out = _left_out(s)
+    if not out.any():
+        return out
+    return _agreeing(s, out, _Deletions.of(s, level))
+
+
+def _agreeing(s: SessionFit, rows: Bools, scores: _Deletions) -> Bools:
+    limit = np.zeros(len(rows))
+    for k in np.unique(s.samples.reflector[rows]).tolist():
+        limit[s.samples.reflector == k] = scores.limit_of(k, s)
+    return agreeing(s, rows, limit)
+
+
+def odd_states(fit: Fit) -> list[str]:
+    """Sentences on single states in use that the bulk contradicts with several reflectors; none where they are many:
+    there the model as a whole lacks something."""
+    out = []
     for s in fit.sessions:
-        out = s.allowed & ~s.used & ~far_rows(s.session)
-        key = np.column_stack([s.samples.setup, s.samples.state, s.samples.repeat, s.observations.data.link])
-        _, of = np.unique(key, axis=0, return_inverse=True)
-        of = of.reshape(-1)
-        there, gone = np.bincount(of, s.allowed), np.bincount(of, out)
-        probe = s.session.group[s.samples.reflector]
-        reading = np.column_stack([of, np.where(probe < 0, -1 - s.samples.reflector, probe)])
-        several = np.bincount(np.unique(reading[s.allowed], axis=0)[:, 0], minlength=len(there)) > 1
-        used.append(s.used | (out & (gone == there)[of] & several[of]))
-    if all(np.array_equal(u, s.used) for u, s in zip(used, fit.sessions, strict=True)):
+        if s.session.path is None:
+            scores = _Deletions.of(s, MIDDLE)
+            rows = _marked(s, scores, _worst_of_setups(s, scores))
+            if 0 < rows.sum() <= WRONG * s.used.sum():
+                rows = _agreeing(s, rows, scores)
+                out += [said_of_states(s, rows)] if rows.any() else []
+    return out
+
+
+def _worst_of_setups(s: SessionFit, scores: _Deletions) -> Bools:
+    """(D,) readings that are contradicted, and not because another of their set-up drew its free offset aside."""
+    over = scores.chi2 > scores.limit(int(s.used.sum()))
+    if not s.observations.weighting.offset > 0 or not over.any():
+        return over
+    worst = np.zeros(int(scores.block.max()) + 1)
+    np.maximum.at(worst, scores.block, scores.chi2)
+    return np.asarray(over & (scores.chi2 >= 0.5 * worst[scores.block]))
+
+
+def _with(fit: Fit, rows: Sequence[Bools]) -> Fit:
+    """Fitted anew with more rows, (N,) per session."""
+    if not any(r.any() for r in rows):
         return fit
-    states = tuple(replace(s.state, used=u) for u, s in zip(used, fit.sessions, strict=True))
+    states = tuple(replace(s.state, used=s.used | r) for s, r in zip(fit.sessions, rows, strict=True))
     return _again(replace(fit, states=states))
 
 
@@ -107,10 +145,15 @@ def _too_many(fit: SessionFit) -> bool:
 
 def contradicting(fit: SessionFit) -> Bools:
     """(N,) rows in use that the bulk of their reflector contradicts, too many of them to be wrong rows."""
-    out = np.zeros(len(fit.samples), dtype=bool)
     found = _Deletions.of(fit, MIDDLE)
-    for rows, far in zip(found.rows, found.chi2 > found.limit(int(fit.used.sum())), strict=True):
-        out[rows] = far
+    return _marked(fit, found, found.chi2 > found.limit(int(fit.used.sum())))
+
+
+def _marked(fit: SessionFit, scores: _Deletions, some: Bools) -> Bools:
+    """(N,) the rows of ``some`` (D,) readings."""
+    out = np.zeros(len(fit.samples), dtype=bool)
+    for rows, told in zip(scores.rows, some, strict=True):
+        out[rows] = told
     return out
 
 
@@ -203,10 +246,11 @@ class _Deletions:
         """(D,) chi-square that a clean session of ``total`` readings exceeds once in 1 / FALSE_ALARM."""
         return np.asarray(stats.chi2.isf(FALSE_ALARM / max(total, 1), self.freedom) * self.bulk)
 
-    def bulk_of(self, reflector: int, fit: SessionFit) -> float:
-        """The factor of a reflector; that of all where no reading of it is in use."""
+    def limit_of(self, reflector: int, fit: SessionFit) -> float:
+        """As ``limit``, of a reading of a reflector; by the bulk of all where no reading of it is in use."""
         mine = [float(b) for r, b in zip(self.rows, self.bulk, strict=True) if fit.samples.reflector[r[0]] == reflector]
-        return mine[0] if mine else float(np.median(self.bulk))
+        bulk = mine[0] if mine else float(np.median(self.bulk))
+        return float(stats.chi2.isf(FALSE_ALARM / max(int(fit.used.sum()), 1), fit.session.numbers_each) * bulk)
 
 
 def _with_rows_back(fit: Fit, level: float) -> tuple[States, bool]:
@@ -222,20 +266,15 @@ def _with_rows_back(fit: Fit, level: float) -> tuple[States, bool]:
             continue
         scores = _Deletions.of(s, level)
         for row in out:
-            bulk = scores.bulk_of(int(s.samples.reflector[row]), s)
-            limit = stats.chi2.isf(FALSE_ALARM / max(int(s.used.sum()), 1), s.session.numbers_each) * bulk
-            with_row = replace(state, used=_with(state.used, int(row)))
+            limit = scores.limit_of(int(s.samples.reflector[row]), s)
+            used = state.used.copy()
+            used[row] = True
+            with_row = replace(state, used=used)
             chi2, with_row = _deletion_of_row(s, with_row, int(row))
             state = with_row if chi2 <= limit else replace(with_row, used=state.used)
             found |= bool(chi2 <= limit)
         after.append(state)
     return tuple(after), found
-
-
-def _with(used: Bools, row: int) -> Bools:
-    out = used.copy()
-    out[row] = True
-    return out
 
 
 def _deletion_of_row(s: SessionFit, state: Any, row: int) -> tuple[float, Any]:
