@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.linear_fit import NormalEquations, ReducedEquations
+from stiffness.diagnosis.linear_fit import HeldOutFold, NormalEquations, ReducedEquations
 from stiffness.diagnosis.linearisation import Further, normal_equations
-from stiffness.diagnosis.regressors import PROCESS, SPEED, Regressors, regressors
+from stiffness.diagnosis.regressors import ALWAYS, PROCESS, SPEED, Regressors, regressors
 from stiffness.diagnosis.selection import steady
 from stiffness.diagnosis.sensitivities import Sensitivities
 from stiffness.effects.effect import place_name
@@ -25,6 +25,8 @@ from stiffness.session.path_trace import PathTrace
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
+
+_Trained = tuple[HeldOutFold, Index, ReducedEquations]  # a fold, columns, what the other folds tell of them
 
 # studied in tests/stiffness/diagnosis/test_attribution.py
 RIDGES = (1e-3, 1e-2, 1e-1)  # prior precision of a weight over that of the data, all columns scaled alike
@@ -66,8 +68,11 @@ def residual_sources(fit: Fit, sensitivities: Sequence[Sensitivities]) -> list[R
         if fraction > LEAST and k == n and _on_a_part(fit):
             # seen from the part, a base that moves and a fixture that moves are one
             out.append(ResidualSource(FIXTURE, min(fraction / SIX, 1.0), follows))
+    always = _joined(index[:n], [f == ALWAYS for f in first.family])
     for name in sorted({c for c in first.column if c}):
-        fraction = structure.explained(np.concatenate([_of_column(index[k], first, name) for k in range(n)]))
+        own = _joined(index[:n], [c == name for c in first.column])
+        # where the zero of a column is says nothing: of a brake that is on or off, one of the two is no change
+        fraction = structure.explained(own, always)
         if fraction > LEAST:
             out.append(ResidualSource(name if name in OF_PATH else f"column:{name}", fraction))
     return sorted(out, key=lambda s: -s.fraction)
@@ -137,17 +142,28 @@ class _Structure:
         noise = np.array([f.count for f in equations.folds], dtype=float)
         return cls(equations, chi2, max(float((chi2 - noise).sum()), 1e-9))
 
-    def explained(self, columns: Index) -> float:
-        """Fraction that some columns explain in held-out folds; 0 where it is not steady."""
+    def explained(self, columns: Index, beside: Index | None = None) -> float:
+        """Fraction that some columns explain in held-out folds; 0 where it is not steady. ``beside``: columns that take
+        part, and whose own fraction does not count."""
         if not len(columns):
             return 0.0
         best = 0.0
-        trained = [(f, f.training(columns)) for f in self.equations.folds]
+        every = self._trained(columns if beside is None else np.concatenate([beside, columns]))
+        others = None if beside is None else self._trained(beside)
         for ridge in RIDGES:
-            gain = self.without - np.array([f.score(columns, _ridge(given, ridge)) for f, given in trained])
+            without = self.without if others is None else np.minimum(self.without, _left(others, ridge))
+            gain = without - _left(every, ridge)
             if steady(gain):
                 best = max(best, float(gain.sum()) / self.total)
         return min(best, 1.0)
+
+    def _trained(self, columns: Index) -> list[_Trained]:
+        return [(f, columns, f.training(columns)) for f in self.equations.folds]
+
+
+def _left(trained: Sequence[_Trained], ridge: float) -> Floats:
+    """(folds,) chi-square that some columns leave of held-out folds."""
+    return np.array([fold.score(columns, _ridge(given, ridge)) for fold, columns, given in trained])
 
 
 def _ridge(given: ReducedEquations, ridge: float) -> Floats:
@@ -179,11 +195,10 @@ def _carried(structure: _Structure, index: Index, first: Regressors) -> tuple[fl
     return max(alone[best], whole), best
 
 
-def _of_column(index: Index, first: Regressors, name: str) -> Index:
-    at = np.array(
-        [i for i, c in zip(index, first.column * (len(index) // len(first.column)), strict=True) if c == name]
-    )
-    return at[at >= 0].astype(np.intp) if len(at) else np.empty(0, dtype=np.intp)
+def _joined(index: Sequence[Index], some: Sequence[bool]) -> Index:
+    """Columns of some regressors, of all joints; those that are there."""
+    at = np.concatenate([of_joint[np.array(some)] for of_joint in index])
+    return np.asarray(at[at >= 0])
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -21,6 +21,7 @@ Feature = tuple[Floats, str, str, int]  # values (N,), family, column, joint
 
 # studied in tests/stiffness/diagnosis/test_attribution.py
 HARMONICS = 4
+ALWAYS = "always the same"
 PROCESS = "process"  # what a residual follows that goes with the programmed force
 SPEED = "speed of joint"
 TRAVELS = (1e-3, 1e-2)  # rad since a joint turned: of play, and of friction
@@ -68,7 +69,7 @@ def _keyed(features: Sequence[Feature]) -> dict[tuple[str, str, int, int], Float
 
 def _of_session(fit: SessionFit, tau: Floats, n: int) -> list[Feature]:
     s = fit.samples
-    out: list[Feature] = [(np.ones(len(s)), "always the same", "", -1)]
+    out: list[Feature] = [(np.ones(len(s)), ALWAYS, "", -1)]
     sign = np.where(np.abs(tau) > SILENT, np.sign(tau), 0.0)
     for j in range(n):
         name = f"torque of joint {j + 1}"

@@ -106,7 +106,8 @@ def test_one_reflector_that_was_knocked_in_a_state_is_found(clean: Session, loos
     way = size * np.array([0.6, 0.0, 0.8])
     for given in (clean, loose) if size > 1e-3 else (clean,):
         row = in_states(given, [(9, 3)]) & (given.samples.reflector == 1)
-        assert lines(identify([moved(given, np.where(row[:, None], way, 0.0))], ABSOLUTE)) == given.samples.line[row].tolist()
+        fit = identify([moved(given, np.where(row[:, None], way, 0.0))], ABSOLUTE)
+        assert lines(fit) == given.samples.line[row].tolist()
 
 
 def test_a_wrong_row_in_a_state_that_does_not_fit_is_found_alone(clean: Session) -> None:
