@@ -19,13 +19,11 @@ from stiffness.diagnosis.searched_numbers import searched_deviations, with_final
 from stiffness.diagnosis.structure import standing
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
-from stiffness.identification.common_numbers import with_common_numbers
-from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.fit import Fit
-from stiffness.identification.nearest import nearest_to_drawing
 from stiffness.identification.outliers import odd_states, reconsidered
 from stiffness.identification.plausibility import doubts
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
+from stiffness.identification.settled import settled
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import ROUGH
 from stiffness.session.processes import in_words, of_one_process, process_of
@@ -87,9 +85,8 @@ def _left_out(sessions: Sequence[Session], prior: ComplianceModel | None) -> lis
 
 def _finished(fit: Fit) -> Fit:
     """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
-    fit, near = with_drawing_scale(nearest_to_drawing(fit))
-    fit, common = with_common_numbers(fit)
-    return replace(fit, notes=(*fit.notes, *near, *common, *odd_states(fit), *doubts(fit)))
+    fit, chosen = settled(fit)
+    return replace(fit, notes=(*fit.notes, *chosen, *odd_states(fit), *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:

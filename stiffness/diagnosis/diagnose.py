@@ -20,19 +20,17 @@ from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
 from stiffness.diagnosis.refined_model import given_way, refined_model
 from stiffness.diagnosis.regrouped import regrouped
-from stiffness.diagnosis.reported import added_effect, beyond_limits
+from stiffness.diagnosis.reported import added_effect, contradicted
 from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
-from stiffness.identification.common_numbers import with_common_numbers
-from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import CLEAR, Fit
-from stiffness.identification.nearest import nearest_to_drawing
-from stiffness.identification.outliers import cleaned, with_whole_setups
+from stiffness.identification.outliers import cleaned, odd_states, with_whole_setups
 from stiffness.identification.robust import one_robot
+from stiffness.identification.settled import settled
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, ROUGH
 from stiffness.planning.next_setups import NextSetup, splitting, spread
@@ -125,13 +123,13 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     final = with_final_numbers(last, additions)
     if final is not None:
         additions, last = final, whole.fit(final, last)
-    last, near = with_drawing_scale(nearest_to_drawing(last))
-    last, common = with_common_numbers(last)
+    last, chosen = settled(last)
     together = map(str, regrouped(last, [a.effect.name for a in news]))
     last = replace(last, searched_sd=searched_deviations(last, additions))
-    allowed = whole.within_limits(last, additions)
-    if moved and (note := beyond_limits(fit, [f for f in (refined, last, allowed) if f])):
+    allowed, chosen = _allowed(whole, last, additions, chosen)
+    if refined is not None and (note := contradicted(fit, refined, last, allowed)):
         verdict, more, structure = "unexplained", [note], Structure(True, structure.sources)
+    given = given_way(model, sessions, additions)
     return Diagnosis(
         verdict=verdict,
         added=tuple(added_effect(a, allowed, last, found.alternatives) for a in news),
@@ -142,7 +140,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         residual_sources=tuple(structure.sources),
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
         outliers=tuple(last.outlier_rows()),
-        notes=(*notes, *structure.notes, *more, *near, *common, *together, *given_way(model, sessions, additions)),
+        notes=(*notes, *structure.notes, *more, *(chosen if moved else ()), *together, *odd_states(last), *given),
         next_traces=tuple(next_traces(sessions, found.alternatives, changed, structure.left)),
         model=refined_model(
             model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]
@@ -163,6 +161,17 @@ def _without_outliers(
     clean = cleaned(replace(fits, ending=ROUGH).fit(additions, start), ROUGH)
     fits = replace(fits, used=with_whole_setups(clean))
     return fits, fits.fit(additions, clean)
+
+
+def _allowed(
+    fits: ModelFits, fit: Fit, additions: Sequence[Addition], chosen: tuple[str, ...]
+) -> tuple[Fit, tuple[str, ...]]:
+    """A settled fit within the limits of its effects, and what was ``chosen`` in it."""
+    allowed = fits.within_limits(fit, additions)
+    if allowed is fit:
+        return fit, chosen
+    again, chosen = settled(allowed)  # what was fitted again is free again
+    return (again, chosen) if fits.within_limits(again, additions) is again else (allowed, ())
 
 
 def _searched(search: Search, base: Fit) -> _Found:

@@ -1,4 +1,4 @@
-"""Reported: what a diagnosis says of what it added, and whether it is allowed."""
+"""Reported: what a diagnosis says of what it added, and whether what is written keeps it."""
 
 from __future__ import annotations
 
@@ -37,18 +37,27 @@ def added_effect(a: Addition, allowed: Fit, last: Fit, found: Sequence[Alternati
     )
 
 
-def beyond_limits(judged: Fit, written: Sequence[Fit]) -> str:
-    """A note where the model that is written, within the limits of its effects, leaves clearly more than the fit that
-    was judged; "" where it does not."""
-    least = max(_left(judged), 1.0)
-    most = max(_left(f) for f in written)
-    if most < CLEAR * least:
-        return ""
-    return (
-        f"the numbers that explain the readings ({least:.2f} times the noise is left) are beyond what their effects "
-        f"allow (a stiffness that would be negative somewhere): with the nearest that are allowed {most:.2f} times the "
-        "noise is left. The law is another one"
-    )
+def contradicted(judged: Fit, refined: Fit, last: Fit, allowed: Fit) -> str:
+    """A note where a model leaves clearly more than the fit that was judged; "" where none does.
+
+    Args:
+        judged: what the verdict is about. refined: the same within the limits of its effects. last: of all readings.
+        allowed: that within the limits, as it is written.
+    """
+    before = max(_left(judged), 1.0)
+    within = max(_left(refined), _left(allowed))
+    if _left(last) > CLEAR * before:
+        return (
+            f"the effects that explain the readings of the fit ({before:.2f} times the noise is left) leave "
+            f"{_left(last):.2f} times the noise of all, those put aside included: the law is another one"
+        )
+    if within > CLEAR * before:
+        return (
+            f"the numbers that explain the readings ({before:.2f} times the noise is left) are beyond what their "
+            f"effects allow (a stiffness that would be negative somewhere): with the nearest that are allowed "
+            f"{within:.2f} times the noise is left. The law is another one"
+        )
+    return ""
 
 
 def _left(fit: Fit) -> float:

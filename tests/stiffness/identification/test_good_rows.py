@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from stiffness.diagnosis.diagnose import diagnose
 from stiffness.identification.fit import Fit
 from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
@@ -99,6 +100,14 @@ def test_whole_states_that_a_model_misses_stay_and_are_named(clean: Session, eff
         f"{', '.join(map(str, first))} of {clean.samples_file}"
     )
     assert not any("fit the model" in n for n in identify([clean], effects).notes)
+
+
+def test_diagnose_names_them_as_well(clean: Session) -> None:
+    model, odd = identify([clean], ABSOLUTE).model("ur10", {}), [(3, 1), (7, 4), (12, 2), (20, 3)]
+    found = diagnose([turned(clean, in_states(clean, odd), 8e-4)], model)
+    (said,) = [n for n in found.notes if "fit the model" in n]
+    assert said.startswith("4 states do not fit the model and stay")
+    assert not any("fit the model" in n for n in diagnose([clean], model).notes)
 
 
 @pytest.mark.parametrize("size", [5e-4, 2e-3, 0.02])
