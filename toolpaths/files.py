@@ -18,6 +18,7 @@ from toolpaths.sharing import each, is_shared
 from toolpaths.toolpath import Toolpath
 from toolpaths.writing.checks import common_findings, unsaid, without_axes
 from toolpaths.writing.marker import refuse_compensated, refuse_compensated_remarks
+from toolpaths.writing.part_carrier import carrier_findings
 from toolpaths.writing.program import Program, ReadBack
 from toolpaths.writing.staging import Staging, StagingError
 
@@ -141,6 +142,8 @@ def write_program(
     found = list(program.findings) + list(common_findings(program))
     if not spoken.external_axes:
         found += without_axes([a.name for a in program.external], spoken.name)
+    elif program.carrier is not None:
+        found += carrier_findings(program.carrier, spoken.part_unit, spoken.name)
     if not any(f.level == ERROR for f in found):
         found += writer.findings(program, target)
         found += unsaid(program, spoken.name, lambda word: re.fullmatch(spoken.machine_words, word) is not None)

@@ -223,6 +223,14 @@ def aligned(rotation: Floats, axis: Floats) -> Floats:
     return np.asarray(turn @ rotation)
 
 
+def matrix_about(direction: Floats, angle: Floats) -> Floats:
+    """(N, 3, 3) turns about an axis of length 1 by (N,) rad."""
+    x, y, z = direction
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.asarray(np.eye(3) + s * cross + (1.0 - c) * (cross @ cross))
+
+
 def _cosines_and_sines(angles: Floats) -> tuple[Floats, Floats]:
     a = np.moveaxis(np.asarray(angles, dtype=np.float64), -1, 0)
     return np.cos(a), np.sin(a)

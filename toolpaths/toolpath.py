@@ -160,8 +160,14 @@ class Toolpath:
 
     @property
     def on_part(self) -> Floats:
-        """(N, 3) m, the positions as the part sees them: its ways are the feed's, whatever a rail does meanwhile."""
-        return self.position if self.ways is None else self.position - self.ways.drift_at(self.row)
+        """(N, 3) m, the positions as the part sees them: its ways are the feed's, whatever axes do meanwhile."""
+        return self.position if self.ways is None else self.ways.on_part(self.row, self.position)
+
+    @property
+    def axis_on_part(self) -> Floats:
+        """(N, 3) the tool axes as the part sees them."""
+        part = None if self.ways is None else self.ways.part_at(self.row)
+        return self.axis if part is None else np.einsum("nji,nj->ni", part.rotation, self.axis)
 
     def where(self, pose: int) -> str:
         """File and line of a pose, as messages have them."""

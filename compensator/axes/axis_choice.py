@@ -1,7 +1,7 @@
-"""The choice: where rails and tables stand along a path; one place each, or a smooth way of the rails.
+"""The choice: where rails and tables stand along a path; one place each, or a smooth way of those that may move.
 
 A lattice of places, turns and arm configurations gives the starts; the path is followed with each of them as it would
-be run, and the declared cost decides. A rail moves where no fixed place serves, or where that costs clearly less.
+be run, and the declared cost decides. An axis moves where no fixed place serves, or where that costs clearly less.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from compensator.axes.axis_curve import CurveBasis, smoothed
-from compensator.axes.axis_refinement import refined_rails
-from compensator.axes.axis_search import AxisSearch, AxisStart, axis_search
+from compensator.axes.axis_refinement import refined_axes
+from compensator.axes.axis_search import AxisSearch, axis_search
 from compensator.axes.axis_trial import AxisTrial, FollowedAxes, TurnAlong
 from compensator.axes.axis_words import axis_uses, choice_findings
 from compensator.axes.free_axes import FreeAxes
@@ -29,7 +29,8 @@ Floats = npt.NDArray[np.float64]
 ROUNDS = 3  # of refinement, as long as they gain
 PAYS = 0.9  # of the cost of the best fixed places: what gains less than a tenth is not worth moving tons for
 BESIDE = 4  # rounds of looking beside the best fixed places, a cell away and nearer
-CURVES, EVERY = (6, 320), 0.25  # coefficients of the curve of a rail, one for so many m of path
+CURVES, EVERY = (6, 320), 0.25  # coefficients of the curve of an axis, one for so many m of path
+ARC = 0.5  # rad of a table, beside that: of a path about its axis
 SHORTER = (1.0, 0.5, 0.2)  # of a refinement, until it can be followed between its keys too, and pays
 INSTEAD, APART = 4, 1.0  # next best ones, mm or deg from each other somewhere
 UNSETTLED = "a place or a way that costs less has no commands that agree with the joint states that they cause"
@@ -45,13 +46,13 @@ def chosen_axes(job: Job, toolpath: Toolpath, wrench: Callable[[PlannedPath], Fl
     Raises:
         PathError: the arm has no closed form, or no place and no way serves; says which poses.
     """
-    free = FreeAxes.of(job.placement)
+    free = FreeAxes.of(job.placement, toolpath)
     if free is None:
         raise PathError(f"{job.placement.source}: no external axis is free")
     search = axis_search(job, free, toolpath, wrench)
     trial = AxisTrial(job, free, toolpath, stages=search.stages, wrench=search.wrench)
     fixed, places = _fixed(search, trial)
-    ways, said = _moving(search, trial, fixed) if free.rail.any() else ([], ())
+    ways, said = _moving(search, trial, fixed) if free.moving.any() else ([], ())
     taken, moving = fixed, min(ways, key=lambda one: one.value.cost, default=None)
     if moving is not None:
         taken = fixed = _cheaper(fixed, trial.stopped(moving))
@@ -111,10 +112,12 @@ def _cheaper(one: FollowedAxes | None, other: FollowedAxes | None) -> FollowedAx
 def _moving(
     search: AxisSearch, trial: AxisTrial, fixed: FollowedAxes | None
 ) -> tuple[list[FollowedAxes], tuple[str, ...]]:
-    """Ways of the rails: refined from that over the lattice, and from the best fixed places; and what is to be said of
+    """Ways of the axes: refined from that over the lattice, and from the best fixed places; and what is to be said of
     starts that led nowhere."""
     length = float(np.linalg.norm(np.diff(trial.toolpath.on_part, axis=0), axis=1).sum())
-    count = int(np.clip(length / EVERY, *CURVES))
+    size = trial.free.size[trial.free.moving & ~trial.free.rail]
+    every = min(EVERY, float(np.degrees(ARC) * size.min(initial=np.inf)))
+    count = int(np.clip(length / every, *CURVES))
     basis = CurveBasis.of(float(trial.time[-1]), count)
     found, said = list[FollowedAxes](), list[str]()
     if fixed is not None:
@@ -124,13 +127,20 @@ def _moving(
     if way is not None:
         curve = smoothed(trial.free, basis, way, search.stages.time)
         if curve is not None:
-            near = _refined(trial, basis, curve, trial.turn(AxisStart.of(way)))
+            near = _refined(trial, basis, curve, trial.turn_along(basis, curve, way))
             found += near
         if curve is None:
-            said.append("near the way over the lattice no smooth one is within speed and acceleration of the rail")
+            limits = f"speed and acceleration of the {_kind(trial.free)}"
+            said.append(f"near the way over the lattice no smooth one is within {limits}")
         elif not near:
-            said.append("the arm cannot follow the smooth way of the rail near that over the lattice")
+            said.append(f"the arm cannot follow the smooth way of the {_kind(trial.free)} near that over the lattice")
     return found, tuple(said)
+
+
+def _kind(free: FreeAxes) -> str:
+    """What moves."""
+    kinds = ["rail" if rail else "table" for rail in free.rail[free.moving].tolist()]
+    return " and the ".join(dict.fromkeys(kinds))
 
 
 def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong) -> list[FollowedAxes]:
@@ -141,7 +151,7 @@ def _refined(trial: AxisTrial, basis: CurveBasis, start: Floats, turn: TurnAlong
         if one is None or one.coefficients is None:
             break
         start = one.coefficients
-        made = refined_rails(one.cost, basis, start, trial.time[one.cost.rows])
+        made = refined_axes(one.cost, basis, start, trial.time[one.cost.rows])
         windows, turn = (made.windows, made.failed), (one.path.turn, one.path.branch)
         tried = (trial.moving(basis, start + share * (made.values - start), turn, windows) for share in SHORTER)
         before = one.value.cost

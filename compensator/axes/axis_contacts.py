@@ -34,7 +34,7 @@ def contacts_in_the_way(
     lattices = [_but_for_contacts(stages, places, branch, some) for branch, some in grids.items()]
     found = [(one, *best) for one in lattices if (best := _fixed(one)) is not None]
     told = "stands at {}"
-    if not found and stages.free.rail.any():
+    if not found and stages.free.moving.any():
         found = [(one, *best) for one in lattices if (best := _way(one, shape, one_turn)) is not None]
         told = "goes from {} on"
     if not found:

@@ -1,4 +1,4 @@
-"""Axis curve: smooth ways of rails along a path, cubic B-splines over time.
+"""Axis curve: smooth ways of rails and tables along a path, cubic B-splines over time.
 
 Their coefficients bound them: a curve stays between the least and the greatest, its speed and its acceleration within
 the differences of neighbours. So range, speed and acceleration are linear bounds, and hold between poses too.
@@ -71,7 +71,7 @@ def smoothed(free: FreeAxes, basis: CurveBasis, way: CoarseWay, time: Floats) ->
     bends = basis.second * float(basis.knots[-1] / count) ** 2
     out = np.empty((count, len(free)))
     for a in range(len(free)):
-        if not free.rail[a]:
+        if not free.moving[a]:
             out[:, a] = way.places[0, a]
             continue
         h = values.T @ values + SMOOTH * bends.T @ bends + ROUNDING * sp.eye(count)

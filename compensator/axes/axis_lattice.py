@@ -22,6 +22,7 @@ from compensator.turn.reliance import ToolReliance, reliance
 from compensator.turn.turn_cost import LASTS, WINDUP, KeyMotion
 from compensator.turn.turn_grid import TurnGrid, turn_grid
 from toolpaths.frame import Frame
+from toolpaths.rotation import aligned
 from toolpaths.toolpath import Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -99,6 +100,29 @@ class PathStages:
         now, then = (turned_work(self.free, self.some, at) for at in tables)
         turn = now @ np.swapaxes(then, -1, -2)
         return (wrench.reshape(-1, 2, 3) @ np.swapaxes(turn, -1, -2)).reshape(-1, 6)
+
+    def wrench_along(self, places: Floats, wrench: Floats) -> Floats:
+        """The wrench (N, 6) of the whole path with axes at places (N, A)."""
+        tables = places[:, ~self.free.rail]
+        if not np.ptp(tables, axis=0).any() or self.job.placement.process.axes == "base":
+            return self.wrench_at(places[0], wrench)
+        now = workobject_along(self.job.placement, self.free.on(self.toolpath, places)).rotation
+        turn = now @ turned_work(self.free, self.some, np.where(self.free.rail, 0.0, self.turned_at)).T
+        return np.asarray(wrench.reshape(-1, 2, 3) @ np.swapaxes(turn, -1, -2)).reshape(-1, 6)
+
+    def held_on(self, path: Toolpath, way: Floats) -> Floats:
+        """(S,) rad that the lattice's turns are from those of a path whose table turns: where the reference of its tool
+        lies against those of the lattice's places nearest to the way (S, A)."""
+        if path.ways is None or path.ways.table is None:
+            return np.zeros(len(self.rows))
+        there = self.job.planner.reference(path).take(self.rows)
+        each, index = np.unique(way, axis=0, return_inverse=True)
+        lattice = np.empty((len(self.rows), 3, 3))
+        for k, one in enumerate(self.references(each)):
+            mine = np.flatnonzero(index.ravel() == k)
+            lattice[mine] = one.rotation[mine]
+        x = np.swapaxes(aligned(lattice, -there.z), 1, 2) @ there.rotation[:, :, :1]
+        return np.asarray(np.unwrap(np.arctan2(x[:, 1, 0], x[:, 0, 0])))
 
 
 def turned_work(free: FreeAxes, toolpath: Toolpath, places: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""The refinement of rails along a path: sequential quadratic programs over the coefficients of their curves.
+"""The refinement of rails and tables along a path: sequential quadratic programs over the coefficients of their curves.
 
 As in ``refinement``: Gauss-Newton steps, travel of joints in place of crossings, in windows of coefficients that
 overlap. A step is taken where every key of it is free. Range, speed and acceleration of rails, joint limits and the
@@ -31,11 +31,11 @@ from compensator.turn.windows import (
 Floats = npt.NDArray[np.float64]
 
 STEPS = 8
-TRUST = 100.0  # mm of a step
-CREEP = 1e-5  # m: ways of a rail from key to key below it cost as their squares
+TRUST = 0.1  # m of a step
+CREEP = 1e-5  # m: ways of an axis from key to key below it cost as their squares
 
 
-def refined_rails(cost: AxisCost, basis: CurveBasis, coefficients: Floats, time: Floats) -> Refined:
+def refined_axes(cost: AxisCost, basis: CurveBasis, coefficients: Floats, time: Floats) -> Refined:
     """Coefficients that cost less than ``coefficients`` (M, A), which are free, or the same.
 
     Args:
@@ -99,10 +99,10 @@ class _Window:
         return float(own + travelled(self.price[keys.start : keys.stop - 1], way) + np.sum(rough * bent**2))
 
     def _axes(self, weight: Floats, places: Floats, bend: Floats) -> float:
-        """m3, the price of what rails do."""
+        """m3, the price of what axes do."""
         free, toll = self.cost.free, self.cost.toll[self.keys.start : self.keys.stop - 1]
-        rough = np.sum(weight * np.where(free.rail, ROUGH * bend / free.acceleration, 0.0).T ** 2)
-        gone = np.abs(np.diff(places[:, free.rail], axis=0)) * 1e-3
+        rough = np.sum(weight * np.where(free.moving, ROUGH * bend / free.acceleration, 0.0).T ** 2)
+        gone = np.abs(np.diff(places[:, free.moving], axis=0)) * free.size[free.moving]
         return float(rough + np.sum(toll[:, None] * (np.sqrt(gone**2 + CREEP**2) - CREEP)))
 
     def _step(self, given: Floats) -> Floats | None:
@@ -121,7 +121,7 @@ class _Window:
             (_by_key(slope[:, None], shapes[0]), weight, at.sd),
             (ways, price.ravel() / (2 * np.sqrt(way**2 + STILL**2).ravel()), way.ravel()),
             (ends, np.broadcast_to(rough, bent.shape).ravel(), bent.ravel()),
-            *self._rails(weight, shapes, whole, keys),
+            *self._moving(weight, shapes, whole, keys),
         ]
         h = sum(2 * (j.T @ sp.diags(w) @ j) for j, w, _ in rows)
         gradient = np.sum([2 * (j.T @ (w * r)) for j, w, r in rows], axis=0)
@@ -131,24 +131,24 @@ class _Window:
         h = (h + DAMPING * scale * sp.eye(m * width)) / scale
         return self._program(h, gradient / scale, sp.vstack([ways, joints]), whole=whole, commands=at.commands)
 
-    def _rails(
+    def _moving(
         self, weight: Floats, shapes: list[sp.csr_matrix], whole: Floats, keys: slice
     ) -> list[tuple[sp.csr_matrix, Floats, Floats]]:
-        """Rows of ways and accelerations of each rail."""
+        """Rows of ways and accelerations of each axis that moves."""
         free, out, toll = self.cost.free, [], self.cost.toll[keys.start : keys.stop - 1]
-        for a in np.flatnonzero(free.rail):
+        for a in np.flatnonzero(free.moving):
             pick = np.eye(len(free))[a : a + 1]
             bend = self.shapes[2][keys] @ whole[:, a]
             out.append((sp.kron(shapes[2], pick, format="csr"), weight * (ROUGH / free.acceleration[a]) ** 2, bend))
-            way = np.diff(self.shapes[0][keys] @ whole[:, a]) * 1e-3
+            way = np.diff(self.shapes[0][keys] @ whole[:, a]) * free.size[a]
             pull = toll / (2 * np.sqrt(way**2 + CREEP**2))
-            out.append((sp.kron(shapes[0][1:] - shapes[0][:-1], pick * 1e-3, format="csr"), pull, way))
+            out.append((sp.kron(shapes[0][1:] - shapes[0][:-1], pick * free.size[a], format="csr"), pull, way))
         return out
 
     def _program(
         self, h: sp.spmatrix, gradient: Floats, joints: sp.spmatrix, *, whole: Floats, commands: Floats
     ) -> Floats | None:
-        """Minimise x h x / 2 + gradient x with bounds of ways, joint limits, and of the rails."""
+        """Minimise x h x / 2 + gradient x with bounds of ways, joint limits, and of the axes."""
         cost, free, part, width = self.cost, self.cost.free, self.part, whole.shape[1]
         way, robot = moves(commands), cost.arm.bounds.robot
         most = np.maximum(cost.allowed[self.keys.start : self.keys.stop - 1], np.abs(way))
@@ -161,7 +161,7 @@ class _Window:
             rows.append(sp.kron(matrix[:, part], sp.eye(width)))
             low.append(np.minimum(-edge - now, 0.0).ravel())
             high.append(np.maximum(edge - now, 0.0).ravel())
-        trust = np.where(free.rail, TRUST, 0.0)
+        trust = np.where(free.moving, TRUST / free.size, 0.0)
         least = np.minimum(np.maximum(free.low - whole[part], -trust), 0.0)
         greatest = np.maximum(np.minimum(free.high - whole[part], trust), 0.0)
         least[: self.held] = greatest[: self.held] = 0.0

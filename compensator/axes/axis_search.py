@@ -85,7 +85,7 @@ class AxisSearch:
         return [*(c for c in closer if c is not None), *(self._best(one, k) for _, k, one in picked)]
 
     def way(self) -> CoarseWay | None:
-        """The cheapest way of the rails over the lattices, at one turn where that serves."""
+        """The cheapest way of what may move over the lattices, at one turn where that serves."""
         for one_turn in (True, False)[: 1 if self._one_turn else 2]:
             found = [w for one in self.lattices if (w := cheapest_way(one, self.shape, one_turn=one_turn))]
             if found:
@@ -105,10 +105,12 @@ class AxisSearch:
                 f"turn{contacts}: widen range, or check [workobject], direction and center"
             )
         what = f"{stages.toolpath.source}: every pose can be reached from somewhere with {spans}, but no fixed place"
-        rails = [n for n, rail in zip(free.names, free.rail, strict=True) if rail]
-        moved = f" and no smooth way of {', '.join(rails)} within speed and acceleration" if rails else ""
+        moving = [n for n, moves in zip(free.names, free.moving, strict=True) if moves]
+        moved = f" and no smooth way of {', '.join(moving)} within speed and acceleration" if moving else ""
         told = f"{f' ({first})' if first else ''}{contacts}"
-        remedy = "widen range, give speed and acceleration of the rail, or lower the feed" if rails else "widen range"
+        kind = "rail" if free.rail.any() else "table"
+        still = "widen range, give speed and acceleration of a table that the controller coordinates"
+        remedy = f"widen range, give speed and acceleration of the {kind}, or lower the feed" if moving else still
         remedy = "; ".join([*free.doubts(), remedy])
         return f"{what}{moved} serves the whole path in one arm configuration{told}; {remedy}, or split the file"
 
@@ -194,7 +196,9 @@ def _stages(
     begun = PlannedPath(toolpath=path, tcp=job.planner.reference(path), q=q, turn=np.zeros(len(path)), branch=none)
     whole = wrench(begun)
     motion, _, allowed = key_motion(job, begun, rows)
-    collider = collider_of(job, on_rail=bool(free.rail.any())) if job.placement.surroundings.scene else None
+    turning = bool((free.moving & ~free.rail).any())
+    around = bool(job.placement.surroundings.scene)
+    collider = collider_of(job, on_rail=bool(free.rail.any()), on_table=turning) if around else None
     stages = PathStages(
         job=job, free=free, toolpath=toolpath, rows=rows, some=toolpath.take(rows), wrench=whole[rows], motion=motion,
         allowed=allowed, time=free.time(toolpath)[rows], collider=collider, turned_at=middle,
@@ -204,10 +208,10 @@ def _stages(
 
 
 def _stage_rows(free: FreeAxes, path: Toolpath) -> Rows:
-    """(S,) poses, evenly in time, so far apart that every rail can go a cell between two of them."""
+    """(S,) poses, evenly in time, so far apart that every axis can go a cell between two of them."""
     length, time = float(np.linalg.norm(np.diff(path.on_part, axis=0), axis=1).sum()), free.time(path)
-    cells = (free.high - free.low)[free.rail] / (CELLS[len(free)] - 1)
-    needed = float(np.max(1.01 * cells / (SHARE * free.speed[free.rail]), initial=0.0))
+    cells = (free.high - free.low)[free.moving] / (CELLS[len(free)] - 1)
+    needed = float(np.max(1.01 * cells / (SHARE * free.speed[free.moving]), initial=0.0))
     most = min(length / SPACING, STAGES[len(free)], time[-1] / needed if needed else np.inf)
     rows = np.searchsorted(time, np.linspace(0.0, time[-1], int(max(most, FEWEST)) + 1))
     return np.unique(np.append(np.clip(rows, 0, len(path) - 1), [0, len(path) - 1]))

@@ -13,6 +13,7 @@ from compensator.axes.axis_cost import AxisCost, places_of
 from compensator.axes.axis_curve import CurveBasis
 from compensator.axes.axis_lattice import PathStages
 from compensator.axes.axis_search import AxisStart
+from compensator.axes.cheapest_way import CoarseWay
 from compensator.axes.free_axes import FreeAxes
 from compensator.cell.job import Job
 from compensator.errors import PathError
@@ -84,11 +85,25 @@ class AxisTrial:
         turn = np.interp(np.arange(count), self.stages.rows, start.turn)
         return turn, np.full(count, start.branch, dtype=np.int64)
 
+    def turn_along(self, basis: CurveBasis, coefficients: Floats, way: CoarseWay) -> TurnAlong:
+        """(N,) rad and configurations (N,) of a way over the lattice that became curves: where a table turns, turns are
+        counted from where the path's own are."""
+        path = self.free.on(self.toolpath, self._places(basis, coefficients))
+        turn, branch = self.turn(AxisStart.of(way))
+        off = np.interp(np.arange(len(turn)), self.stages.rows, self.stages.held_on(path, way.places))
+        if self.job.placement.solve.turn == "constant":
+            off = np.full(len(turn), float(np.median(off)))
+        return turn - off, branch
+
+    def _places(self, basis: CurveBasis, coefficients: Floats) -> Floats:
+        """(N, A) along curves."""
+        return np.asarray(np.clip(basis.at(self.time) @ coefficients, self.free.low, self.free.high))
+
     def moving(
         self, basis: CurveBasis, coefficients: Floats, turn: TurnAlong, windows: tuple[int, int] = (0, 0)
     ) -> FollowedAxes | None:
-        """Rails along curves; None: the arm cannot follow."""
-        places = np.clip(basis.at(self.time) @ coefficients, self.free.low, self.free.high)
+        """Axes along curves; None: the arm cannot follow."""
+        places = self._places(basis, coefficients)
         found = self._followed(places, turn, (basis, coefficients))
         return None if found is None else replace(found, windows=windows)
 
@@ -103,7 +118,7 @@ class AxisTrial:
         if not self._clear(path):
             self.refused = self.refused or self._contact(path)
             return None
-        wrench = self.stages.wrench_at(places[0], self.wrench)
+        wrench = self.stages.wrench_along(places, self.wrench)
         cost = AxisCost.of(self.job, self.free, path, wrench=wrench, tools=self.stages.tools)
         bends = None if curve is None else curve[0].at(self.time[cost.rows], 2) @ curve[1]
         at = places_of(self.free, path)

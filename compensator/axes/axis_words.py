@@ -32,7 +32,7 @@ def axis_uses(free: FreeAxes, toolpath: Toolpath, places: Floats) -> tuple[AxisU
             range=(float(free.low[k]), float(free.high[k])),
             least=float(places[:, k].min()), greatest=float(places[:, k].max()), travel=float(way.sum()),
             fastest=float(rates.max(initial=0.0)),
-            limits=(float(free.speed[k]), float(free.acceleration[k])) if rail else None,
+            limits=(float(free.speed[k]), float(free.acceleration[k])) if free.moving[k] else None,
         ))  # fmt: skip
     return tuple(out)
 
@@ -62,7 +62,8 @@ def choice_findings(
             yield Finding(NOTE, source, what, "If it can go further, a wider range may serve better")
     if taken.windows[1]:
         failed, windows = taken.windows[1], taken.windows[0]
-        what = f"{failed} of {windows} windows of the rail's refinement failed: there it stays as it began"
+        kind = "rail" if free.rail[free.moving].any() else "table"
+        what = f"{failed} of {windows} windows of the {kind}'s refinement failed: there it stays as it began"
         yield Finding(WARNING, source, what, "The result is sound, and may be worse than it could be")
     for what in said:
         yield Finding(NOTE, source, f"{what}: it was left out")

@@ -1,4 +1,4 @@
-"""The cheapest way of rails along a path over an axis lattice, by dynamic programming."""
+"""The cheapest way of rails and tables along a path over an axis lattice, by dynamic programming."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Bools = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.intp]
 
 TRAVEL = 0.1 * 3e-5**2  # m3 for each m that a rail goes in the cut: 30 um squared along 0.1 m of path. It moves tons,
-# and turns round with more lost motion than joints have
+# and turns round with more lost motion than joints have; so does a table, by the way of what is farthest from its axis
 AIR = 0.1  # of it between the cuts: no to and fro for nothing
-SHARE = 0.7  # of its speed, from stage to stage: a smooth way has to swing
-FASTEST = 6  # cells that a rail may go by from stage to stage
+SHARE = 0.7  # of the speed, from stage to stage: a smooth way has to swing
+FASTEST = 6  # cells that an axis may go by from stage to stage
 TURNED = 2  # columns that the turn may change by
 STILL = 1e-14  # m3 for each cell squared, in the air too
 
@@ -77,12 +77,13 @@ class _Walk:
         index = np.arange(len(self.lattice.places)).reshape(self.shape)
         reach = []
         for a, count in enumerate(self.shape):
-            most = int(min(self.fastest, SHARE * free.speed[a] * lasts / cells[a])) if free.rail[a] and count > 1 else 0
+            moves = free.moving[a] and count > 1
+            most = int(min(self.fastest, SHARE * free.speed[a] * lasts / cells[a])) if moves else 0
             reach.append(range(-min(most, count - 1), min(most, count - 1) + 1))
         for go in product(*reach):
             to = index[tuple(slice(max(g, 0), n + min(g, 0)) for g, n in zip(go, self.shape, strict=True))]
             frm = index[tuple(slice(max(-g, 0), n + min(-g, 0)) for g, n in zip(go, self.shape, strict=True))]
-            gone = float(np.sum(np.abs(go) * cells)) * 1e-3
+            gone = float(np.sum(np.abs(go) * cells * free.size))
             yield to.ravel(), frm.ravel(), STILL * float(np.sum(np.square(go))) + price * gone
 
     def back(self, total: Floats, came: list[Rows]) -> CoarseWay:

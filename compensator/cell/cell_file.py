@@ -95,6 +95,12 @@ class Cell(TomlTable):
             name = free[slots.index(None)]
             what = f"external.{name}.free: an axis of another group is not chosen"
             raise ValueError(f"{what}; E1 ... E6 and eax_a ... eax_f are")
+        turning = [name for name in free if self.external[name].turns]
+        tables = [name for name in free if self.external[name].carries == "part"]
+        if turning and len(tables) > 1:
+            both = " and ".join(tables)
+            what = f"external.{turning[0]}.speed: {both} are tables: one that turns along a path is alone"
+            raise ValueError(f"{what}; take speed and acceleration away, and both are set once")
         if len(set(slots)) < len(slots):
             raise ValueError(f"external: {' and '.join(free)} are two names of one axis")
         numbered = {name: number for name in self.external if (number := axis_number(name)) is not None}

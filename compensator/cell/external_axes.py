@@ -14,14 +14,14 @@ import numpy.typing as npt
 
 from compensator.cell.placement import Placement
 from compensator.cell.placement_tables import ExternalAxisTable
-from toolpaths.axis_ways import AxisWays
+from toolpaths.axis_ways import AxisWays, TurningTable
 from toolpaths.errors import ToolpathError
 from toolpaths.external_axes import SAME, axis_number, cut_places, places, unmodelled, whole_moves
 from toolpaths.finding import ERROR, NOTE, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.languages.table import Language
 from toolpaths.resample import MOST_POSES, in_parts
-from toolpaths.rotation import matrix_from_unit_quaternion, quaternion_from_matrix
+from toolpaths.rotation import matrix_about, matrix_from_unit_quaternion, quaternion_from_matrix
 from toolpaths.toolpath import CUT, Setting, Toolpath, tool_axis
 from toolpaths.writing.program import ExternalAxis
 
@@ -79,7 +79,7 @@ def _moved(placement: Placement, stands_at: Mapping[str, Floats], n: int) -> Fra
             shift = shift - stands[:, None] * 1e-3 * np.array(axis.direction)
         else:
             center = np.array(axis.center) * 1e-3
-            more = _about(np.array(axis.direction), np.radians(stands))
+            more = matrix_about(np.array(axis.direction), np.radians(stands))
             turn, shift = more @ turn, np.einsum("nij,nj->ni", more, shift - center) + center
     r, p = placement.workobject.rotation, placement.workobject.origin
     return Frame(r.T @ turn @ r, (turn @ p + shift - p) @ r)
@@ -99,7 +99,9 @@ def on_ways(placement: Placement, toolpath: Toolpath, chosen: Mapping[str, Float
     """A CAM path as the robot's base sees it with axes at ``chosen``, name -> (N,) mm or deg at its poses."""
     rails = [(v, placement.external[name].direction) for name, v in chosen.items() if _is_rail(placement, name)]
     drift = -1e-3 * np.sum([np.outer(v, d) for v, d in rails], axis=0) if rails else np.zeros((len(toolpath), 3))
-    ways = AxisWays(toolpath.row, dict(chosen), drift @ placement.workobject.rotation)
+    work = placement.workobject
+    table = next((_turning(work, n, placement.external[n]) for n, v in chosen.items() if _turns(placement, n, v)), None)
+    ways = AxisWays(toolpath.row, dict(chosen), drift @ work.rotation, table)
     path = replace(toolpath, ways=ways)
     moved = moved_workobject(placement, path)
     if moved is None:
@@ -107,6 +109,15 @@ def on_ways(placement: Placement, toolpath: Toolpath, chosen: Mapping[str, Float
     if toolpath.quaternion is not None:
         return _placed(path, moved.then(Frame(matrix_from_unit_quaternion(toolpath.quaternion), toolpath.position)))
     return replace(path, position=moved.at(toolpath.position), axis=moved.along(toolpath.axis))
+
+
+def _turns(placement: Placement, name: str, stands: Floats) -> bool:
+    """Whether a table turns along the path."""
+    return not _is_rail(placement, name) and bool(np.ptp(stands) > 0)
+
+
+def _turning(work: Frame, name: str, axis: ExternalAxisTable) -> TurningTable:
+    return TurningTable(name, np.array(axis.direction) @ work.rotation, work.inward(np.array(axis.center) * 1e-3))
 
 
 def _is_rail(placement: Placement, name: str) -> bool:
@@ -121,22 +132,29 @@ def axes_in_program(placement: Placement, toolpath: Toolpath) -> tuple[ExternalA
 
 
 def workobject_in_program(placement: Placement, toolpath: Toolpath) -> Frame:
-    """The work object that a new program has: where tables that were set for it hold it; rails carry the robot."""
+    """The work object that a new program has: where tables that were set for it hold it; rails carry the robot, and a
+    table that turns on the way is at 0."""
     stands = {} if toolpath.ways is None else toolpath.ways.at(toolpath.row[:1])
-    turned = _moved(placement, {n: v for n, v in stands.items() if not _is_rail(placement, n)}, 1)
+    turned = _moved(placement, {n: v for n, v in stands.items() if _is_set(placement, toolpath, n)}, 1)
     return placement.workobject if turned is None else placement.workobject.then(turned.take(0))
+
+
+def _is_set(placement: Placement, toolpath: Toolpath, name: str) -> bool:
+    """Whether an axis is a table that stays where it is, so that the controller need not know of it."""
+    table = None if toolpath.ways is None else toolpath.ways.table
+    return not _is_rail(placement, name) and (table is None or table.name != name)
 
 
 def printed_axes(placement: Placement, toolpath: Toolpath, printed: Floats) -> tuple[Frame, Frame, Floats]:
     """Chosen axes where a program has them, (N, K) mm or deg.
 
     Returns:
-        As ``moved_workobject``, what the program's poses are in, whose work object no table turns, and what the part
-        does; and how far each pose's axes are from where they were chosen, (N,) m or rad.
+        As ``moved_workobject``, what the program's poses are in, whose work object no table turns but one that turns on
+        the way, and what the part does; and how far each pose's axes are from where they were chosen, (N,) m or rad.
     """
     axes, still = axes_in_program(placement, toolpath), Frame.identity()
     stands = {axis.name: column for axis, column in zip(axes, printed.T, strict=True)}
-    set_ = {axis.name: axis.places for axis in axes if not _is_rail(placement, axis.name)}
+    set_ = {axis.name: axis.places for axis in axes if _is_set(placement, toolpath, axis.name)}
     off = [np.abs(stands[a.name] - a.places) * (1e-3 if a.unit == "mm" else np.pi / 180.0) for a in axes]
     poses, part = (_moved(placement, {**stands, **at}, len(toolpath)) or still for at in (set_, {}))
     return poses, part, np.max(off, axis=0)
@@ -154,19 +172,28 @@ def _followed(placement: Placement, toolpath: Toolpath) -> Toolpath:
     tables = {name: a for name, a in _axes(placement.external, stands).items() if a.carries == "part"}
     if not tables or len(toolpath) < 2:
         return toolpath
-    sampling, work = placement.sampling, placement.workobject
-    stray = min(np.radians(sampling.angle), 1.0)
-    parts = np.ones(len(toolpath) - 1)
+    sampling, parts = placement.sampling, np.ones(len(toolpath) - 1)
     for name, axis in tables.items():
         turn = np.abs(np.diff(np.radians(stands[name])))
-        lever = np.linalg.norm(work.at(toolpath.position) - np.array(axis.center) * 1e-3, axis=1)
-        reach = np.fmax(np.fmax(lever[1:], lever[:-1]), 1e-3)
-        stray_turn = np.sqrt(8.0 * np.minimum(stray, sampling.chord * 1e-3 / reach))
-        parts = np.maximum(parts, np.maximum(turn / stray_turn, turn * reach / (sampling.spacing * 1e-3)))
+        reach = reach_on_table(placement, axis, toolpath)
+        parts = np.maximum(parts, turn / stray_turn(placement, reach))
+        parts = np.maximum(parts, turn * reach / (sampling.spacing * 1e-3))
     parts = np.where(toolpath.kind[1:] == CUT, parts, 1.0)
     if parts.sum() > MOST_POSES:
         raise ToolpathError(f"{toolpath.source}: the turning of the table makes {parts.sum():.3g} poses")
     return in_parts(toolpath, np.ceil(parts - 1e-6).astype(np.intp)) if parts.max() > 1.0 else toolpath
+
+
+def reach_on_table(placement: Placement, axis: ExternalAxisTable, toolpath: Toolpath) -> Floats:
+    """(N - 1,) m, how far each move gets from the center of a table."""
+    lever = np.linalg.norm(placement.workobject.at(toolpath.position) - np.array(axis.center) * 1e-3, axis=1)
+    return np.asarray(np.fmax(np.fmax(lever[1:], lever[:-1]), 1e-3))
+
+
+def stray_turn(placement: Placement, reach: Floats) -> Floats:
+    """(M,) rad that a table may turn between poses ``reach`` (M,) m from its center: [sampling] chord and angle."""
+    sampling = placement.sampling
+    return np.asarray(np.sqrt(8.0 * np.minimum(min(np.radians(sampling.angle), 1.0), sampling.chord * 1e-3 / reach)))
 
 
 def external_findings(placement: Placement, toolpath: Toolpath, language: Language) -> tuple[Finding, ...]:
@@ -247,11 +274,3 @@ def _axes(external: Mapping[str, ExternalAxisTable], stands: Mapping[str, Floats
     """In the order that they carry the part: the innermost table first, the outermost, then rails."""
     used = [(n, a) for n, a in external.items() if n in stands and a.carries != "nothing"]
     return dict(sorted(reversed(used), key=lambda axis: axis[1].carries == "robot"))
-
-
-def _about(direction: Floats, angle: Floats) -> Floats:
-    """(N, 3, 3) turns about an axis of length 1 by (N,) rad."""
-    x, y, z = direction
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.asarray(np.eye(3) + s * cross + (1.0 - c) * (cross @ cross))

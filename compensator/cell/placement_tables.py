@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal
 
 import numpy as np
@@ -120,6 +121,7 @@ class StartTable(TomlTable):
         return self
 
 
+MACHINES = 16  # of MACHINE_DEF
 ROUNDED = 1e-3  # of the length of a direction: 0.7071 is meant as the half of the root of 2
 
 
@@ -142,7 +144,9 @@ class ExternalAxisTable(TomlTable):
     ``robot``: a rail, ``direction`` is the way the base goes as the value rises (mm). ``part``: a table, which turns
     about ``direction`` through ``center`` (deg). ``nothing``: it may move as it likes.
     ``free``: where it stands is chosen for a CAM file, within ``range``; a rail may go along the path, with ``speed``
-    (mm/s) and ``acceleration`` (mm/s2) at most.
+    (mm/s) and ``acceleration`` (mm/s2) at most; a table may turn along it where both are given (deg/s, deg/s2).
+    ``unit``: what the controller calls the mechanical unit of a table that it coordinates, ABB's name or KUKA's number
+    in MACHINE_DEF; ``unit_xyz``, ``unit_rpy``: where its frame stands in the base with the axis at 0, mm and deg.
     """
 
     carries: Literal["robot", "part", "nothing"]
@@ -152,6 +156,14 @@ class ExternalAxisTable(TomlTable):
     range: Annotated[tuple[Number, Number], listed_numbers(2)] | None = None
     speed: Number | None = Field(default=None, gt=0, le=10000)
     acceleration: Number | None = Field(default=None, gt=0, le=20000)
+    unit: Annotated[str, Strict()] | Annotated[int, Strict()] | None = None
+    unit_xyz: Three | None = None
+    unit_rpy: Three = (0.0, 0.0, 0.0)
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is a table that may turn along a path."""
+        return self.carries == "part" and self.free and self.speed is not None
 
     @field_validator("direction")
     @classmethod
@@ -184,9 +196,36 @@ class ExternalAxisTable(TomlTable):
             raise ValueError(f"{what}: [{np.degrees(low):.0f}, {np.degrees(high):.0f}]")
         if self.carries == "part" and high - low > 720.0:
             raise ValueError(f"range = [{low:g}, {high:g}]: more than two turns of a table, deg")
-        if self.carries == "part" and len(limits) > 1:
-            raise ValueError(f"{limits[1]} is of a rail: a table is set once for the whole path")
+        if self.carries == "part" and len(limits) == 2:
+            other = "acceleration" if limits[1] == "speed" else "speed"
+            what = f"{limits[1]} without {other}: a table turns along a path with both, deg/s and deg/s2"
+            raise ValueError(f"{what}, and is set once without them: give {other}, or take {limits[1]} away")
         return self
+
+    @model_validator(mode="after")
+    def _unit(self) -> ExternalAxisTable:
+        given = [key for key in ("unit", "unit_xyz", "unit_rpy") if key in self.model_fields_set]
+        if not given:
+            return self
+        if self.carries != "part":
+            raise ValueError(f'{given[0]} is of a table (carries = "part"), which the controller coordinates')
+        if self.unit is None or self.unit_xyz is None:
+            missing = "unit" if self.unit is None else "unit_xyz"
+            what = "the name of the mechanical unit (ABB) or its number in MACHINE_DEF (KUKA)"
+            raise ValueError(f"{missing} is missing: {what}, and where its frame stands with the axis at 0, mm")
+        if isinstance(self.unit, str) and not re.fullmatch(r"[A-Za-z]\w{0,31}", self.unit, re.ASCII):
+            raise ValueError(f"unit = {self.unit!r}: a name such as \"STN1\", or a number such as 2, is expected")
+        if isinstance(self.unit, int) and not 1 <= self.unit <= MACHINES:
+            raise ValueError(f"unit = {self.unit}: a number in MACHINE_DEF is 1 ... {MACHINES}")
+        refuse_metres("unit_xyz", self.unit_xyz)
+        refuse_radians("unit_rpy", self.unit_rpy)
+        return self
+
+    def unit_frame(self) -> Frame | None:
+        """The frame of its mechanical unit in the base with the axis at 0, in SI; None: not given."""
+        if self.unit_xyz is None:
+            return None
+        return Frame(matrix_from_rpy(np.radians(self.unit_rpy)), np.array(self.unit_xyz) / 1e3)
 
     @model_validator(mode="after")
     def _complete(self) -> ExternalAxisTable:

@@ -7,7 +7,15 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from toolpaths.rotation import slerp, slerp_quaternion
+from toolpaths.axis_ways import AxisWays
+from toolpaths.frame import Frame
+from toolpaths.rotation import (
+    matrix_from_quaternion,
+    matrix_from_unit_quaternion,
+    quaternion_from_matrix,
+    slerp,
+    slerp_quaternion,
+)
 from toolpaths.toolpath import CUT, Rows, Toolpath
 
 Floats = npt.NDArray[np.float64]
@@ -28,17 +36,48 @@ def with_poses_between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> T
         of the file that follows them.
     """
     end = segment + 1
-    t = fraction[:, None]
-    position = (1 - t) * toolpath.position[segment] + t * toolpath.position[end]
     row = (1 - fraction) * toolpath.row[segment] + fraction * toolpath.row[end]
-    if toolpath.quaternion is None:
-        orientation = slerp(toolpath.axis[segment], toolpath.axis[end], fraction)
+    ways = toolpath.ways
+    if ways is None or ways.table is None:
+        position, orientation = _between(toolpath, segment, fraction)
     else:
-        orientation = slerp_quaternion(toolpath.quaternion[segment], toolpath.quaternion[end], fraction)
+        position, orientation = _between_on_table(toolpath, ways, segment, fraction, row)
     grown = toolpath.with_points(end, row, position, orientation)
     before = np.searchsorted(end, np.arange(len(toolpath) + 1), side="right")  # how many stand before each old pose
     events = tuple(replace(e, pose=e.pose + int(before[e.pose])) for e in toolpath.events)
     return replace(grown, events=events)
+
+
+def _between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> tuple[Floats, Floats]:
+    """Positions (M, 3), and quaternions (M, 4) or tool axes (M, 3), straight between the ends."""
+    end, t = segment + 1, fraction[:, None]
+    position = (1 - t) * toolpath.position[segment] + t * toolpath.position[end]
+    if toolpath.quaternion is None:
+        return position, slerp(toolpath.axis[segment], toolpath.axis[end], fraction)
+    return position, slerp_quaternion(toolpath.quaternion[segment], toolpath.quaternion[end], fraction)
+
+
+def _between_on_table(
+    toolpath: Toolpath, ways: AxisWays, segment: Rows, fraction: Floats, row: Floats
+) -> tuple[Floats, Floats]:
+    """As ``_between``, straight on the part that a table turns meanwhile: at ``row`` (M,)."""
+    ends, t = (segment, segment + 1), fraction[:, None]
+    begin, last, there = (_part(ways, at) for at in (toolpath.row[ends[0]], toolpath.row[ends[1]], row))
+    a, b = begin.inward(toolpath.position[ends[0]]), last.inward(toolpath.position[ends[1]])
+    position = there.at((1 - t) * a + t * b)
+    if toolpath.quaternion is None:
+        axis = toolpath.axis_on_part
+        return position, there.along(slerp(axis[ends[0]], axis[ends[1]], fraction))
+    first, second = (
+        quaternion_from_matrix(np.swapaxes(p.rotation, 1, 2) @ matrix_from_unit_quaternion(toolpath.quaternion[k]))
+        for p, k in zip((begin, last), ends, strict=True)
+    )
+    on_part = matrix_from_quaternion(slerp_quaternion(first, second, fraction))
+    return position, quaternion_from_matrix(there.rotation @ on_part)
+
+
+def _part(ways: AxisWays, row: Floats) -> Frame:
+    return ways.part_at(row) or Frame.identity()
 
 
 def rows_between(segment: Rows) -> Rows:

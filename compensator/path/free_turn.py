@@ -35,14 +35,11 @@ def reference_rotations(toolpath: Toolpath) -> Callable[[Rows], Floats]:
     """``reference_rotation`` of some poses: rows (K,) -> (K, 3, 3)."""
     if (given := toolpath.quaternion) is not None:
         return lambda rows: matrix_from_unit_quaternion(given[rows])
-    axis = toolpath.axis
-    nearest = np.max([np.abs(axis[b]).max(axis=0) for b in blocks(len(axis))], axis=0)
-    best = int(np.argmin(nearest))
-    if nearest[best] >= 0.97:
+    axis, guide = toolpath.axis, steadiest_guide(toolpath)
+    if guide is None:
         carried = _carried(-axis)
         return lambda rows: _with_axes(carried[rows], -axis[rows])
-    guide = np.zeros(3)
-    guide[best] = 1.0
+    best = int(np.argmax(guide))
 
     def guided(rows: Rows) -> Floats:
         z = -axis[rows]
@@ -51,6 +48,14 @@ def reference_rotations(toolpath: Toolpath) -> Callable[[Rows], Floats]:
         return _with_axes(x, z)
 
     return guided
+
+
+def steadiest_guide(toolpath: Toolpath) -> Floats | None:
+    """(3,) the one of x, y, z that stays farthest from the tool axes; None: they pass every one of them."""
+    axis = toolpath.axis
+    nearest = np.max([np.abs(axis[b]).max(axis=0) for b in blocks(len(axis))], axis=0)
+    best = int(np.argmin(nearest))
+    return None if nearest[best] >= 0.97 else np.eye(3)[best]
 
 
 def _with_axes(x: Floats, z: Floats) -> Floats:

@@ -30,6 +30,7 @@ from toolpaths.languages.table import Language
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT, Toolpath
 from toolpaths.writing.checks import without_axes
+from toolpaths.writing.part_carrier import PartCarrier, carrier_findings
 from toolpaths.writing.program import Program
 
 MM_MIN = 1.0 / 60000.0  # m/s
@@ -73,7 +74,8 @@ class Export(ProgramMaker):
 
 
 def refuse_lost_axes(placement: Placement, language: Language, program: Path) -> None:
-    """Refuse to choose places of axes that a language has no words for.
+    """Refuse to choose places of axes that a language has no words for, or of a table that may turn on the way without
+    what the language tells of it.
 
     Raises:
         WriteError: names the axes and the languages that have them.
@@ -81,6 +83,16 @@ def refuse_lost_axes(placement: Placement, language: Language, program: Path) ->
     if not language.external_axes:
         free = [name for name, axis in placement.external.items() if axis.free]
         refuse_errors(str(program), without_axes(free, language.name))
+    for name, axis in placement.external.items():
+        if axis.turns:
+            found = carrier_findings(_carrier(placement, name), language.part_unit, language.name)
+            refuse_errors(str(program), [*found])
+
+
+def _carrier(placement: Placement, name: str) -> PartCarrier:
+    axis = placement.external[name]
+    direction, center = np.array(axis.direction), np.array(axis.center) / 1e3
+    return PartCarrier(name, axis.unit, axis.unit_frame(), direction, center)
 
 
 def program_poses(c: Compensation, *, corrected: bool = True) -> Frame:
@@ -103,6 +115,7 @@ def program_of(
     joints = c.command.q if corrected else path.q
     nominal = _in_work(placement, toolpath, path.tcp)
     made = _made(program_poses(c, corrected=corrected)) if poses is None else poses
+    table = None if toolpath.ways is None else toolpath.ways.table
     feed, findings = _feed(placement, toolpath)
     ordered = orders(toolpath, placement.program.events, placement.source)
     return Program(
@@ -121,6 +134,7 @@ def program_of(
         },
         workobject=workobject_in_program(placement, toolpath),
         external=axes_in_program(placement, toolpath),
+        carrier=None if table is None else _carrier(placement, table.name),
         rapid_speed=placement.program.rapid_feed * MM_MIN,
         configuration=inverse.inverse.configuration(joints).astype(np.int32) if inverse.labelled else None,
         start_joints=placement.start,

@@ -35,7 +35,9 @@ def clearance(
     if not job.placement.surroundings.settings.check:
         return lambda rows, q: np.ones(q.shape[:2], dtype=np.bool_)
     work, shift = workobject_along(job.placement, toolpath), rail_shift(job.placement, toolpath)
-    collider, tools = collider or collider_of(job, on_rail=shift is not None), job.arm.tools
+    turning = work.rotation.ndim > 2 and bool(np.ptp(work.rotation, axis=0).any())
+    collider = collider or collider_of(job, on_rail=shift is not None, on_table=turning)
+    tools = job.arm.tools
 
     def free(rows: Rows, q: Floats) -> Bools:
         count, turns = q.shape[:2]

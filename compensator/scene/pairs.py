@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from compensator.cell.scene_tables import CollisionsTable
 from compensator.errors import CellError
-from compensator.scene.body import BASE, TOOL, Body
+from compensator.scene.body import BASE, TOOL, WORKOBJECT, Body
 from stiffness.robot.robot import Robot
 
 CLOSE = 2  # places in the chain between bodies whose distance is a matter of design: contact counts, nearness does not
@@ -41,13 +41,20 @@ def depth(body: Body, n: int) -> int:
 
 
 def pairs_of(
-    bodies: Sequence[Body], robot: Robot, settings: CollisionsTable, source: str, *, on_rail: bool = False
+    bodies: Sequence[Body],
+    robot: Robot,
+    settings: CollisionsTable,
+    source: str,
+    *,
+    on_rail: bool = False,
+    on_table: bool = False,
 ) -> tuple[Pair, ...]:
     """All pairs that are looked at. Links that follow each other are neighbours, as are those that robot file and cell
     declare; the tool is one with the flange; the cutter, shank and holder against the stock are the process's affair.
 
     Args:
         on_rail: a rail carries the robot: its base, and what rides with it, goes past what stands on the floor.
+        on_table: a table turns the part: what stands on it goes past all else.
 
     Raises:
         CellError: the cell declares a body as neighbour that is not there.
@@ -61,7 +68,9 @@ def pairs_of(
             first, second = bodies[inner], bodies[outer]
             if frozenset((first.name, second.name)) in allowed:
                 continue
-            if _apart(first, second, robot, settings=settings, linked=linked, on_rail=on_rail):
+            passing = on_rail and (first.carrier == BASE) != (second.carrier == BASE)
+            passing |= on_table and (first.carrier == WORKOBJECT) != (second.carrier == WORKOBJECT)
+            if _apart(first, second, robot, settings=settings, linked=linked, passing=passing):
                 continue
             begin, end = depth(first, robot.n), depth(second, robot.n)
             out.append(Pair(
@@ -92,16 +101,18 @@ def _apart(
     *,
     settings: CollisionsTable,
     linked: Iterable[frozenset[int]],
-    on_rail: bool,
+    passing: bool,
 ) -> bool:
-    """Whether a pair is not looked at; ``second`` is the outer one."""
+    """Whether a pair is not looked at; ``second`` is the outer one; ``passing``: they move past each other without a
+    joint."""
     begin, end = depth(first, robot.n), depth(second, robot.n)
-    passing = on_rail and end == 0 and (first.carrier == BASE) != (second.carrier == BASE)
     if (begin == end and not passing) or (first.tool is not None and first.tool != second.tool):
         return True  # nothing moves between them
+    taken = "part" if settings.stock == "part" else "stock"
     if first.role in ("stock", "part"):
-        taken = "part" if settings.stock == "part" else "stock"
         return first.role != taken or second.role in ("cutter", "shank", "holder")
+    if begin == end and second.role in ("stock", "part"):
+        return second.role != taken
     if first.role == "link" and second.role == "link":
         return end - begin < 2 or frozenset((begin, end)) in linked
     return False

@@ -87,7 +87,9 @@ def collisions_along(job: Job, toolpath: Toolpath, q: Floats, bodies: Bodies | N
         what = "collisions are not looked for: the cell says [collisions] check = false"
         return PathCollisions(Bodies(()), toolpath, (), (Finding(NOTE, placement.source, what),), checked=False)
     bodies, way = bodies or bodies_of(job), arm_path(job, toolpath, q)
-    pairs = pairs_of(bodies.all, job.arm.robot, settings, placement.source, on_rail=WORLD in way.moving)
+    pairs = pairs_of(
+        bodies.all, job.arm.robot, settings, placement.source, on_rail=WORLD in way.moving, on_table=way.table_turns
+    )
     collider = Collider(job.arm.robot, bodies.all, pairs)
     walk = PathWalk(collider, way, margin=settings.margin / 1e3, step=settings.step / 1e3)
     active = [(pair, _active(pair, toolpath)) for pair in collider.pairs]
@@ -106,17 +108,18 @@ def is_certain(bodies: Sequence[Body], pair: Pair) -> bool:
     return not (inner.on_arm and (inner.approximate or outer.approximate))
 
 
-def collider_of(job: Job, *, on_rail: bool = False) -> Collider:
+def collider_of(job: Job, *, on_rail: bool = False, on_table: bool = False) -> Collider:
     """Ready to be asked at which postures of a job there is a contact that is an error.
 
     Args:
-        on_rail: a rail of the cell moves the base.
+        on_rail: a rail of the cell moves the base. on_table: a table turns the part along the path.
 
     Raises:
         CellError: as ``collisions_along``.
     """
     bodies, robot, placement = bodies_of(job).all, job.arm.robot, job.placement
-    pairs = pairs_of(bodies, robot, placement.surroundings.settings, placement.source, on_rail=on_rail)
+    settings = placement.surroundings.settings
+    pairs = pairs_of(bodies, robot, settings, placement.source, on_rail=on_rail, on_table=on_table)
     return Collider(robot, bodies, [p for p in pairs if is_certain(bodies, p)])
 
 
@@ -139,7 +142,7 @@ def _active(pair: Pair, toolpath: Toolpath) -> Bools:
     if pair.cut:
         step = np.diff(toolpath.on_part, axis=0, prepend=toolpath.on_part[:1])
         length = np.linalg.norm(step, axis=1)
-        out = np.sum(step * toolpath.axis, axis=1) >= ALONG * length
+        out = np.sum(step * toolpath.axis_on_part, axis=1) >= ALONG * length
         active &= (toolpath.kind != CUT) & ~out
     return active
 

@@ -41,6 +41,12 @@ class ArmPath:
     def __len__(self) -> int:
         return len(self.q)
 
+    @property
+    def table_turns(self) -> bool:
+        """Whether the part turns on the way."""
+        part = self.moving.get(WORKOBJECT)
+        return part is not None and part.rotation.ndim > 2 and bool(np.ptp(part.rotation, axis=0).any())
+
 
 @dataclass(frozen=True)
 class Approach:

@@ -131,5 +131,5 @@ def _where_the_force_jumps(path: PlannedPath) -> Bools:
     begins = np.concatenate([[True], bent | (toolpath.kind[1:] != toolpath.kind[:-1])])
     ends = np.concatenate([begins[1:], [True]])
     second = np.concatenate([[False], begins[:-1]])
-    sinking = np.abs(np.sum(unit * toolpath.axis, axis=1)) > LEVEL
+    sinking = np.abs(np.sum(unit * toolpath.axis_on_part, axis=1)) > LEVEL
     return np.asarray(begins | ends | second | sinking)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from compensator.axes.free_axes import FreeAxes
 from compensator.cell.external_axes import moved_workobject
 from compensator.cell.job import Job
 from compensator.cell.placement import Placement
@@ -136,7 +137,9 @@ def sampled(placement: Placement, toolpath: Toolpath) -> Toolpath:
     s = placement.sampling
     dense = resample(_under_declared_tools(placement, toolpath), spacing=s.spacing / 1e3, angle=np.radians(s.angle))
     moved = moved_workobject(placement, dense)
-    return placement.process.with_corner_poses(dense, None if moved is None else moved.inward(dense.position))
+    made = placement.process.with_corner_poses(dense, None if moved is None else moved.inward(dense.position))
+    free = FreeAxes.of(placement, made)
+    return made if free is None else free.sampled(made)
 
 
 def _refuse_missing_tools(placement: Placement, toolpath: Toolpath) -> None:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # the command line reads the table to show its help: nothing 
     from toolpaths.machine import Machine
     from toolpaths.rewriting.filter import Filter, Rewritten
     from toolpaths.toolpath import Floats, Toolpath
+    from toolpaths.writing.part_carrier import UnitWords
     from toolpaths.writing.program import Program, ReadBack
     from toolpaths.writing.stops import Stops
 
@@ -52,6 +53,7 @@ class Language:
         stops: whether ``stops.py`` writes programs that drive to postures and wait there.
         table: rows of numbers: a pose is a row, and no robot runs them.
         external_axes: whether its programs have places of rails and tables beside a pose.
+        part_unit: how its programs tell what turns the part while they run.
         machine_words: what a command of G-code matches that its programs have a word for.
     """
 
@@ -66,6 +68,7 @@ class Language:
     table: bool = False
     stops: bool = False
     external_axes: bool = False
+    part_unit: UnitWords = ""
     machine_words: str = "M0|M6"  # robots: a halt, and the data of a tool
 
     def read(
@@ -141,9 +144,9 @@ class Language:
 
 _ROBOTS = (
     Language(name="rapid", reads=(".mod", ".modx", ".prg", ".pgf"), writes=".mod", filtered=True, stops=True,
-             several=True, parts=(".sys", ".sysx"), external_axes=True),
+             several=True, parts=(".sys", ".sysx"), external_axes=True, part_unit="name"),
     Language(name="krl", reads=(".src",), writes=".src", filtered=True, stops=True, several=True,
-             parts=(".dat",), external_axes=True),
+             parts=(".dat",), external_axes=True, part_unit="number"),
     Language(name="fanuc", reads=(".ls",), writes=".ls", filtered=True, stops=True, short_remarks=True,
              external_axes=True),
     Language(name="urscript", reads=(".script", ".urscript"), writes=".script", filtered=True, stops=True),
@@ -160,7 +163,8 @@ _CAM = (
     Language(name="siemens", reads=(".mpf", ".spf", ".arc"), on_a_machine=True),
     Language(name="heidenhain", reads=(".h",), on_a_machine=True),
     Language(name="apt", reads=(".apt", ".aptsource", ".cl", ".cls", ".clsf", ".cldata", ".ncl")),
-    Language(name="csv", reads=(".csv",), writes=".csv", table=True, machine_words=".*", external_axes=True),
+    Language(name="csv", reads=(".csv",), writes=".csv", table=True, machine_words=".*", external_axes=True,
+             part_unit="none"),
 )
 
 #: By name.

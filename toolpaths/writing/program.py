@@ -15,6 +15,7 @@ from toolpaths.frame import Frame
 from toolpaths.made_frames import MadeFrames
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import MachineCommand
+from toolpaths.writing.part_carrier import PartCarrier
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -93,6 +94,7 @@ class Program:
         wrench: (N, 6) N and N m on the robot, base axes, about the TCP; None: not known.
         deflection: (N, 3) m predicted at the command, base axes; None: not known.
         external: rails and tables that were chosen with the path; none where the program has none.
+        carrier: what turns the part on the way: ``workobject`` is where it stands with the axis at 0; None: nothing.
         stamp: comments for the head of the program, of at most 30 characters each: what it was made from.
         heading: what it is, in the first comment of its head; of another than HEADING nothing is compensated.
         findings: of whoever made the program.
@@ -122,6 +124,7 @@ class Program:
     wrench: Floats | None = None
     deflection: Column | None = None
     external: tuple[ExternalAxis, ...] = ()
+    carrier: PartCarrier | None = None
     stamp: tuple[str, ...] = ()
     heading: str = HEADING
     findings: tuple[Finding, ...] = field(default=())

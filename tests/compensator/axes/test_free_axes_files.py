@@ -279,7 +279,8 @@ def test_a_milled_path(tmp_path: Path) -> None:
     rows = [[-25, 20, 40, 0, 0, 1, 0, "rapid"], [-25, 20, -3, 0, 0, 1, 600, "cut"], [100, 20, -3, 0, 0, 1, 600, "cut"]]
     made = job(tmp_path, rows, process=milling(tmp_path))
     one = load_job(made.cell)
-    free, path = FreeAxes.of(one.placement), sampled(one.placement, read_toolpath(made.toolpath))
+    path = sampled(one.placement, read_toolpath(made.toolpath))
+    free = FreeAxes.of(one.placement, path)
     assert free is not None
     found = []
     for places in (np.zeros((len(path), 1)), np.linspace(100.0, 900.0, len(path))[:, None]):

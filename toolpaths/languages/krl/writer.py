@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from toolpaths.external_axes import axis_number
 from toolpaths.finding import ERROR, WARNING, Finding
 from toolpaths.frame import Frame
 from toolpaths.rotation import kuka_from_matrix
@@ -129,7 +130,7 @@ def _main(program: Program, words: _Words, name: str, body: Callable[[], Iterato
     yield f"  ; {plain(program.heading + ' ' + program.name + ' for ' + (program.robot or 'robot'))}\n"
     yield f"  ; {plain('Source: ' + program.source_name)}\n"
     yield from (f"  ; {plain(text)}\n" for text in program.stamp)
-    yield f"  $BASE={_frame(program.workobject)}\n"
+    yield from _base(program)
     yield _mount(program.tools[int(program.tool[0])])
     yield "  $IPO_MODE=#BASE\n  $ORI_TYPE=#VAR\n  $ADVANCE=5\n  BAS(#VEL_PTP,20)\n"
     yield words.at_start
@@ -137,6 +138,23 @@ def _main(program: Program, words: _Words, name: str, body: Callable[[], Iterato
         yield _joint_move(program, q, 0)
     yield from body()
     yield words.before.get(len(program), "") + "END\n"
+
+
+def _base(program: Program) -> Iterator[str]:
+    """$BASE: fixed, or on an external kinematic system, which the controller couples to it."""
+    carrier = program.carrier
+    if carrier is None:
+        yield f"  $BASE={_frame(program.workobject)}\n"
+        return
+    axis, machine = f"E{(axis_number(carrier.axis) or 0) + 1}", f"MACHINE_DEF[{carrier.unit}]"
+    for text in (
+        f"{axis} turns the part while it cuts: {machine}, mathematically coupled.",
+        f"The controller has to have {axis} its axis, synchronous, and its flange,",
+        f"with {axis} at 0, in the world here:",
+        _frame(carrier.stands),
+    ):
+        yield f"  ; {plain(text, 120)}\n"
+    yield f"  $BASE=EK({machine}.ROOT,{machine}.MECH_TYPE,{_frame(carrier.on_unit(program.workobject))})\n"
 
 
 def _joint_move(program: Program, q: Floats, pose: int) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from toolpaths.finding import ERROR, WARNING, Finding
-from toolpaths.frame import Frame
+from toolpaths.languages.rapid.workobject import numbers_text, pose_text, workobject_lines
 from toolpaths.rotation import quaternion_from_matrix
 from toolpaths.tool_frame import ToolFrame
 from toolpaths.toolpath import CUT
@@ -89,6 +89,10 @@ def findings(program: Program, path: Path) -> Iterator[Finding]:
             "run with ConfL \\Off, as written",
         )  # fmt: skip
     yield from load_findings(program)
+    if program.carrier is not None and not program.carrier.about_z:
+        what = "z of unit_rpy, or unit_xyz, is not on the axis of the table, as those of ABB's units that turn are"
+        remedy = "check direction and center, and which way the value rises on the controller"
+        yield Finding(WARNING, f"external.{program.carrier.axis}", what, remedy)
 
 
 def name_findings(name: str, path: Path, moves: int) -> Iterator[Finding]:
@@ -178,8 +182,7 @@ def _main(program: Program, words: _Words, body: Callable[[], Iterator[str]]) ->
     for t, name in words.tools.items():
         yield f"  ! tool {t}: {plain(program.tools[t].name)}\n"
         yield f"  TASK PERS tooldata {name}:={_tooldata(program.tools[t])};\n"
-    frame = _pose(program.workobject)
-    yield f'  TASK PERS wobjdata {words.module}_wobj:=[FALSE,TRUE,"",{frame},[[0,0,0],[1,0,0,0]]];\n'
+    yield from workobject_lines(program, f"{words.module}_wobj")
     yield _speeds_and_zones(words, slice(0, len(program)))
     yield "\n  PROC main()\n"
     yield "    ConfJ \\On;\n    ConfL \\Off;\n    SingArea \\Off;\n"
@@ -275,7 +278,7 @@ def confdata(joints: Floats, configuration: npt.NDArray[np.int32] | None) -> npt
 
 
 def _tooldata(tool: ToolFrame) -> str:
-    return f"[TRUE,{_pose(tool.frame)},{_load(tool)}]"
+    return f"[TRUE,{pose_text(tool.frame)},{_load(tool)}]"
 
 
 def _load(tool: ToolFrame) -> str:
@@ -283,12 +286,4 @@ def _load(tool: ToolFrame) -> str:
     if tool.mass is None or tool.mass < 1e-3:
         return "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
     com = 0.5 * tool.frame.origin if tool.com is None else tool.com
-    return f"[{number(tool.mass, 3)},{_numbers(com * 1e3, 4)},[1,0,0,0],0,0,0]"
-
-
-def _pose(frame: Frame) -> str:
-    return f"[{_numbers(frame.origin * 1e3, 4)},{_numbers(quaternion_from_matrix(frame.rotation), 8)}]"
-
-
-def _numbers(values: Floats, digits: int) -> str:
-    return "[" + ",".join(number(float(v), digits) for v in values) + "]"
+    return f"[{number(tool.mass, 3)},{numbers_text(com * 1e3, 4)},[1,0,0,0],0,0,0]"
