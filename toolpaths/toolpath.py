@@ -71,6 +71,8 @@ class Setting:
         tools: number (as in ``Toolpath.tool``) -> frame and load; a number without an entry is one that the program
             only names, its frame stands in the controller.
         workobject: frame of the poses in the base; None: only the controller knows it.
+        carried: what turns the work object, where the program says so: name or number of the mechanical unit, and the
+            frame of the poses on it; None: nothing does.
         joints: row -> (n,) rad of moves given in joint angles. Their position and quaternion are NaN.
         zones: (rows,) m the corner at the move's end may be cut by; 0 is an exact stop, NaN: not given.
         configuration: (rows,) bits as in Program, -1: not given; None: the language has none.
@@ -82,6 +84,7 @@ class Setting:
 
     tools: Mapping[int, ToolFrame] = field(default_factory=dict)
     workobject: Frame | None = None
+    carried: tuple[str | int, Frame] | None = None
     joints: Mapping[int, Floats] = field(default_factory=dict)
     zones: Floats | None = None
     configuration: Ints | None = None

@@ -30,6 +30,7 @@ ROUNDS = 3  # of refinement, as long as they gain
 PAYS = 0.9  # of the cost of the best fixed places: what gains less than a tenth is not worth moving tons for
 BESIDE = 4  # rounds of looking beside the best fixed places, a cell away and nearer
 CURVES, EVERY = (6, 320), 0.25  # coefficients of the curve of an axis, one for so many m of path
+FINER = (2, 4)  # times as many, where the places between which a table has to keep are narrow
 ARC = 0.5  # rad of a table, beside that: of a path about its axis
 SHORTER = (1.0, 0.5, 0.2)  # of a refinement, until it can be followed between its keys too, and pays
 INSTEAD, APART = 4, 1.0  # next best ones, mm or deg from each other somewhere
@@ -49,6 +50,7 @@ def chosen_axes(job: Job, toolpath: Toolpath, wrench: Callable[[PlannedPath], Fl
     free = FreeAxes.of(job.placement, toolpath)
     if free is None:
         raise PathError(f"{job.placement.source}: no external axis is free")
+    _refuse_touches(job, free)
     search = axis_search(job, free, toolpath, wrench)
     trial = AxisTrial(job, free, toolpath, stages=search.stages, wrench=search.wrench)
     fixed, places = _fixed(search, trial)
@@ -64,6 +66,17 @@ def chosen_axes(job: Job, toolpath: Toolpath, wrench: Callable[[PlannedPath], Fl
     for one in reversed(_instead(taken, [*places, *ways] if fixed is None else [fixed, *places, *ways])):
         path = replace(one.path, axes=_told(free, one, fixed, (*said, UNSETTLED)), instead=path)
     return replace(taken.path, axes=_told(free, taken, fixed, said), instead=path)
+
+
+def _refuse_touches(job: Job, free: FreeAxes) -> None:
+    """Refuse a table that may turn with a work object that was touched off."""
+    turning = [name for name in free.names if job.placement.external[name].turns]
+    if turning and job.placement.touches:
+        raise PathError(
+            f"{job.placement.source}: workobject.touched_off: the table {turning[0]} may turn along the path, and what "
+            "the touches took off would turn with it: that is not built; take speed and acceleration of "
+            f"external.{turning[0]} away, and it is set once"
+        )
 
 
 def _instead(taken: FollowedAxes, found: list[FollowedAxes]) -> list[FollowedAxes]:
@@ -126,6 +139,10 @@ def _moving(
     way = search.way()
     if way is not None:
         curve = smoothed(trial.free, basis, way, search.stages.time)
+        for more in FINER if len(size) else ():
+            if curve is None:
+                basis = CurveBasis.of(float(trial.time[-1]), min(count * more, CURVES[1]))
+                curve = smoothed(trial.free, basis, way, search.stages.time)
         if curve is not None:
             near = _refined(trial, basis, curve, trial.turn_along(basis, curve, way))
             found += near

@@ -19,8 +19,10 @@ Some = slice | Rows
 
 @dataclass(frozen=True, repr=False, eq=False)
 class TableTurn:
-    """K keys of a path. The tool keeps the point and the tool axis that it has on the part; the turn about it stays the
-    number that it is, from the direction that the path counts it from, or what the file gives is kept on the part.
+    """Where the tool is at K keys of a path with the table elsewhere.
+
+    It keeps the point and the tool axis that it has on the part; the turn about that stays the number that it is, from
+    the direction that the path counts it from, or what the file gives is kept on the part.
 
     Attributes:
         column: of the axis. at: (K,) deg where the path has it.

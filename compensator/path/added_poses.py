@@ -41,7 +41,7 @@ def with_poses_between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> T
     if ways is None or ways.table is None:
         position, orientation = _between(toolpath, segment, fraction)
     else:
-        position, orientation = _between_on_table(toolpath, ways, segment, fraction, row)
+        position, orientation = _between_on_table(toolpath, ways, segment, fraction=fraction, row=row)
     grown = toolpath.with_points(end, row, position, orientation)
     before = np.searchsorted(end, np.arange(len(toolpath) + 1), side="right")  # how many stand before each old pose
     events = tuple(replace(e, pose=e.pose + int(before[e.pose])) for e in toolpath.events)
@@ -58,7 +58,7 @@ def _between(toolpath: Toolpath, segment: Rows, fraction: Floats) -> tuple[Float
 
 
 def _between_on_table(
-    toolpath: Toolpath, ways: AxisWays, segment: Rows, fraction: Floats, row: Floats
+    toolpath: Toolpath, ways: AxisWays, segment: Rows, *, fraction: Floats, row: Floats
 ) -> tuple[Floats, Floats]:
     """As ``_between``, straight on the part that a table turns meanwhile: at ``row`` (M,)."""
     ends, t = (segment, segment + 1), fraction[:, None]

@@ -92,7 +92,7 @@ def refuse_lost_axes(placement: Placement, language: Language, program: Path) ->
 def _carrier(placement: Placement, name: str) -> PartCarrier:
     axis = placement.external[name]
     direction, center = np.array(axis.direction), np.array(axis.center) / 1e3
-    return PartCarrier(name, axis.unit, axis.unit_frame(), direction, center)
+    return PartCarrier(name, axis.unit, axis.unit_frame(), direction=direction, center=center)
 
 
 def program_poses(c: Compensation, *, corrected: bool = True) -> Frame:

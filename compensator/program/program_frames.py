@@ -32,7 +32,7 @@ def with_program_frames(cell: Cell, toolpath: Toolpath, setting: Setting) -> Cel
 
 def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectTable:
     given = cell.workobject.xyz is not None
-    frame = setting.workobject
+    frame = setting.workobject if setting.carried is None else _on_table(cell, *setting.carried)
     if frame is None:
         if not given:
             raise CellError(f"{cell.source}: workobject is missing, and {toolpath.source} only names it: give it here")
@@ -43,6 +43,15 @@ def _workobject(cell: Cell, toolpath: Toolpath, setting: Setting) -> WorkObjectT
     rpy = np.degrees(rpy_from_matrix(frame.rotation))
     origin, touched = _three(frame.origin * 1e3), cell.workobject.touched_off
     return WorkObjectTable.model_construct(xyz=origin, rpy=_three(rpy), touched_off=touched)
+
+
+def _on_table(cell: Cell, unit: str | int, on_unit: Frame) -> Frame | None:
+    """The work object in the base with the axis of its mechanical unit at 0; None: the cell does not know the unit."""
+    for axis in cell.external.values():
+        stands = axis.unit_frame()
+        if stands is not None and str(axis.unit).lower() == str(unit).strip('"').lower():
+            return stands.then(on_unit)
+    return None
 
 
 def _tools(cell: Cell, toolpath: Toolpath, setting: Setting) -> dict[int, ToolTable]:

@@ -38,12 +38,6 @@ def touched_off(job: Job, path: PlannedPath) -> Job:
     if not touches or job.arm.taken_off is not None:
         return job
     ways = path.toolpath.ways
-    if ways is not None and ways.table is not None:
-        raise PathError(
-            f"{job.placement.source}: workobject.touched_off: the table {ways.table.name} turns along the path, and "
-            "what the touches took off would turn with it: that is not built; take speed and acceleration of "
-            f"external.{ways.table.name} away, and it is set once"
-        )
     if ways is not None and len(touches) >= TURNS_FROM and np.ptp(ways.drift, axis=0).any():
         raise PathError(
             f"{job.placement.source}: workobject.touched_off has {len(touches)} touches, and the rail moves along the "

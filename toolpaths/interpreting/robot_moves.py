@@ -43,6 +43,7 @@ class RobotMoves:
             statement gives or names them; -1 where there is none. In a program of several files also ``file``.
         joints: move -> (n,) rad.
         frames: in the base, by number; None: only the controller knows it.
+        carried: of those that stand on a mechanical unit, by number: as in Setting.
         tools, events, external: as in Setting and Toolpath; events and external axes count moves.
         sources: as in Toolpath.
     """
@@ -61,6 +62,7 @@ class RobotMoves:
     events: tuple[Event, ...]
     external: Mapping[str, Floats] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    carried: Mapping[int, tuple[str | int, Frame]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.position)
@@ -165,6 +167,7 @@ class RobotMoves:
         return Setting(
             tools=self.tools,
             workobject=frame,
+            carried=self.carried.get(self.main_frame),
             joints=self.joints,
             zones=self.zone,
             configuration=configuration,

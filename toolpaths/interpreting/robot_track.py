@@ -41,6 +41,7 @@ class RobotTrack:
         self._unknown: dict[str, int] = {}
         self.tools: dict[int, ToolFrame] = {}
         self.events: list[Event] = []
+        self.carried: dict[int, tuple[str | int, Frame]] = {}
         self.external = tuple(external)
         self.stands: list[tuple[int, tuple[float, ...]]] = []
 
@@ -81,6 +82,12 @@ class RobotTrack:
         self.frames.append(pose)
         return len(self.frames) - 1
 
+    def frame_on(self, unit: str | int, pose: Floats, key: str) -> int:
+        """The number of a frame (4, 4) on a mechanical unit, the same for the same ``key``."""
+        number = self.frame(None, key)
+        self.carried[number] = (unit, Frame.of(pose))
+        return number
+
     def move(self, numbers: tuple[float, ...], marks: tuple[int, ...]) -> None:
         """Append a move: values of NUMBERS (lengths in mm, feed in mm/s) and of MARKS."""
         self._columns.append(numbers, marks)
@@ -105,6 +112,7 @@ class RobotTrack:
             via=_in_si(c.numbers("via_x", "via_y", "via_z")), feed=once(c.number("feed") * 1e-3),
             zone=once(c.number("zone") * 1e-3), mark=mark, sources=sources,
             joints=self.joints, frames=frames, tools=self.tools, events=tuple(self.events), external=self._external(),
+            carried=self.carried,
         )  # fmt: skip
 
 

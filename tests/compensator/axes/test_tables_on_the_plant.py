@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
-from compensator.program.export import program_of
 from compensator.tasks.compensate import Done, compensate_file
 from tests.compensator.axes.rail_plant import RailPlant, Written, pose
 from tests.compensator.axes.table_plant import Coordinated
 from tests.compensator.plant_bench import robot_file
 from tests.compensator.small_job import ABB, CELL, STIFFNESS, files
 from tests.plant.arm import Arm, Tool
-from toolpaths.files import write_program
 
 CENTER = [1650.0, 60.0, 850.0]
 TABLE: dict[str, Any] = {
@@ -66,7 +62,8 @@ class Run:
 
 
 def plant(tool_of: dict[str, Any]) -> RailPlant:
-    tool = Tool(*(np.array(tool_of["xyz"]) / 1e3, np.radians(tool_of["rpy"]), tool_of["mass"], np.array(tool_of["com"]) / 1e3))
+    xyz, com = np.array(tool_of["xyz"]) / 1e3, np.array(tool_of["com"]) / 1e3
+    tool = Tool(xyz, np.radians(tool_of["rpy"]), tool_of["mass"], com)
     return RailPlant(Arm.load(robot_file(ABB), tool=tool, mount_rpy=np.zeros(3)), [], np.array(STIFFNESS))
 
 
@@ -81,14 +78,14 @@ def run(folder: Path, rows: list[list[Any]], table: dict[str, Any] | None = None
     unit = pose(table["unit_xyz"], Rotation.from_euler("xyz", table["unit_rpy"], degrees=True))
     text = (folder / "c.mod").read_text()
     start = np.radians([float(v) for v in text.split("MoveAbsJ [[")[1].split("]")[0].split(",")])
-    on_part, q = _landed(program.on_table(unit), unit, table, start)
-    between, _ = _landed(program.between(0.5).on_table(unit), unit, table, q[0])
+    on_part, q = _landed(program.on_table(unit), table, start)
+    between, _ = _landed(program.between(0.5).on_table(unit), table, q[0])
     plain = np.array([[*r[:7], r[7] == "cut"] for r in rows], dtype=float)
     return Run(done, program, on_part, between, q, plain)
 
 
-def _landed(written: Written, unit: np.ndarray, table: dict[str, Any], start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 3) m on the part, and (N, n) rad commanded. The part is where the cell has it, turned about the table's axis."""
+def _landed(written: Written, table: dict[str, Any], start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 3) m on the part, and (N, n) rad commanded; the part turns about the axis that the cell gives the table."""
     still = pose(WORK["xyz"], Rotation.from_euler("xyz", WORK["rpy"], degrees=True))
     turn = Rotation.from_rotvec(np.radians(written.axes[:, 1, None]) * np.array(table["direction"]))
     center = np.array(table["center"])

@@ -27,6 +27,8 @@ def refusal(job: Files) -> str:
 
 
 FREE = {"carries": "robot", "direction": [1.0, 0.0, 0.0], "free": True, "range": [-900.0, 900.0]}
+SET = {**FREE, "carries": "part", "center": [1500.0, 0.0, 0.0], "range": [-90.0, 90.0]}
+TURNS = {**SET, "speed": 9.0, "acceleration": 9.0}
 
 
 def free(**changes: Any) -> dict[str, Any]:
@@ -52,6 +54,17 @@ CASES: list[tuple[str, dict[str, Any], str]] = [
     ("standing speed", free(speed=0.0), r"external\.E1\.speed = 0\.0"),
     ("fast table", free(carries="part", center=[0.0] * 3, range=[-90.0, 90.0], speed=9.0),
      r"speed without acceleration: a table turns along a path with both"),
+    ("hasty table", free(carries="part", center=[0.0] * 3, range=[-90.0, 90.0], acceleration=9.0),
+     r"acceleration without speed: .* give speed, or take acceleration away"),
+    ("two tables", {"external": {"E1": TURNS, "E2": SET}},
+     r"external\.E1\.speed: E1 and E2 are tables: one that turns along a path is alone; take speed"),
+    ("unit of a rail", free(unit="T1", unit_xyz=[0.0] * 3), r'unit is of a table \(carries = "part"\)'),
+    ("unit nowhere", {"external": {"E1": {**TURNS, "unit": "STN1"}}}, r"unit_xyz is missing: the name of the"),
+    ("place of no unit", {"external": {"E1": {**TURNS, "unit_xyz": [0.0] * 3}}}, r"unit is missing: the name of"),
+    ("unit in words", {"external": {"E1": {**TURNS, "unit": "my table", "unit_xyz": [0.0] * 3}}},
+     r"unit = 'my table': a name such as \"STN1\", or a number such as 2"),
+    ("unit 0", {"external": {"E1": {**TURNS, "unit": 0, "unit_xyz": [0.0] * 3}}}, r"unit = 0: a number in MACHINE_DEF"),
+    ("unit in m", {"external": {"E1": {**TURNS, "unit": 2, "unit_xyz": [1.6, 0.0, 0.5]}}}, r"this looks like metres"),
     ("narrow table", free(carries="part", center=[0.0] * 3, range=[0.0, 0.05]), r"less than 0\.1 deg of a table"),
     ("free thrice", {"external": {f"E{k}": FREE for k in (1, 2, 3)}}, r"E1, E2, E3 are free: 2 at most"),
     ("free twice", {"external": {"E2": FREE, "eax_b": FREE}}, r"E2 and eax_b are two names of one axis"),

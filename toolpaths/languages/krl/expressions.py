@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from toolpaths.interpreting.expressions import Tokens
-from toolpaths.interpreting.values import ExpressionError, Runtime, first_runtime
+from toolpaths.interpreting.values import ExpressionError, OnUnit, Runtime, first_runtime
 from toolpaths.rotation import kuka_from_matrix, matrix_from_kuka
 from toolpaths.toolpath import Floats
 
@@ -28,6 +28,7 @@ _TOKEN = re.compile(
     r"(?P<space>\s++)|(?P<number>(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)|(?P<name>[$#A-Za-z_][\w$]*+)"
     r'|(?P<string>"[^"]*+")|(?P<bits>\'[^\']*+\')|(?P<mark>==|<>|<=|>=|[-+*/=<>,()\[\]{}:.])'
 )
+_MACHINE = re.compile(r"MACHINE_DEF\[(\d+)\]", re.I)
 _COMPARED = ("==", "<>", "<", ">", "<=", ">=")
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ABS": abs, "SQRT": math.sqrt, "SIN": lambda a: math.sin(math.radians(a)),
@@ -165,12 +166,16 @@ class KrlExpression(Tokens):
 
     def _called(self, name: str) -> Value:
         self.take("(")
+        machine = _MACHINE.match("".join(word for _, word in self.tokens[self.at : self.at + 4]))
         values: list[Value] = []
         while self.peek() != ")":
             values += [] if self.peek() == "," else [self.value()]
             if self.peek() != ")":
                 self.take(",")
         self.take(")")
+        if name == "EK" and machine and len(values) == 3 and isinstance(values[2], dict):
+            pose = tuple(map(tuple, frame(values[2]).tolist()))
+            return OnUnit(f"EK(...) of MACHINE_DEF[{machine[1]}]", unit=int(machine[1]), pose=pose)
         if unknown := first_runtime(*values):
             return unknown
         if name not in _FUNCTIONS or len(values) != 1 or not isinstance(values[0], float):

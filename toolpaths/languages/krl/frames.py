@@ -7,7 +7,7 @@ import numpy as np
 from toolpaths.frame import Frame
 from toolpaths.interpreting.program_text import Statement
 from toolpaths.interpreting.robot_track import RobotTrack
-from toolpaths.interpreting.values import ExpressionError, Runtime
+from toolpaths.interpreting.values import ExpressionError, OnUnit, Runtime
 from toolpaths.languages.krl.expressions import POSE, Value, frame
 from toolpaths.languages.krl.names import KrlNames
 from toolpaths.languages.krl.program import KrlProgram
@@ -60,6 +60,8 @@ class MountedFrames:
         number, value = self._frame(s, "$BASE", own)
         if isinstance(value, dict):
             return self._track.frame(self._matrix(s, value))
+        if isinstance(value, OnUnit):
+            return self._track.frame_on(value.unit, np.array(value.pose), value.key)
         return self._track.frame(None, f"{number}" if number is not None else getattr(value, "reason", ""))
 
     def _matrix(self, s: Statement, value: dict[str, Value]) -> Floats:

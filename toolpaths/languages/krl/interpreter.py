@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 
 from toolpaths.interpreting.interpreter import Interpreter, ReturnedError
 from toolpaths.interpreting.program_text import COMMENT, NOTHING, PLAIN, Statement
-from toolpaths.interpreting.values import ExpressionError, Runtime
+from toolpaths.interpreting.values import ExpressionError, Runtime, first_runtime
 from toolpaths.languages.krl.expressions import NULL, KrlExpression, Value
 from toolpaths.languages.krl.moves import MOTION, KrlMover
 from toolpaths.languages.krl.names import KrlNames
@@ -161,7 +162,7 @@ class KrlInterpreter(Interpreter):
             self.program.refuse(s.start, f"{name} corrects the path while it runs", self.remedy)
         value = self.value(match[4])
         if isinstance(value, Runtime) and "(line " not in value.reason:
-            value = Runtime(f"{value.reason} (line {self.program.line(s.start)})"[:200])
+            value = replace(value, reason=f"{value.reason} (line {self.program.line(s.start)})"[:200])
         parts = [p.strip().upper() for p in match[3].split(".")[1:]]
         if name == "$VEL" and parts == ["CP"]:
             self.mover.tails.check_speed(s.start, value)
@@ -233,10 +234,8 @@ class KrlInterpreter(Interpreter):
 
 def _with(old: Value, parts: list[str], value: Value) -> Value:
     """An aggregate with one component replaced. What is not constant makes the whole not constant."""
-    if isinstance(value, Runtime):
-        return value
-    if isinstance(old, Runtime):
-        return old
+    if unknown := first_runtime(value, old):
+        return unknown
     if not isinstance(old, dict):
         raise ExpressionError(f"it has no component {parts[0]}")
     inner = value if len(parts) == 1 else _with(old.get(parts[0], {}), parts[1:], value)

@@ -52,12 +52,12 @@ class DeclaredFrames:
             return self._track.frame(None, workobject.reason)
         if not fits("wobjdata", workobject):
             self.program.refuse(s.start, f"{s.word}: WObj is no wobjdata")
-        held, fixed, _, user, thing = workobject
+        held, fixed, unit, user, thing = workobject
         if held:
             self.program.refuse(s.start, f"{s.word}: a work object that is held by the arm (robhold TRUE)")
-        if not fixed:  # on a table: where it stands is the cell's to say
-            return self._track.frame(None, f"{workobject!r}")
         try:
+            if not fixed:  # on a table: where that stands is the cell's to say, and the user frame the controller's
+                return self._track.frame_on(unit, matrix(thing), f"{unit!r} {thing!r}")
             frame: Floats = matrix(user) @ matrix(thing)
         except ValueError as e:
             self.program.refuse(s.start, f"{s.word}: work object: {e}")
