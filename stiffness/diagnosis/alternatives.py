@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from stiffness.session.session import traces_alone
 # studied in tests/stiffness/diagnosis/test_alternatives.py, tests/effects_report
 LINEAR = 0.08  # of a gain: how far the linearised model may be off
 CLOSEST = 3  # alternatives that are fitted
+ALIKE = 1.1  # of chi-square: what two effects leave that are one to the readings, one of them as a table with a prior
 BETTER = 6.0  # difference of BIC by which an alternative takes the place
 
 
@@ -86,14 +87,33 @@ def with_alternatives(
             trials = [t for t in trials if t is not best] + [_Trial(a.effect.name, fit, additions, bic(fit, 1.0))]
             fit, additions = best.fit, best.additions
             a = next((b for b in additions if b.effect.name == best.name), a)
-        above = max(base.solution.chi2 - base.solution.freedom, 1e-9)
-        explains = float(np.clip((bare.solution.chi2 - fit.solution.chi2) / above, 0, 1))
+        explains = _explained(base, bare, fit)
         least = bic(fit, fit.solution.misfit)
-        alike = {t.name: t.fit for t in trials if bic(t.fit, fit.solution.misfit) < least + ODDS}
+        alike = {t.name: t.fit for t in trials if bic(t.fit, fit.solution.misfit) < least + ODDS or _twin(a, t, fit)}
         if len(a.sites) > 1 and traces_alone(s.session for s in fit.sessions):
             alike = {**_at_one_site(search, fit, additions, a), **alike}
         out[a.effect.name] = Alternatives(a, explains, alike, *shares)
     return fit, additions, [out[a.effect.name] for a in additions if a.effect.name in out]
+
+
+def explained_at_last(
+    search: Search, fit: Fit, additions: Sequence[Addition], base: Fit, found: Sequence[Alternatives]
+) -> list[Alternatives]:
+    """Alternatives of the additions that stayed, each with what it explains beside the others that did."""
+    kept = [r for r in found if any(a.effect is r.addition.effect for a in additions)]
+    if len(kept) == len(found):
+        return kept
+    out = []
+    for r in kept:
+        rest = [a for a in additions if a.effect is not r.addition.effect]
+        out.append(replace(r, explains=_explained(base, search.fits.fit(rest, fit) if rest else base, fit)))
+    return out
+
+
+def _explained(base: Fit, bare: Fit, fit: Fit) -> float:
+    """Fraction of what is above the noise in ``base`` that a fit takes away beside ``bare``."""
+    above = max(base.solution.chi2 - base.solution.freedom, 1e-9)
+    return float(np.clip((bare.solution.chi2 - fit.solution.chi2) / above, 0, 1))
 
 
 def _at_one_site(search: Search, fit: Fit, additions: list[Addition], a: Addition) -> dict[str, Fit]:
@@ -134,6 +154,11 @@ class _Trial:
     bic: float
 
 
+def _twin(a: Addition, trial: _Trial, fit: Fit) -> bool:
+    """Whether an effect that no static readings tell from an addition, with however many numbers, leaves no more."""
+    return trial.name in a.effect.twins and trial.fit.solution.chi2 < ALIKE * fit.solution.chi2
+
+
 def _trials(
     search: Search, bare: Fit, rest: list[Addition], a: Addition, fit: Fit
 ) -> tuple[list[_Trial], tuple[float, float]]:
@@ -160,6 +185,14 @@ def _rivals(
     none = float(selector.cross_validated([]).sum())
     above = max(none - selector.equations.count, 1e-9)
     gains = [(none - float(selector.cross_validated(s.terms).sum())) / above for s in (own, *found)]
-    found = [s for s in found if s.terms and s.bic_gain > own.bic_gain - ODDS - LINEAR * own.fit.gain]
-    rivals = sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST]
+    twins = [
+        chosen
+        for e in search.effects
+        for site in e.sites(search.fits.joints)
+        if e.name in a.effect.twins and site.where in {s.where for s in a.sites}
+        if (chosen := within(selector, e, site)).terms
+    ]
+    near = own.bic_gain - ODDS - LINEAR * own.fit.gain
+    found = [s for s in found if s.terms and s.bic_gain > near and s.terms[0].effect.name not in a.effect.twins]
+    rivals = [*sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST], *twins]
     return linear.expansion, rivals, (gains[0], max(gains[1:], default=0.0))

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stiffness.diagnosis.added_effects import Addition, ModelFits
+from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.adoption import with_richer_forms
-from stiffness.diagnosis.alternatives import Alternatives, candidates, with_alternatives
+from stiffness.diagnosis.alternatives import Alternatives, candidates, explained_at_last, with_alternatives
 from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.held_out import held_out, held_out_scores
 from stiffness.diagnosis.known_effects import KnownEffects, with_known
@@ -22,7 +22,7 @@ from stiffness.diagnosis.refined_model import given_way, refined_model
 from stiffness.diagnosis.regrouped import regrouped
 from stiffness.diagnosis.reported import added_effect, contradicted
 from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.search import Search, like_noise
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.errors import StiffnessError
@@ -186,7 +186,11 @@ def _searched(search: Search, base: Fit) -> _Found:
     search.say("70 %: trying other effects in the place of what was found")
     fit, additions, found = with_alternatives(search, fit, additions, base)
     fit, additions = without_crumbs(search, fit, additions, found)
+    found = explained_at_last(search, fit, additions, base=base, found=found)
     additions, fit = with_richer_forms(search.fits, additions, fit)
+    if additions and not like_noise(fit):  # a rough ending may stop short of what these effects explain
+        fit = replace(search.fits, ending=EXACT).fit(additions, fit)
+        additions = at_values_of(fit, additions)
     fit, additions, removed = with_known(search.fits, fit, additions, search.known)
     outcome = judged(search, base=base, fit=fit, additions=additions, found=found)
     kept = [r for r in found if any(a.effect is r.addition.effect for a in outcome.additions)]

@@ -27,7 +27,7 @@ def refined_model(
         model,
         values={e: v for e, v in model.values.items() if e not in gone},
         sd={e: v for e, v in model.sd.items() if e not in gone},
-        identified={e: v for e, v in model.identified.items() if e not in gone},
+        identified={e: v for e, v in model.identified.items() if e not in gone and e not in free_effects},
         tools={e: v for e, v in model.tools.items() if e not in gone},
         processes={e: v for e, v in model.processes.items() if e not in gone},
     )
@@ -46,7 +46,18 @@ def refined_model(
             tools[a.effect.name] = fit.sessions[0].session.tool.name
         if a.effect.scope == "process":
             processes[a.effect.name] = process_of([s.session for s in fit.sessions])
-    return replace(model, values=values, sd=sd, tools=tools, processes=processes, correlations=None)
+    identified = {**model.identified, **free.model(model.robot, {}).identified}
+    provenance = {**model.provenance, "not_identified": free.not_identified()}
+    return replace(
+        model,
+        values=values,
+        sd=sd,
+        identified=identified,
+        tools=tools,
+        processes=processes,
+        provenance=provenance,
+        correlations=None,
+    )
 
 
 def given_way(model: ComplianceModel, sessions: Sequence[Session], additions: Sequence[Addition]) -> list[str]:

@@ -43,11 +43,11 @@ class Regrouped:
 
 def regrouped(fit: Fit, effects: Collection[str]) -> list[Regrouped]:
     """The numbers of ``effects`` that a fit does not tell, and those that hold what they do."""
-    sd = fit.sd
+    untold = (fit.sd > OPEN * fit.gauge.unit) | fit.gauge.chosen
     mine = [
         k
         for k, u in enumerate(fit.unknowns.free)
-        if u.effect in effects and u.parameter.each == 1 and sd[k] > OPEN * fit.gauge.unit[k]
+        if u.effect in effects and u.parameter.each == 1 and untold[k]
     ]
     found = (_regrouped(fit, k) for k in mine)
     return [r for r in found if r.holders]

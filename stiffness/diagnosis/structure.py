@@ -81,7 +81,8 @@ def judged(
         named = " and ".join(a.effect.name for a in now.additions)
         note = f"{beyond.words}, in no catalogue, explains what was left more simply than {named}: not added"
         return Judged(base, [], Structure(True, _sources(search, base), (note,)))
-    if now.structure.left:
+    added = [a for a in now.additions if all(a.effect is not k.effect for k in search.known)]
+    if now.structure.left or not added:
         return now
     return replace(now, structure=replace(now.structure, sources=_sources(search, base)))
 
@@ -153,10 +154,12 @@ def _doubtful(search: Search, base: Fit, now: Judged, compared: Mapping[str, Alt
         without = search.fits.fit([b for b in now.additions if b is not a], now.fit)
         explained = (_above(without) - _above(now.fit)) / max(_above(base), 1e-9)
         beside = {part_of(w, joints) for w in a.where}
-        there = not places or part_of(places[0], joints) in beside
+        # numbers of an instrument take in what an unknown load does anywhere
+        shown = a.effect.scope == "instruments"
+        there = shown or not places or part_of(places[0], joints) in beside
         own = compared.get(a.effect.name)
         share = explained if own is None else min(explained, own.held_out)
-        certain = own is not None and share > LARGE and own.runner_up < AHEAD * own.held_out
+        certain = own is not None and share > LARGE and own.runner_up < AHEAD * own.held_out and not shown
         nearest = share < PARTLY or (share < 1 - PARTLY and there and not certain)
         if nearest or (share < LARGE and _one_source(search, without, now)):
             doubtful.append((share, a))

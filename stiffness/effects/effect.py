@@ -107,6 +107,11 @@ class Parameter:
         counts = {"joint": joints, "pair": joints * (joints - 1) // 2, "place": joints + 1}
         return self.size if isinstance(self.size, int) else counts[self.size] * self.each
 
+    @property
+    def yields(self) -> bool:
+        """Whether it is motion per load, as of a spring that is not seen inverted."""
+        return self.fit != "inverse" and ("/N" in self.unit or "/(N" in self.unit)
+
     def of_site(self, index: int | None) -> slice:
         """Its numbers at a site; all where there is one site."""
         if index is None or isinstance(self.size, int):
@@ -203,6 +208,7 @@ class Effect:
             precision matrix of all their numbers in the order of the parameters: what is known well moves least.
         restarts: values -> others of about the same law, all extras away from their bounds, which can hold a fit.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
+        twins: names of effects that no readings at rest tell from it where both sit in one place.
         is_base: the springs of the joints, which every model has and all other effects are added to; there is one.
         stiffness: of the base model alone: values -> (n,) N*m/rad.
         fitted_where: what readings make identification fit it without being asked: ``load`` (anything that bends the
@@ -234,6 +240,7 @@ class Effect:
     nearest: Callable[..., dict[str, Floats]] | None = None
     restarts: Callable[[Numbers], tuple[dict[str, Floats], ...]] = lambda values: ()
     check: Callable[[Numbers], str] = _nothing_wrong
+    twins: tuple[str, ...] = ()
     is_base: bool = False
     stiffness: Callable[[Numbers], Floats] | None = None
     fitted_where: Literal["", "load", "position", "approach"] = ""

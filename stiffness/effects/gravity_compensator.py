@@ -80,4 +80,5 @@ EFFECT = Effect(
     ),
     torque=_torque,
     unloaded=True,
+    twins=("joint-angle-error",),  # both a function of the angle of joint 2 alone
 )

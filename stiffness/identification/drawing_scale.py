@@ -63,9 +63,11 @@ def with_drawing_scale(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
 
 
 def _moving(fit: Fit) -> tuple[npt.NDArray[np.intp], Floats]:
-    """(M,) numbers of the vector that may move, all but springs that no reading tells, and their information (M, M)."""
+    """(M,) numbers of the vector that may move, all but springs that no reading tells and what was chosen to be stiff,
+    and their information (M, M)."""
     stays = np.zeros(len(fit.solution.vector), dtype=bool)
-    stays[: len(fit.unknowns)] = fit.unknowns.springs & ~fit.determined()
+    stiff = fit.gauge.chosen & [u.parameter.yields for u in fit.unknowns.free]
+    stays[: len(fit.unknowns)] = (fit.unknowns.springs & ~fit.determined()) | stiff
     moving = np.flatnonzero(~stays)
     prior = np.diag((fit.solution.misfit / fit.problem.sd[moving]) ** 2)
     return moving, fit.solution.information[np.ix_(moving, moving)] + prior

@@ -1,9 +1,12 @@
 """Nearest to the drawing: of all solutions that the readings cannot tell apart, the one that a fit is to give.
 
-What loads a joint too little to tell its stiffness is held where the fit began; directions of all other parameters that
-the data do not determine (``Gauge``) are held at the mean of the prior; the rest is fitted anew. Where the readings
-contradict that (they know a spring together with another number, which cannot make up for where it began), springs
-take part in the directions, and at last nothing is held.
+Directions of the parameters that the data do not determine (``Gauge``) are held at the mean of the prior, which of an
+effect is that it is not there, wherever the fit began; the rest is fitted anew. A joint that is loaded too little to
+tell its stiffness even then is held where the fit began, as far as the readings allow.
+
+Of a joint's spring and a place that yields about its axis the readings know the sum. The place is then taken as stiff
+there, the spring stands for both, and is as sure as the sum: base parameters (Khalil & Dombre, Modeling, Identification
+and Control of Robots, ch. 9).
 """
 
 from __future__ import annotations
@@ -15,6 +18,8 @@ import numpy.typing as npt
 
 from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.gauge import Gauge
+from stiffness.identification.problem import Problem, loose_sd
+from stiffness.numerics.least_squares import inverse
 
 Floats = npt.NDArray[np.float64]
 
@@ -28,14 +33,46 @@ def nearest_to_drawing(fit: Fit) -> Fit:
     """The fit with what its data do not determine put where the prior has it."""
     if not len(fit.unknowns):
         return fit
-    unknown = fit.unknowns.springs & ~fit.determined()
-    for springs in (unknown, np.zeros_like(unknown)) if unknown.any() else (unknown,):
-        rows = _held(fit, springs)
-        near = _with(fit, rows) if len(rows) else fit
-        lacking = fit.solution.misfit > CLEAR  # what it lacks, springs that no reading tells would imitate
-        if lacking or near.solution.chi2 < CONTRADICTED * fit.solution.chi2:
-            return near
-    return fit
+    fit = replace(fit, problem=_about_nothing(fit.problem))
+    return _with_sums(_nearest(fit))
+
+
+def _nearest(fit: Fit) -> Fit:
+    """With springs in the directions; then with those held that stay unknown."""
+    near = _holding(fit, np.zeros(len(fit.unknowns), dtype=bool), otherwise=fit)
+    unknown = fit.unknowns.springs & ~_with_sums(near).determined()
+    return _holding(fit, unknown, otherwise=near) if unknown.any() else near
+
+
+def _holding(fit: Fit, unknown: npt.NDArray[np.bool_], otherwise: Fit) -> Fit:
+    """With the ``unknown`` (P,) and the open directions held; ``otherwise`` where the readings contradict that."""
+    rows = _held(fit, unknown)
+    near = _with(fit, rows) if len(rows) else fit
+    lacking = fit.solution.misfit > CLEAR  # what it lacks, springs that no reading tells would imitate
+    return near if lacking or near.solution.chi2 < CONTRADICTED * fit.solution.chi2 else otherwise
+
+
+def _about_nothing(problem: Problem) -> Problem:
+    """The problem with the mean of every loose prior where an effect is not there."""
+    loose = problem.parameter_sd >= loose_sd(problem.unknowns, problem.fixed)
+    fixed = {name: {k: np.array(v, dtype=float) for k, v in own.items()} for name, own in problem.fixed.items()}
+    for u, ok in zip(problem.unknowns.free, loose, strict=True):
+        if ok and u.parameter.neutral is not None:
+            fixed[u.effect][u.parameter.name][u.index] = u.parameter.neutral
+    return replace(problem, fixed=fixed)
+
+
+def _with_sums(fit: Fit) -> Fit:
+    """The fit with all numbers as sure as they are where what yields, and is the choice of a solution, is as it is."""
+    free = fit.unknowns.free
+    at = np.flatnonzero([bool(c) and u.parameter.yields for c, u in zip(fit.gauge.chosen, free, strict=True)])
+    if not len(at):
+        return fit
+    covariance = fit.solution.covariance
+    gain = covariance[:, at] @ inverse(covariance[np.ix_(at, at)])
+    rest = covariance - gain @ covariance[at]
+    rest[np.ix_(at, at)] = covariance[np.ix_(at, at)]
+    return replace(fit, solution=replace(fit.solution, covariance=rest))
 
 
 def _with(fit: Fit, rows: Floats) -> Fit:

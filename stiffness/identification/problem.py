@@ -172,8 +172,8 @@ def loose_sd(layout: Unknowns, fixed: Mapping[str, Numbers], inverse: float = LO
     """(P,) how far a number may be from its start where nothing else is known: loose, but in the right world. Typical
     sizes are those of a heavy arm: links, base and tool of a light one yield more, as its joints do."""
     loose = np.where(layout.inverse, inverse, LOOSE_DIRECT) * layout.scale
-    yields = np.array(["/N" in u.parameter.unit or "/(N" in u.parameter.unit for u in layout.free], dtype=bool)
-    loose = np.where(yields & ~layout.inverse, _softness(layout, fixed) * loose, loose)
+    yields = np.array([u.parameter.yields for u in layout.free], dtype=bool)
+    loose = np.where(yields, _softness(layout, fixed) * loose, loose)
     told = [u.parameter.prior_sd for u in layout.free]
     return np.array([own if own is not None else sd for own, sd in zip(told, loose.tolist(), strict=True)])
 

@@ -10,6 +10,7 @@ import pytest
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.diagnose import diagnose
+from stiffness.diagnosis.refined_model import refined_model
 from stiffness.diagnosis.reported import contradicted
 from stiffness.effects import BY_NAME
 from stiffness.identification.fit import Fit
@@ -33,9 +34,23 @@ def test_a_spring_that_is_known_with_the_base_only_is_not_held_where_it_begins(a
     base = Addition(effect, effect.sites(6), frozenset(effect.sites(6)), effect.neutral(6))
     fit = replace(ill.fits, values=begun, used=(hand,), allowed=(hand,)).fit([base])
     assert fit.determined()[:6].tolist() == [False, *[True] * 5]
+    written = refined_model(ill.base.model(arm, {}), fit=fit, free=fit, additions=[base], removed=[])
+    assert written.identified["joint-stiffness"].tolist() == [False, *[True] * 5]
+    assert written.provenance["not_identified"] == fit.not_identified() != []
     near = nearest_to_drawing(fit)
     assert near.solution.chi2 < 1.1 * fit.solution.chi2
     assert not BY_NAME[SCENARIO].check(near.allowed_values()[SCENARIO])
+    # wherever the base begins, it is stiff about the axis of joint 1, whose spring is the sum of both and as sure
+    begun = {**base.values, "angular_rad_per_nm": np.full(3, 3e-7)}
+    far = replace(ill.fits, used=(hand,), allowed=(hand,)).fit([replace(base, values=begun)])
+    again = nearest_to_drawing(far)
+    for one in (near, again):
+        values, sd = one.values(), one.deviations()
+        k, yaw = values["joint-stiffness"]["k_nm_per_rad"][0], values[SCENARIO]["angular_rad_per_nm"][2]
+        true = ill.fits.values["joint-stiffness"]["k_nm_per_rad"][0]
+        assert abs(yaw) < 0.01 / k and k == pytest.approx(true, rel=0.05)
+        assert sd["joint-stiffness"]["k_nm_per_rad"][0] < 0.02 * k and sd[SCENARIO]["angular_rad_per_nm"][2] > 1 / k
+        assert one.determined()[0]
 
 
 def test_what_is_written_and_leaves_more_is_told_in_noises_with_its_cause() -> None:
