@@ -28,13 +28,15 @@ _LIN = re.compile(rf"LIN {{{_FRAME},S \d+,T \d+,E2 (\S+?)}}")
 
 @dataclass(frozen=True)
 class Coordinated:
-    """A program: what carries the work object, where that is on it (4, 4), targets in it, table (N,) deg, cuts (N,)."""
+    """A program: what carries the work object, where that is on it (4, 4), targets in it, table (N,) deg, cuts (N,),
+    and the first axis (N,) mm, NaN where there is none."""
 
     unit: str
     on_unit: Array
     target: Array
     angle: Array
     cut: Array
+    rail: Array
 
     @classmethod
     def read(cls, path: Path, axis: int = 1) -> Coordinated:
@@ -45,7 +47,9 @@ class Coordinated:
         rows = _MOVE.findall(text)
         target = np.array([_rapid(p, q) for p, q, _, _ in rows])
         angle = np.array([float(e.split(",")[axis]) for _, _, e, _ in rows])
-        return cls(found[1], _rapid(found[2], found[3]), target, angle, np.array([r[3] != "vrapid" for r in rows]))
+        rail = np.array([np.nan if e.startswith("9E9") else float(e.split(",")[0]) for _, _, e, _ in rows])
+        cut = np.array([speed != "vrapid" for *_, speed in rows])
+        return cls(found[1], _rapid(found[2], found[3]), target, angle, cut, rail)
 
     @classmethod
     def read_krl(cls, path: Path) -> Coordinated:
@@ -56,12 +60,12 @@ class Coordinated:
         rows = np.array([[float(v) for v in row] for row in _LIN.findall(text)])
         target = np.array([_kuka(row) for row in rows])
         on_unit = _kuka([float(v) for v in found.groups()[1:]])
-        return cls(found[1], on_unit, target, rows[:, 6], np.ones(len(rows), dtype=bool))
+        return cls(found[1], on_unit, target, rows[:, 6], np.ones(len(rows), dtype=bool), np.full(len(rows), np.nan))
 
     def on_table(self, unit: Array) -> Written:
         """In the world, with a unit at (4, 4) that turns about its z."""
         world = turned_about_z(unit, self.angle) @ self.on_unit
-        return Written(world, self.target, np.column_stack([self.angle * np.nan, self.angle]), self.cut)
+        return Written(world, self.target, np.column_stack([self.rail, self.angle]), self.cut)
 
     def between(self, share: float) -> Coordinated:
         """As the controller goes on from target to target: straight in the work object, the table evenly."""
@@ -71,7 +75,8 @@ class Coordinated:
             turns = Rotation.from_matrix(np.array(both)[:, :3, :3])
             target[k, :3, :3] = Slerp([0.0, 1.0], turns)(share).as_matrix()
         angle = self.angle[:-1] + share * np.diff(self.angle)
-        return replace(self, target=target, angle=angle, cut=self.cut[1:] & self.cut[:-1])
+        rail = self.rail[:-1] + share * np.diff(self.rail)
+        return replace(self, target=target, angle=angle, cut=self.cut[1:] & self.cut[:-1], rail=rail)
 
 
 def turned_about_z(unit: Array, angle: Array) -> Array:

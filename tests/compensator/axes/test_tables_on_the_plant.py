@@ -61,16 +61,18 @@ class Run:
         return np.linalg.norm(on_part[cut][:, None] - nearest, axis=2).min(axis=1)
 
 
-def plant(tool_of: dict[str, Any]) -> RailPlant:
+def plant(tool_of: dict[str, Any], rails: list[list[float]]) -> RailPlant:
     xyz, com = np.array(tool_of["xyz"]) / 1e3, np.array(tool_of["com"]) / 1e3
     tool = Tool(xyz, np.radians(tool_of["rpy"]), tool_of["mass"], com)
-    return RailPlant(Arm.load(robot_file(ABB), tool=tool, mount_rpy=np.zeros(3)), [], np.array(STIFFNESS))
+    return RailPlant(Arm.load(robot_file(ABB), tool=tool, mount_rpy=np.zeros(3)), rails, np.array(STIFFNESS))
 
 
 def run(folder: Path, rows: list[list[Any]], table: dict[str, Any] | None = None, **change: Any) -> Run:
-    """The job, and its RAPID program on the plant."""
+    """The job, and its RAPID program on the plant; ``external``: more axes."""
     table = TABLE if table is None else table
-    tables = {"external": {"E2": table}, "workobject": WORK, "gravity": "uncompensated",
+    external = {**change.pop("external", {}), "E2": table}
+    rails = [external["E1"]["direction"]] if "E1" in external else []
+    tables = {"external": external, "workobject": WORK, "gravity": "uncompensated",
               "sampling": {"spacing": 30.0, "chord": CHORD}, **change}  # fmt: skip
     made = files(folder, tables, rows=rows)
     done = compensate_file(made.toolpath, made.cell, folder / "c.mod", json=folder / "c.json")
@@ -78,13 +80,15 @@ def run(folder: Path, rows: list[list[Any]], table: dict[str, Any] | None = None
     unit = pose(table["unit_xyz"], Rotation.from_euler("xyz", table["unit_rpy"], degrees=True))
     text = (folder / "c.mod").read_text()
     start = np.radians([float(v) for v in text.split("MoveAbsJ [[")[1].split("]")[0].split(",")])
-    on_part, q = _landed(program.on_table(unit), table, start)
-    between, _ = _landed(program.between(0.5).on_table(unit), table, q[0])
+    on_part, q = _landed(program.on_table(unit), table, rails, start)
+    between, _ = _landed(program.between(0.5).on_table(unit), table, rails, q[0])
     plain = np.array([[*r[:7], r[7] == "cut"] for r in rows], dtype=float)
     return Run(done, program, on_part, between, q, plain)
 
 
-def _landed(written: Written, table: dict[str, Any], start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _landed(
+    written: Written, table: dict[str, Any], rails: list[list[float]], start: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(N, 3) m on the part, and (N, n) rad commanded; the part turns about the axis that the cell gives the table."""
     still = pose(WORK["xyz"], Rotation.from_euler("xyz", WORK["rpy"], degrees=True))
     turn = Rotation.from_rotvec(np.radians(written.axes[:, 1, None]) * np.array(table["direction"]))
@@ -93,7 +97,7 @@ def _landed(written: Written, table: dict[str, Any], start: np.ndarray) -> tuple
     force = CELL["process"]["wrench"]
     wrench = np.concatenate([part[:, :3, :3] @ force[:3], part[:, :3, :3] @ force[3:]], axis=1)
     wrench = np.where(written.cut[:, None], wrench, 0.0)
-    tcp, q = plant(CELL["tool"]).run(written, np.zeros((len(wrench), 0)), wrench, start)
+    tcp, q = plant(CELL["tool"], rails).run(written, written.axes[:, : len(rails)] / 1e3, wrench, start)
     return (np.linalg.inv(part) @ tcp)[:, :3, 3], q
 
 
@@ -138,3 +142,16 @@ def test_where_a_fixed_place_costs_more(tmp_path: Path) -> None:
     assert one.off(one.between, one.program.between(0.5).cut).max() < CHORD * 1e-3
     smooth(one, table)
     assert any("all along would be" in str(f) for f in one.done.findings)
+
+
+def test_a_rail_moves_beside(tmp_path: Path) -> None:
+    """Both go along: the base past a long part, the part round."""
+    rail = {"carries": "robot", "direction": [0.0, 0.6, 0.8], "free": True, "range": [-200.0, 200.0], "speed": 40.0,
+            "acceleration": 30.0}  # fmt: skip
+    one = run(tmp_path, ring(0.0, 240.0, tilt=20.0), external={"E1": rail})
+    told = one.done.report["external"]["axes"]
+    assert told["E2"]["moves"] and told["E2"]["travel_deg"] > 30.0
+    assert one.off(one.on_part, one.program.cut).max() < NEAR
+    assert one.off(one.between, one.program.between(0.5).cut).max() < CHORD * 1e-3
+    smooth(one, TABLE)
+    assert np.abs(one.program.rail).max() > 1.0

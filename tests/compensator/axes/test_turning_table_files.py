@@ -12,7 +12,6 @@ import pytest
 import tomli_w
 from scipy.spatial.transform import Rotation
 
-from compensator.axes.axis_cost import AxisCost
 from compensator.axes.free_axes import FreeAxes
 from compensator.cell.job import load_job
 from compensator.errors import CompensatorError
@@ -25,7 +24,6 @@ from compensator.solve.planned import sampled
 from compensator.solve.verify import simulated
 from compensator.tasks.compensate import Done, compensate_file, preview_file
 from compensator.tasks.verify import verify_file
-from compensator.turn.reliance import tool_reliances
 from tests.compensator.axes.rail_plant import pose
 from tests.compensator.axes.table_plant import Coordinated
 from tests.compensator.axes.test_tables_on_the_plant import FEED, TABLE, WORK, ring
@@ -233,10 +231,7 @@ def test_a_milled_path(tmp_path: Path) -> None:
     one, path, free, places = path_on_table(made, 80.0)
     found = []
     for at in (np.zeros_like(places), places):
-        moved = free.on(path, at)
-        none = np.zeros(len(path))
-        begun = PlannedPath(moved, one.planner.reference(moved), np.zeros((len(path), 6)), none, none.astype(np.int64))
-        found.append(load_along(one, begun))
+        found.append(load_along(one, planned_on(one, free.on(path, at))))
     still, turning = found
     assert np.abs(still.wrench).max() > 10.0
     turn = Rotation.from_euler("z", places, degrees=True)
@@ -247,26 +242,10 @@ def test_a_milled_path(tmp_path: Path) -> None:
         np.testing.assert_allclose(turning.columns[name], values, atol=1e-6)
 
 
-def test_the_cost_of_another_way_is_that_of_its_path(written: tuple[Files, Done]) -> None:
-    """Angles, loads and derivatives of the refinement, against the path that is planned anew with the other way."""
-    one, path, free, _ = path_on_table(written[0], 0.0)
-    done = written[1].result.path
-    at = done.toolpath.ways.at(done.toolpath.row)["E2"][:, None]
-    tools, wrench = tool_reliances(one.arm), load_along(one, done).wrench
-    cost = AxisCost.of(one, free, done, wrench=wrench, tools=tools)
-    other = at + 3.0 * np.sin(np.linspace(0.0, 4.0, len(at)))[:, None]
-    moved = free.on(path, other)
-    begun = PlannedPath(moved, one.planner.reference(moved), done.q, done.turn, done.branch)
-    again = one.planner.turned(begun, done.turn)
-    q = cost.angles(np.round(other, 4))[0]
-    assert np.abs(again.q - done.q).max() > 0.02
-    np.testing.assert_allclose(np.sin(q - again.q), 0.0, atol=1e-9)
-    loaded = cost.table.load(wrench, np.round(other, 4), slice(None))
-    np.testing.assert_allclose(loaded, load_along(one, again).wrench, atol=1e-6)
-    slope = cost.slopes(at)[1][:, :, 0]
-    step = (cost.postures(at + 0.01).commands - cost.postures(at - 0.01).commands) / 0.02
-    np.testing.assert_allclose(slope, step, atol=2e-3 * np.abs(step).max())
-    assert np.abs(step).max() > 1e-3
+def planned_on(one: Any, moved: Toolpath) -> PlannedPath:
+    """A path with its axes, its turn 0, no joint angles yet."""
+    none = np.zeros(len(moved))
+    return PlannedPath(moved, one.planner.reference(moved), np.zeros((len(moved), 6)), none, none.astype(np.int64))
 
 
 def test_gaps_turn_and_lean_beside(tmp_path: Path) -> None:
