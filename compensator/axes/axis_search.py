@@ -27,6 +27,7 @@ Bools = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.intp]
 
 CELLS = {1: 41, 2: 13}  # places of each axis, by their number
+TURNING, MOST = 7.5, {1: 97, 2: 25}  # deg from place to place of a table that may turn, and its places at most
 STAGES = {1: 300, 2: 120}  # poses at most
 SPACING = 0.05  # m of path between stages, as long as there are few
 FEWEST = 8  # stages
@@ -160,7 +161,7 @@ def axis_search(
             f"needs a spherical wrist (axes 4, 5, 6 through one point); {job.arm.robot.name} has none: take free away"
         )
     stages, whole = _stages(job, free, toolpath, wrench)
-    shape = (CELLS[len(free)],) * len(free)
+    shape = _shape(free)
     places = _product([np.linspace(a, b, n) for a, b, n in zip(free.low, free.high, shape, strict=True)])
     start, form = job.planner.start, job.planner.inverse.inverse
     branches = range(form.branches) if start is None else [int(form.configuration(start[None])[0])]
@@ -210,11 +211,18 @@ def _stages(
 def _stage_rows(free: FreeAxes, path: Toolpath) -> Rows:
     """(S,) poses, evenly in time, so far apart that every axis can go a cell between two of them."""
     length, time = float(np.linalg.norm(np.diff(path.on_part, axis=0), axis=1).sum()), free.time(path)
-    cells = (free.high - free.low)[free.moving] / (CELLS[len(free)] - 1)
+    cells = ((free.high - free.low) / (np.array(_shape(free)) - 1))[free.moving]
     needed = float(np.max(1.01 * cells / (SHARE * free.speed[free.moving]), initial=0.0))
     most = min(length / SPACING, STAGES[len(free)], time[-1] / needed if needed else np.inf)
     rows = np.searchsorted(time, np.linspace(0.0, time[-1], int(max(most, FEWEST)) + 1))
     return np.unique(np.append(np.clip(rows, 0, len(path) - 1), [0, len(path) - 1]))
+
+
+def _shape(free: FreeAxes) -> tuple[int, ...]:
+    """(A,) how many places there are of each axis; a table that may turn has a wide range, and goes slowly over it."""
+    few = CELLS[len(free)]
+    wide = np.clip((free.high - free.low) / TURNING, few, MOST[len(free)])
+    return tuple(int(n) for n in np.where(free.moving & ~free.rail, wide, few))
 
 
 def _product(lines: list[Floats]) -> Floats:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from compensator.tasks.compensate import Done, compensate_file
@@ -116,17 +117,19 @@ def smooth(one: Run, table: dict[str, Any]) -> None:
     assert np.degrees(np.abs(np.diff(one.q, axis=0)).max()) < 30.0
 
 
-def test_a_ring_that_no_fixed_place_serves(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("speed", "acceleration"), [(9.0, 9.0), (4.5, 1.0)])
+def test_a_ring_that_no_fixed_place_serves(tmp_path: Path, speed: float, acceleration: float) -> None:
     """The table turns the side that is cut to the arm; the tool lands where CAM has it, on the poses and between."""
-    one = run(tmp_path, ring(0.0, 290.0))
+    table = {**TABLE, "speed": speed, "acceleration": acceleration}
+    one = run(tmp_path, ring(0.0, 290.0), table)
     told = one.done.report["external"]
     assert told["constant"] is None and told["axes"]["E2"]["moves"] and told["windows_failed"] == 0
     assert one.program.unit == "STN1" and np.ptp(one.program.angle) > 150.0
-    assert told["axes"]["E2"]["travel_deg"] < 400.0 and told["axes"]["E2"]["fastest_deg_per_s"] <= 9.0 * 1.001
+    assert told["axes"]["E2"]["travel_deg"] < 400.0 and told["axes"]["E2"]["fastest_deg_per_s"] <= speed * 1.001
     assert one.off(one.on_part, one.program.cut).max() < NEAR
     between = one.off(one.between, one.program.between(0.5).cut)
     assert between.max() < CHORD * 1e-3
-    smooth(one, TABLE)
+    smooth(one, table)
     assert any("no fixed place serves" in str(f) for f in one.done.findings)
 
 
