@@ -118,8 +118,8 @@ def diagnose(
 
     with progress(verbose) as say:
         done = diagnose_files(sessions, model, output, say=say, **options)
+    print_findings(done.report, done.warnings)  # what is wrong with the measurement is said first
     show_lines([*diagnosis_lines(done.diagnosis, done.report), *(f"wrote {file}" for file in done.files)])
-    print_findings(done.report, done.warnings)
 
 
 @main.command()

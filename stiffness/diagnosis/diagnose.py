@@ -25,6 +25,7 @@ from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter, Rem
 from stiffness.diagnosis.search import Search, like_noise
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
+from stiffness.diagnosis.told_approaches import with_told_approaches
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import CLEAR, Fit
@@ -59,7 +60,11 @@ def diagnose(sessions: Sequence[Session], model: ComplianceModel, say: Say = lam
             )
     pairs = [with_repeats(s) for s in sessions]
     notes = [f"{s.source}: {found.sentence}" for s, (_, found) in zip(sessions, pairs, strict=True) if found.sentence]
-    return _diagnosed(tuple(session for session, _ in pairs), model, say, notes)
+    return with_told_approaches(
+        _diagnosed(tuple(session for session, _ in pairs), model, say, notes),
+        lambda told, note: _diagnosed(told, model, say, [*notes, note]),
+        say,
+    )
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -59,7 +59,7 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             others are scored. Default 25 where there is anything of that kind to place, else 0.
 
     Raises:
-        StiffnessError: the tracker's pose is unknown and nothing may estimate it.
+        StiffnessError: the tracker's pose is unknown and nothing may estimate it, or everything does.
     """
     path = session.path
     own = path is not None and (path.kind == "ballbar" or path.lagging or path.probe_sd > 0)
@@ -72,6 +72,12 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             f"{REGISTER})"
         )
     chosen = _evenly(session, count)
+    if chosen.all():
+        states = len(np.unique(session.states.of))
+        raise StiffnessError(
+            f"{session.source}: --register {count}: all {states} states place the tracker and none is left to be "
+            f"scored; give fewer, such as --register {max(states // 3, 1)}"
+        )
     free = _drift(session, model) if count else None
     wrong = far = far_rows(session)
     for _ in range(PLACINGS):
