@@ -15,7 +15,7 @@ import numpy as np
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
 from stiffness.diagnosis.search import Search
-from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
+from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers, with_middles
 from stiffness.diagnosis.structure import standing
 from stiffness.effects import CATALOGUE
 from stiffness.errors import StiffnessError
@@ -110,6 +110,7 @@ def _with_memory(
     found, trial = _numbers_searched(sessions, found, fit=trial, prior=prior)
     notes = tuple(_note(a, fit, trial, alike.get(a.effect.name, ())) for a in found)
     last = reconsidered(replace(trial, notes=(*fit.notes, *notes)))
+    last = with_middles(last, at_values_of(last, found))
     return replace(last, searched_sd=searched_deviations(last, at_values_of(last, found)))
 
 

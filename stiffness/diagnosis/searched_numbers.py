@@ -72,11 +72,50 @@ def with_final_numbers(fit: Fit, additions: Sequence[Addition]) -> list[Addition
     return out if found else None
 
 
+def with_middles(fit: Fit, additions: Sequence[Addition]) -> Fit:
+    """A fit with its torques in the middle of all that leave as little, which other rows may have moved: its other
+    numbers and what it leaves stay as they are."""
+    trials = MemoryTrials(fit.problem, fit.solution.vector, fit.states)
+    out, fixed = list(additions), dict(fit.fixed)
+    for k, a in enumerate(out):
+        for p, index in _searched(a, fit.unknowns.joints):
+            middle = _middle(fit, trials, every=out, a=out[k], p=p, index=index) if p.trials_of == "torque" else None
+            if middle is not None:
+                out[k] = with_number(out[k], p.name, index, middle)
+                fixed[a.effect.name] = {**fixed[a.effect.name], p.name: out[k].values[p.name]}
+    return replace(fit, problem=fit.problem.with_memory_values(fixed))
+
+
 def _middle(
     fit: Fit, trials: MemoryTrials, *, every: Sequence[Addition], a: Addition, p: Parameter, index: int
 ) -> float | None:
     """Middle of the torques about that of an addition that leave as little; None where no torque of the readings
     bounds them."""
+    found = _alike(fit, trials, every=every, a=a, p=p, index=index, more=ALIKE)
+    return None if found is None or not found.bounded else 0.5 * (found.low + found.high)
+
+
+@dataclass(frozen=True)
+class _Interval:
+    """Torques from ``low`` to ``high``; whether one of the readings bounds them above."""
+
+    low: float
+    high: float
+    bounded: bool
+
+
+def _alike(
+    fit: Fit,
+    trials: MemoryTrials,
+    *,
+    every: Sequence[Addition],
+    a: Addition,
+    p: Parameter,
+    index: int,
+    more: float,
+) -> _Interval | None:
+    """Torques about that of an addition that leave no ``more`` of chi-square over the misfit; None beyond all torques
+    of the readings."""
     torque, now = _torques(fit, index), float(a.values[p.name][index])
     last = len(torque) - 2  # beyond all torques
     own = int(np.searchsorted(torque, now, side="right")) - 1
@@ -87,7 +126,7 @@ def _middle(
         value = 0.5 * (torque[k] + torque[k + 1])
         return _chi2(fit, trials, every=every, a=with_number(a, p.name, index, value))
 
-    limit = _chi2(fit, trials, every=every, a=a) + ALIKE * fit.solution.misfit**2
+    limit = _chi2(fit, trials, every=every, a=a) + more * fit.solution.misfit**2
     ends = []
     for way, end in ((-1, 0), (1, last)):
         at, step = own, 1
@@ -97,27 +136,44 @@ def _middle(
             at, step = (k, 2 * step) if alike else (at, step // 2)
         ends.append(at)
     low, high = ends
-    return None if high == last else float(0.5 * (torque[low] + torque[high + 1]))
+    return _Interval(float(torque[low]), float(torque[high + 1]), high != last)
 
 
 def searched_deviations(fit: Fit, additions: Sequence[Addition]) -> dict[str, dict[str, Floats]]:
     """Standard deviations of the searched numbers of additions, by effect and parameter, 0 for all others: half the
-    interval of the profile likelihood over NORMAL; of a value that no torque of the readings reaches, down to where
-    they begin to tell."""
+    interval of the profile likelihood over NORMAL, of a torque with the noise of what it is compared with; of a value
+    that no torque of the readings reaches, down to where they begin to tell."""
     out: dict[str, dict[str, Floats]] = {}
     trials = MemoryTrials(fit.problem, fit.solution.vector, fit.states)
+    more = float(stats.chi2.isf(1 - SURE, 1))
     for a in additions:
         for p, index in _searched(a, fit.unknowns.joints):
-            profile = _profile(fit, trials, every=additions, a=a, p=p, index=index)
-            if not profile:
-                continue
-            limit = float(stats.chi2.isf(1 - SURE, 1)) * fit.solution.misfit**2
-            inside = [r for r in profile if r.chi2 <= min(r.chi2 for r in profile) + limit]
-            low, high, value = min(r.low for r in inside), max(r.high for r in inside), a.values[p.name][index]
-            width = 2 * (value - low) if value > high else high - low  # beyond: no torque of the readings reaches it
+            near = _alike(fit, trials, every=additions, a=a, p=p, index=index, more=more) if p.trials_of else None
+            if near is not None:
+                sd = float(np.hypot((near.high - near.low) / (2 * NORMAL), _torque_noise(fit, index)))
+            else:
+                profile = _profile(fit, trials, every=additions, a=a, p=p, index=index)
+                if not profile:
+                    continue
+                inside = [r for r in profile if r.chi2 <= min(r.chi2 for r in profile) + more * fit.solution.misfit**2]
+                low, high, value = min(r.low for r in inside), max(r.high for r in inside), a.values[p.name][index]
+                # beyond: no torque of the readings reaches it
+                sd = (2 * (value - low) if value > high else high - low) / (2 * NORMAL)
             numbers = out.setdefault(a.effect.name, {}).setdefault(p.name, np.zeros(p.count(fit.unknowns.joints)))
-            numbers[index] = width / (2 * NORMAL)
+            numbers[index] = sd
     return out
+
+
+def _torque_noise(fit: Fit, joint: int) -> float:
+    """N*m, standard deviation of a joint's torque among the readings of one state, whose wrench each has read anew."""
+    square, freedom = 0.0, 0
+    for s in fit.sessions:
+        of, torque = s.session.states.of, s.state.torque[:, joint]
+        count = np.bincount(of)
+        mean = np.bincount(of, torque) / np.maximum(count, 1)
+        square += float(np.sum((torque - mean[of]) ** 2))
+        freedom += len(of) - int(np.count_nonzero(count))
+    return float(np.sqrt(square / freedom)) if freedom else 0.0
 
 
 def with_number(a: Addition, name: str, index: int, value: float) -> Addition:

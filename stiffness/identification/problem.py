@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -81,6 +81,13 @@ class Problem:
     def sd(self) -> Floats:
         """(V,) prior standard deviations."""
         return np.concatenate([self.parameter_sd, *(o.own_sd for o in self.observations)])
+
+    def with_memory_values(self, fixed: Mapping[str, Numbers]) -> Problem:
+        """The same with other values of numbers that only the rules of joint memories read."""
+        observations = tuple(
+            o.with_memory_values(fixed) if isinstance(o, SessionObservations) else o for o in self.observations
+        )
+        return replace(self, fixed=fixed, observations=observations)
 
     def surprise(self, vector: Floats) -> float:
         """Chi-square of the robot's parameters against the prior."""
