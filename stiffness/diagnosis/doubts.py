@@ -17,6 +17,7 @@ from stiffness.session.session import Session
 
 Bools = npt.NDArray[np.bool_]
 
+SHORTEST = 2e-3  # m: no tool is so short, and few are longer than as many metres
 NAMED = 12  # rows that a sentence has room for
 
 
@@ -37,7 +38,7 @@ def session_doubts(fits: Sequence[SessionFit], wrong: Sequence[tuple[str, int]] 
 
 def set_up_doubts(fits: Sequence[SessionFit]) -> tuple[Doubt, ...]:
     """What is wrong with the wrench or the tool of sessions as a whole; () where nothing is."""
-    each = (d for fit in fits for d in (wrench_doubt(fit), tool_doubt(fit.session)))
+    each = (d for fit in fits for d in (wrench_doubt(fit), *tool_doubts(fit.session)))
     return tuple(d for d in each if d is not None)
 
 
@@ -75,12 +76,19 @@ def _staying(fit: SessionFit) -> Doubt | None:
     return Doubt(fit.session.samples_file, what, count, int(s.line[np.argmax(rows)]))
 
 
-def tool_doubt(session: Session) -> Doubt | None:
-    """A tool of unknown weight on an arm whose sag is in the readings."""
-    if session.gravity != "uncompensated" or session.tool.mass is not None or not session.has_absolute:
-        return None
-    return Doubt(
-        session.source,
-        "[tool] has no mass, and gravity = 'uncompensated': the weight of what hangs on the flange is taken for zero, "
-        "and its sag goes into stiffness and offsets. Weigh it and give tool.mass and tool.com",
-    )
+def tool_doubts(session: Session) -> tuple[Doubt, ...]:
+    """A tool of unknown weight on an arm whose sag is in the readings; one that ends at the flange within a trifle."""
+    out = []
+    length = float(np.linalg.norm(session.tool.position))
+    if 0 < length < SHORTEST:
+        where = ", ".join(f"{v * 1e3:g}" for v in session.tool.position)
+        out.append(
+            f"[tool] xyz is ({where}) mm, {length * 1e3:.2g} mm from the flange: expected is 0 or a length. "
+            "If these are metres, give them in units.length of the file; moments of the wrench are about this point"
+        )
+    if session.gravity == "uncompensated" and session.tool.mass is None and session.has_absolute:
+        out.append(
+            "[tool] has no mass, and gravity = 'uncompensated': the weight of what hangs on the flange is taken for "
+            "zero, and its sag goes into stiffness and offsets. Weigh it and give tool.mass and tool.com"
+        )
+    return tuple(Doubt(session.source, what) for what in out)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stiffness.diagnosis.diagnose import diagnose
-from stiffness.diagnosis.doubts import session_doubts
+from stiffness.diagnosis.doubts import session_doubts, tool_doubts
 from stiffness.diagnosis.wrench_scale import wrench_doubt
 from stiffness.identification.evaluate import evaluate
 from stiffness.identification.fit import Fit
@@ -70,6 +70,14 @@ def test_a_model_is_told_of_the_wrench_too(session: Session) -> None:
     found = evaluate(scaled(session, -1.0), model)
     assert "wrong sign" in session_doubts([found.seen])[0].what
     assert session_doubts([evaluate(session, model).seen]) == ()
+
+
+def test_a_tool_in_metres_is_asked_about(session: Session) -> None:
+    """A thousandth of a tool of 300 mm, and of one of 1.5 m; the flange itself and a short tool are right."""
+    for z, asked in ((0.0003, "(0, 0, 0.3) mm"), (0.0015, "(0, 0, 1.5) mm"), (0.0, ""), (0.005, "")):
+        tool = replace(session.tool, position=np.array([0.0, 0.0, z]))
+        found = tool_doubts(replace(session, tool=tool))
+        assert [asked in d.what and "metres" in d.what for d in found] == ([True] if asked else [])
 
 
 def test_a_tool_of_unknown_weight_is_named(session: Session) -> None:
