@@ -64,7 +64,7 @@ class Study:
         sessions = [self.sessions[k] for k in used]
         fits = ModelFits.of(sessions, self.model.effects, self.model.values, list(used.values()))
         without = fits.fit([])
-        addition = Addition(EFFECT, EFFECT.sites(n), frozenset(), EFFECT.neutral(n))
+        addition = Addition(EFFECT, EFFECT.sites(n), frozenset(EFFECT.sites(n)), EFFECT.neutral(n))
         return {"without": without, "with": fits.fit([addition], without)}
 
     def learned(self, names: Sequence[str]) -> Iterator[str]:

@@ -20,7 +20,7 @@ from stiffness.identification.unknowns import Unknown, Unknowns, numbers_of, unk
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, Ending
-from stiffness.session.session import Session
+from stiffness.session.session import Session, count_setups
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -75,6 +75,21 @@ def with_sites(addition: Addition, joints: int) -> Addition:
     return replace(addition, values=kept, extras=addition.extras & set(addition.sites))
 
 
+def enriched(a: Addition, site: Site, joints: int) -> Addition:
+    """An addition with extras at a site; a table begins as what it stands in the place of."""
+    rich = replace(a, extras=a.extras | {site})
+    if a.effect.as_table is None:
+        return rich
+    values = {name: np.array(v) for name, v in a.values.items()}
+    plain = [p.name for p in a.effect.parameters if not p.extra]
+    (table,) = (p for p in a.effect.parameters if p.extra)
+    own = np.array([values[name][site.index] for name in plain])
+    values[table.name][table.of_site(site.index)] += a.effect.as_table() @ own
+    for name in plain:
+        values[name][site.index] = a.effect.neutral(joints)[name][site.index]
+    return replace(rich, values=values)
+
+
 def simplified(a: Addition, site: Site, joints: int) -> Addition:
     """An addition without extras at a site."""
     idle = a.effect.neutral(joints)
@@ -93,11 +108,14 @@ def merged(
     before = next((a for a in old if a.effect is term.effect), None)
     if before is None:
         return [*old, with_sites(Addition(term.effect, (term.site,), extras, begun), joints)]
-    values = {k: np.array(v) for k, v in before.values.items()}
+    rich = term.extras and term.site in before.sites
+    values = {k: np.array(v) for k, v in (enriched(before, term.site, joints) if rich else before).values.items()}
     for p in (p for p in term.effect.parameters if p.site == term.site.kind):
         # of a site that is there only the extras are new; what shapes the law stays as it was fitted
         if term.site not in before.sites or (p.extra and p.neutral is not None):
-            values[p.name][p.of_site(term.site.index)] = begun[p.name][p.of_site(term.site.index)]
+            at = p.of_site(term.site.index)
+            so_far = values[p.name][at] if rich and p.each > 1 else 0.0
+            values[p.name][at] = begun[p.name][at] + so_far
     sites = before.sites if term.site in before.sites else (*before.sites, term.site)
     order = {s: k for k, s in enumerate(term.effect.sites(joints))}
     now = Addition(term.effect, tuple(sorted(sites, key=order.__getitem__)), before.extras | extras, values)
@@ -159,6 +177,11 @@ class ModelFits:
         """What was measured."""
         return tuple(d.session for d in self.data)
 
+    @cached_property
+    def setups(self) -> int:
+        """How many there are."""
+        return count_setups(self.sessions)
+
     @property
     def joints(self) -> int:
         """Of the robot."""
@@ -186,10 +209,15 @@ class ModelFits:
         """The free numbers: all of the model at hand, and those of the additions."""
         names = {e.name for e in self.base} | {a.effect.name for a in additions}
         effects = tuple(e for e in CATALOGUE if e.name in names)
-        own = () if base_fixed else unknowns(self.base, self.joints, self.given, extras=True).free
+        own = () if base_fixed else unknowns(self.base, self.joints, self.given, extras=self._rich).free
         own = tuple(u for u in own if not u.parameter.extra or self._there(u))
         more = [u for a in additions for u in a.numbers(self.joints)]
         return Unknowns(effects, self.joints, (*own, *more))
+
+    def _rich(self, effect: Effect, site: Site) -> bool:
+        """Whether extras of the model at hand may be free at a site: not a table that it does not have there."""
+        own = as_addition(effect, self.values[effect.name], self.joints) if effect.as_table else None
+        return effect.as_table is None or (own is not None and site in own.extras)
 
     def _there(self, u: Unknown) -> bool:
         """Whether the model at hand uses a number that is freed only where data ask for it."""
@@ -227,7 +255,7 @@ class ModelFits:
             problem,
             states,
             vector,
-            once=not any(a.effect.angle for a in additions),
+            once=not any(u.parameter.each > 1 for a in additions for u in a.numbers(self.joints)),
             widened=self.widened,
             ending=self.ending,
         )

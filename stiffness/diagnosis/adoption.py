@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, merged, simplified
+from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of, enriched, merged, simplified
 from stiffness.diagnosis.candidates import Column, Term
 from stiffness.diagnosis.linearisation import Expansion, weak
 from stiffness.diagnosis.searched_numbers import with_better_numbers
 from stiffness.diagnosis.selection import CHANCE, Selection
 from stiffness.effects.effect import Numbers, Site
 from stiffness.identification.fit import Fit
+from stiffness.identification.unknowns import can_be_richer
 from stiffness.numerics.least_squares import inverse
 
 Floats = npt.NDArray[np.float64]
 
 # studied in tests/stiffness/diagnosis/test_rich_laws.py, tests/effects_report
 SETTLED = 1.1  # residual over noise below which a fit is not started anew from elsewhere
+PLAIN = 1e-6  # chance from which on a table needs no fit of its simple form beside it
 NOT_THERE = 1e-3  # chance above which a site of a fitted effect counts as empty
 SEARCHES = 2  # of the numbers that no derivative leads to, a fit after each
 
@@ -128,6 +131,8 @@ def _with_simple_forms(fits: ModelFits, additions: list[Addition], fit: Fit) -> 
     """
     for a in additions:
         for site in sorted(a.extras, key=str):
+            if _plainly_rich(fit, a, site, fits.joints):
+                continue
             simple = simplified(a, site, fits.joints)
             trial = [simple if b is a else b for b in additions]
             less = fits.fit(trial, fit, anew=a.effect.name)
@@ -136,25 +141,42 @@ def _with_simple_forms(fits: ModelFits, additions: list[Addition], fit: Fit) -> 
     return additions, fit
 
 
+def _plainly_rich(fit: Fit, a: Addition, site: Site, joints: int) -> bool:
+    """Whether a table is so far from all that its simple form and an offset could be that no fit needs to show it."""
+    if a.effect.as_table is None or a.held:
+        return False
+    place = {u: k for k, u in enumerate(fit.unknowns.free)}
+    at = np.array([place[u] for u in replace(a, sites=(site,)).numbers(joints)])
+    seen = fit.learned()[at]
+    simple = np.column_stack([a.effect.as_table(), np.ones(len(at))])[seen]
+    precision = inverse(fit.solution.covariance[np.ix_(at[seen], at[seen])])
+    own = fit.parameters[at[seen]]
+    left = own - simple @ np.linalg.lstsq(simple.T @ precision @ simple, simple.T @ precision @ own, rcond=None)[0]
+    drop = float(left @ precision @ left) / fit.solution.misfit**2
+    return bool(stats.chi2.sf(drop, max(len(left) - simple.shape[1], 1)) < PLAIN)
+
+
 def with_richer_forms(fits: ModelFits, additions: list[Addition], fit: Fit) -> tuple[list[Addition], Fit]:
     """With the richer form of a law where it is better beyond chance, once it is settled which effects there are."""
-    sites = [(k, s) for k, a in enumerate(additions) for s in a.sites if not a.held and s in _simple(a)]
+    sites = [(k, s) for k, a in enumerate(additions) for s in _simple(fits, a)]
     for k, site in sites:
         now = additions[k]
-        rich = [replace(now, extras=now.extras | {site}) if b is now else b for b in additions]
+        rich = [enriched(now, site, fits.joints) if b is now else b for b in additions]
         more = fits.fit(rich, fit)
         if better(more, fit, len(sites)):
             additions, fit = _restarted(fits, at_values_of(more, rich), more)
     return additions, fit
 
 
-def richest(additions: Sequence[Addition]) -> list[Addition]:
+def richest(fits: ModelFits, additions: Sequence[Addition]) -> list[Addition]:
     """With the richer form of every law, wherever it has one."""
-    return [a if a.held else replace(a, extras=a.extras | set(_simple(a))) for a in additions]
+    return [reduce(lambda b, s: enriched(b, s, fits.joints), _simple(fits, a), a) for a in additions]
 
 
-def _simple(a: Addition) -> list[Site]:
+def _simple(fits: ModelFits, a: Addition) -> list[Site]:
     """Sites where the law of an addition could be richer."""
+    if a.held or not can_be_richer(a.effect, fits.setups):
+        return []
     kinds = {p.site for p in a.effect.parameters if p.extra}
     return [s for s in a.sites if s.kind in kinds and s not in a.extras]
 

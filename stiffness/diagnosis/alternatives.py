@@ -189,10 +189,11 @@ def _rivals(
         chosen
         for e in search.effects
         for site in e.sites(search.fits.joints)
-        if e.name in a.effect.twins and site.where in {s.where for s in a.sites}
+        if e.name in a.effect.twins and [site.where] == [s.where for s in a.sites]
         if (chosen := within(selector, e, site)).terms
     ]
     near = own.bic_gain - ODDS - LINEAR * own.fit.gain
-    found = [s for s in found if s.terms and s.bic_gain > near and s.terms[0].effect.name not in a.effect.twins]
+    taken = {t.terms[0].effect.name for t in twins}
+    found = [s for s in found if s.terms and s.bic_gain > near and s.terms[0].effect.name not in taken]
     rivals = [*sorted(found, key=lambda s: -s.bic_gain)[:CLOSEST], *twins]
     return linear.expansion, rivals, (gains[0], max(gains[1:], default=0.0))

@@ -8,6 +8,7 @@ columns side by side; values that exclude each other (a flank's side, a knee) ma
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -16,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiffness.effects.effect import Effect, Parameter, Site
-from stiffness.identification.unknowns import Unknown, numbers_of
+from stiffness.identification.unknowns import Unknown, can_be_richer, numbers_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,7 +67,7 @@ class Term:
     @property
     def tabled(self) -> bool:
         """Whether its numbers are a table."""
-        return any(p.each > 1 for p in self.effect.parameters)
+        return any(p.each > 1 and p.extra <= self.extras for p in self.effect.parameters)
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
@@ -123,8 +124,10 @@ def _filled(p: Parameter, value: float, joints: int, torque: Floats) -> Floats:
     return np.full(p.count(joints), value)
 
 
-def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[list[Column], list[Term]]:
-    """Every column that sensitivities have to give, and the terms made of them."""
+def columns_of(
+    effects: Sequence[Effect], joints: int, torque: Floats, setups: int = sys.maxsize
+) -> tuple[list[Column], list[Term]]:
+    """Every column that sensitivities have to give, and the terms made of them, for readings of so many set-ups."""
     columns: list[Column] = []
     terms: list[Term] = []
     for effect in effects:
@@ -133,17 +136,20 @@ def columns_of(effects: Sequence[Effect], joints: int, torque: Floats) -> tuple[
             for choice in sorted({t.choice for _, t in runs}):
                 mine = [(r, t) for r, t in runs if t.choice == choice]
                 core = _columns_at(effect, site, mine, joints)
-                extra = _columns_at(effect, site, mine[:1], joints, extras=True)
-                first = len(columns)
+                rich_too = mine[:1] if can_be_richer(effect, setups) else []
+                extra = _columns_at(effect, site, rich_too, joints, extras=True)
+                first, middle = len(columns), len(columns) + len(core)
                 columns += core + extra
-                for count in dict.fromkeys((len(core), len(core) + len(extra))) if core else ():
-                    at = range(first, first + count)
+                rich = range(middle if effect.as_table else first, len(columns))
+                for at in (range(first, middle), rich) if extra else (range(first, middle),):
+                    if not core:
+                        continue
                     terms.append(
                         Term(
                             effect=effect,
                             site=site,
                             choice=choice,
-                            extras=count > len(core),
+                            extras=at.stop > middle,
                             columns=tuple(at),
                             positive=tuple(_one_sided(columns[k].number.parameter) for k in at),
                         )
@@ -155,7 +161,7 @@ def _columns_at(
     effect: Effect, site: Site, runs: Sequence[tuple[int, Trial]], joints: int, *, extras: bool = False
 ) -> list[Column]:
     """Columns of the numbers at a site, trial by trial."""
-    numbers = [u for u in numbers_of(effect, site, joints, True) if u.parameter.extra == extras]
+    numbers = [u for u in numbers_of(effect, site, joints, extras) if u.parameter.extra == extras]
     return [Column(run, u, trial) for run, trial in runs for u in numbers if u.parameter.neutral is not None]
 
 

@@ -17,8 +17,9 @@ from stiffness.diagnosis.linearisation import can_show
 from stiffness.diagnosis.result import RemovedEffect
 from stiffness.effects.effect import Effect
 from stiffness.identification.fit import Fit
+from stiffness.identification.unknowns import can_be_richer
 from stiffness.model.model import ComplianceModel
-from stiffness.session.session import Session
+from stiffness.session.session import Session, count_setups
 
 # studied in tests/stiffness/test_one_session.py
 SHOWN = 0.01  # chance that noise alone looks like what an effect of the model does to the readings
@@ -38,13 +39,19 @@ class KnownEffects:
         """Of ``effects`` of a model, those that these sessions show."""
         joints = sessions[0].robot.n
         ground = [e for e in effects if e.fitted_unasked]
-        given = [e for e in effects if e not in ground and not can_show(e, sessions)]
-        rest = [as_addition(e, model.values[e.name], joints) for e in effects if e not in ground and e not in given]
+        every = {e.name: as_addition(e, model.values[e.name], joints) for e in effects if e not in ground}
+        given = [e for e in effects if e not in ground and not _can_show(e, every[e.name], sessions)]
         return cls(
             base=tuple(e for e in effects if e in ground or e in given),
             given=tuple(e.name for e in given),
-            known=tuple(a for a in rest if a is not None),
+            known=tuple(a for a in every.values() if a is not None and a.effect not in given),
         )
+
+
+def _can_show(effect: Effect, own: Addition | None, sessions: Sequence[Session]) -> bool:
+    """Whether sessions can show an effect as a model has it: a table needs as many set-ups as it has knots."""
+    tabled = own is not None and effect.as_table is not None and bool(own.extras)
+    return can_show(effect, sessions) and (not tabled or can_be_richer(effect, count_setups(sessions)))
 
 
 def with_known(

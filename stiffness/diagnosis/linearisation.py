@@ -20,7 +20,7 @@ from stiffness.identification.fit import Fit
 from stiffness.identification.reading_slopes import Slopes, SlopesOfRows
 from stiffness.identification.session_fit import SessionFit
 from stiffness.numerics.whitened import Whitened
-from stiffness.session.session import Session
+from stiffness.session.session import Session, count_setups
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -71,7 +71,7 @@ class Linearisation:
         torque = np.zeros(self.fits.joints)
         for s in fit.sessions:
             torque = np.maximum(torque, np.abs(s.predicted.torque).max(axis=0))
-        columns, every = columns_of(self.effects, self.fits.joints, torque)
+        columns, every = columns_of(self.effects, self.fits.joints, torque, self.fits.setups)
         remaining = [u for u in (_remaining(u, columns, additions) for u in every) if u is not None]
         columns, terms = _in_use(columns, remaining)
         more = [
@@ -80,14 +80,14 @@ class Linearisation:
         ]
         width = len(fit.solution.vector)
         equations, fit = normal_equations(fit, more, len(columns), np.full(width, 1e-12) + weak(fit))
-        crossed = sum(len(np.unique(s.samples.setup)) for s in fit.sessions) >= CROSSED
+        crossed = self.fits.setups >= CROSSED
         selector = Selector(equations, terms, fit.solution.freedom, crossed=crossed)
         return Linearised(fit, tuple(columns), selector)
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivities, ...]:
         """Of every session; they do not depend on a fit."""
-        columns, _ = columns_of(self.effects, self.fits.joints, np.ones(self.fits.joints))
+        columns, _ = columns_of(self.effects, self.fits.joints, np.ones(self.fits.joints), self.fits.setups)
         numbers = list(dict.fromkeys(c.number for c in columns))
         effects = tuple(e for e in CATALOGUE if e in self.effects or e in self.fits.base)
         return tuple(Sensitivities(d, effects, numbers) for d in self.fits.data)
@@ -200,8 +200,8 @@ def folds(session: Session) -> npt.NDArray[np.intp]:
 
 def can_show(effect: Effect, sessions: Sequence[Session]) -> bool:
     """Whether the sessions have what an effect shows in: enough set-ups, a wrench, a time, a range of temperature."""
-    setups = sum(len(np.unique(s.samples.setup)) for s in sessions)
-    if effect.is_base or any(p.each > setups for p in effect.parameters):
+    setups = count_setups(sessions)
+    if effect.is_base or any(p.each > setups for p in effect.parameters if not p.extra):
         return False
     if effect.wrench_reading:
         return any(s.has_wrench for s in sessions)

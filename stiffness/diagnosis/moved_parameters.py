@@ -153,7 +153,11 @@ def _moved(key: tuple[str, str, int], fit: Fit, model: ComplianceModel, joints: 
         (
             s.where
             for s in sites
-            if any(u.index == index and u.parameter is parameter for u in numbers_of(BY_NAME[effect], s, joints, True))
+            if any(
+                u.index == index and u.parameter is parameter
+                for extras in (False, True)
+                for u in numbers_of(BY_NAME[effect], s, joints, extras)
+            )
         ),
         (),
     )

@@ -63,9 +63,15 @@ class Sensitivities:
 
     def __init__(self, data: SessionData, effects: Sequence[Effect], numbers: Sequence[Unknown]) -> None:
         n = data.session.robot.n
+        asked, of = {(u.effect, u.parameter.name) for u in numbers}, {u.effect for u in numbers}
         every = [
-            Unknown(e.name, p, k) for e in effects for p in e.parameters for k in range(p.count(n))
-        ]  # shapes too: trials change them
+            Unknown(e.name, p, k)
+            for e in effects
+            for p in e.parameters
+            # shapes too, trials change them; a table that no derivative is wanted of would be a column of zeros each
+            if not (e.angle and e.name in of) or (e.name, p.name) in asked
+            for k in range(p.count(n))
+        ]
         self.data, self.numbers = data, tuple(numbers)
         self.layout = Unknowns(tuple(effects), n, tuple(every))
         place = {(u.effect, u.parameter.name, u.index): k for k, u in enumerate(every)}

@@ -57,7 +57,7 @@ def without_crumbs(
         kept = [a for a in additions if a.effect is not r.addition.effect]
         if len(kept) == len(additions) or not kept:
             continue
-        rich = richest(kept)
+        rich = richest(search.fits, kept)
         if rich != kept and (whole := search.fits.fit(rich, fit)).solution.chi2 <= fit.solution.chi2:
             fit, additions = whole, at_values_of(whole, rich)
             continue

@@ -206,6 +206,7 @@ class Effect:
             identified over part of the range of a joint only.
         nearest: the allowed values nearest to values that ``check`` refuses; a second argument, if any, is the
             precision matrix of all their numbers in the order of the parameters: what is known well moves least.
+        as_table: () -> (each, k) the k other numbers of a site as the table that its extras are, freed in their place.
         restarts: values -> others of about the same law, all extras away from their bounds, which can hold a fit.
         check: what is wrong with values that are within their bounds one by one; "" when nothing is.
         twins: names of effects that no readings at rest tell from it where both sit in one place.
@@ -238,6 +239,7 @@ class Effect:
     needs_torque_sign: bool = False
     angle_sd: Callable[[Floats, Numbers, Numbers], Floats] | None = None
     nearest: Callable[..., dict[str, Floats]] | None = None
+    as_table: Callable[[], Floats] | None = None
     restarts: Callable[[Numbers], tuple[dict[str, Floats], ...]] = lambda values: ()
     check: Callable[[Numbers], str] = _nothing_wrong
     twins: tuple[str, ...] = ()

@@ -18,6 +18,8 @@ Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 Bools = npt.NDArray[np.bool_]
 
+FEW = 4  # numbers of a joint: no more are no table
+
 
 class Slopes(Protocol):
     """Derivatives of readings by ``count`` numbers, block by block; ``tabled``: a block has few of them."""
@@ -104,7 +106,7 @@ class ReadingSlopes:
     @property
     def tabled(self) -> bool:
         """Whether a block has few of the numbers."""
-        return len(self.own) > 0
+        return len(self.own) > FEW * int(self.by_angle.shape[2])
 
     def whole(self) -> Floats:
         """(N, 3, count) all of them."""
@@ -130,7 +132,7 @@ class ReadingSlopes:
 
     def over(self, sd: Floats, rows: Bools) -> Floats | sparse.csr_array:
         """(3K, count) of the K ``rows``, row by row over ``sd`` (K, 3)."""
-        if not len(self.own):
+        if not self.tabled:
             return np.asarray((self.whole()[rows] / sd[:, :, None]).reshape(3 * len(sd), -1))
         blocks, row, column = [], [], []
         for k, i in enumerate(np.flatnonzero(rows).tolist()):

@@ -20,11 +20,11 @@ from stiffness.identification.fitting import fitted
 from stiffness.identification.outliers import cleaned
 from stiffness.identification.problem import Problem
 from stiffness.identification.session_data import SessionData
-from stiffness.identification.unknowns import Unknown, start_values, unknowns
+from stiffness.identification.unknowns import Unknown, can_be_richer, start_values, unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import ROUGH
-from stiffness.session.session import Session
+from stiffness.session.session import Session, count_setups
 from stiffness.session.twice import refuse_twice
 
 Bools = npt.NDArray[np.bool_]
@@ -89,7 +89,8 @@ def robust_fit(
     """
     joints = sessions[0].robot.n
     fixed = start_values(effects, joints)
-    layout = unknowns(effects, joints, extras=True)
+    setups = count_setups(sessions)
+    layout = unknowns(effects, joints, extras=lambda e, site: not e.as_table or can_be_richer(e, setups))
     for a in only:
         fixed[a.effect.name] = {k: np.array(v) for k, v in a.values.items()}
         free = [u for u in layout.free if u.effect != a.effect.name]

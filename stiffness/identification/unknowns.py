@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,19 +93,22 @@ class Unknowns:
 
 
 def unknowns(
-    effects: Sequence[Effect], joints: int, fixed: Sequence[str] = (), extras: bool = False
+    effects: Sequence[Effect],
+    joints: int,
+    fixed: Sequence[str] = (),
+    extras: Callable[[Effect, Site], bool] = lambda effect, site: False,
 ) -> Unknowns:
     """Every number of ``effects`` that a derivative leads to, but for the effects named in ``fixed``.
 
     Args:
-        extras: with those parameters that are freed only where the data ask for it.
+        extras: where with those parameters that are freed only where the data ask for it.
     """
     free = [
         u
         for e in effects
         if e.name not in fixed
         for site in e.sites(joints)
-        for u in numbers_of(e, site, joints, extras)
+        for u in numbers_of(e, site, joints, extras(e, site))
     ]
     free.sort(key=lambda u: [p.name for p in _by_name(effects)[u.effect].parameters].index(u.parameter.name))
     order = {e.name: k for k, e in enumerate(effects)}
@@ -129,11 +132,20 @@ def _by_name(effects: Sequence[Effect]) -> dict[str, Effect]:
     return {e.name: e for e in effects}
 
 
+def can_be_richer(effect: Effect, setups: int) -> bool:
+    """Whether readings of so many set-ups can ask for the extras of an effect: a table needs as many as its knots."""
+    each = [p.each for p in effect.parameters if p.extra]
+    return bool(each) and max(each) <= setups
+
+
 def numbers_of(effect: Effect, site: Site, joints: int, extras: bool = False) -> list[Unknown]:
-    """The numbers of an effect at one of its sites that a derivative leads to."""
+    """The numbers of an effect at one of its sites that a derivative leads to; a table stands in the place of the
+    others."""
     out: list[Unknown] = []
     for p in effect.parameters:
         if p.fit == "given" or (p.extra and not extras) or p.site != site.kind:
+            continue
+        if effect.as_table and extras and not p.extra:
             continue
         out += [Unknown(effect.name, p, k) for k in range(p.count(joints))[p.of_site(site.index)]]
     return out

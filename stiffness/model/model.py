@@ -174,6 +174,9 @@ def _effect_table(model: ComplianceModel, effect: Effect) -> dict[str, Any]:
     names = model.processes.get(effect.name, ("", ""))
     table |= {key: name for key, name in zip(("material", "cutter"), names, strict=True) if name}
     for p in effect.parameters:
+        sd = model.sd.get(effect.name, {}).get(p.name, np.zeros(1))
+        if p.each > 1 and np.all(model.values[effect.name][p.name] == p.default) and not np.any(sd):
+            continue  # hundreds of numbers that say nothing
         numbers = model.values[effect.name][p.name].tolist()
         table[p.name] = numbers if len(numbers) > 1 else numbers[0]
         if p.name in model.sd.get(effect.name, {}):

@@ -284,6 +284,11 @@ def _in_other_frames(file: SessionFile, folder: Path, robot: Robot) -> dict[str,
     }
 
 
+def count_setups(sessions: Iterable[Session]) -> int:
+    """Set-ups of all sessions together."""
+    return sum(len(np.unique(s.samples.setup)) for s in sessions)
+
+
 def traces_alone(sessions: Iterable[Session]) -> bool:
     """Whether there are traces and no session of set-ups."""
     return all(s.path is not None for s in sessions)

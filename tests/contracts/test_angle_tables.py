@@ -49,8 +49,13 @@ def law(angle: Floats, table: Floats) -> Floats:
     q = ca.SX.sym("q", len(angle))
     if EFFECT.angle is None:
         raise TypeError("no angle slot")
-    dq = EFFECT.angle(q, {"error_rad": ca.SX(ca.DM(table))})
+    dq = EFFECT.angle(q, {k: ca.SX(ca.DM(v)) for k, v in alone(table).items()})
     return np.array(ca.Function("dq", [q], [ca.densify(dq)])(angle)).ravel()
+
+
+def alone(table: Floats) -> dict[str, Floats]:
+    """The table (n * 120,) rad without harmonics."""
+    return EFFECT.neutral(len(table) // KNOTS) | {"error_rad": table}
 
 
 def oracle(angle: Floats, table: Floats) -> Floats:
@@ -58,7 +63,7 @@ def oracle(angle: Floats, table: Floats) -> Floats:
     expected = ORACLES[NAME].angle
     if expected is None:
         raise TypeError("no oracle")
-    return np.array([expected(q, {"error_rad": table}) for q in angle])
+    return np.array([expected(q, alone(table)) for q in angle])
 
 
 def waves(seed: int, size: float = 4e-4, joints: int = N) -> Floats:
@@ -117,7 +122,7 @@ def test_its_slope_is_that_of_the_straight_line() -> None:
     table = sample(EFFECT, 2)["error_rad"]
     own, q = table.reshape(N, KNOTS), ca.SX.sym("q", N)
     assert EFFECT.angle is not None
-    dq = EFFECT.angle(q, {"error_rad": ca.SX(ca.DM(table))})
+    dq = EFFECT.angle(q, {k: ca.SX(ca.DM(v)) for k, v in alone(table).items()})
     slope = np.array(ca.Function("s", [q], [ca.densify(ca.jacobian(dq, q))])(np.radians([1, -179, 178, 50, 400, -361])))
     knots = [60, 0, 119, 76, 73, 59]
     expected = [(own[j, (k + 1) % KNOTS] - own[j, k]) / np.radians(3) for j, k in enumerate(knots)]
@@ -133,9 +138,9 @@ def test_what_was_never_learned_is_left_open() -> None:
     table[:, 50:70], sd[:, 55] = 3e-4, 7e-5
     degrees = np.array([[-15.0, -30.0, 0.0, 30.0, 27.0, -180.0]])  # knots 55, 50, 60, 70, 69, 0
     assert EFFECT.angle_sd is not None
-    got = EFFECT.angle_sd(np.radians(degrees), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
+    got = EFFECT.angle_sd(np.radians(degrees), alone(table.ravel()), {"error_rad": sd.ravel()})
     np.testing.assert_allclose(got, [[7e-5, 2e-5, 2e-5, SPREAD, 2e-5, SPREAD]], rtol=1e-6)
-    turned = EFFECT.angle_sd(np.radians(degrees + 360), {"error_rad": table.ravel()}, {"error_rad": sd.ravel()})
+    turned = EFFECT.angle_sd(np.radians(degrees + 360), alone(table.ravel()), {"error_rad": sd.ravel()})
     np.testing.assert_allclose(turned, got, rtol=1e-6)
     outside = np.radians(np.random.default_rng(1).uniform(33, 320, (6, N)))
     assert not np.any([law(q, table.ravel()) for q in outside])
@@ -145,7 +150,7 @@ def test_without_standard_deviations_only_what_was_never_learned_is_open() -> No
     table = np.zeros((N, KNOTS))
     table[2, :] = 1e-4
     assert EFFECT.angle_sd is not None
-    got = EFFECT.angle_sd(np.radians(np.full((1, N), 12.0)), {"error_rad": table.ravel()}, {})
+    got = EFFECT.angle_sd(np.radians(np.full((1, N), 12.0)), alone(table.ravel()), {})
     np.testing.assert_allclose(got, SPREAD * (np.arange(N) != 2)[None], rtol=1e-6)
 
 
@@ -153,7 +158,7 @@ def test_without_standard_deviations_only_what_was_never_learned_is_open() -> No
 
 
 def predictor(table: Floats, name: str = "ur10", stiffness: float = 1e12) -> Predictor:
-    values = {STIFF: {"k_nm_per_rad": np.full(6, stiffness)}, NAME: {"error_rad": table}}
+    values = {STIFF: {"k_nm_per_rad": np.full(6, stiffness)}, NAME: alone(table)}
     held = Tool(np.eye(3), np.array([0.03, -0.05, 0.2]), 0.0, None)
     return Predictor(arms.robot(name), arms.effects(NAME), values, held, gravity=arms.GRAVITY)
 
@@ -231,7 +236,7 @@ def test_a_reading_moves_with_every_number_as_differences_say() -> None:
     fixed = start_values(effects, 6)
     fixed[STIFF]["k_nm_per_rad"] = np.full(6, 3e4)
     fixed[NAME]["error_rad"] = waves(9)
-    layout = unknowns(effects, 6)
+    layout = unknowns(effects, 6, extras=lambda effect, site: True)
     held = Tool(np.eye(3), np.zeros(3), 3.0, np.array([0.0, 0.0, 0.1]))
     model = ReadingModel(arms.robot("ur10"), layout, fixed, held, gravity=arms.GRAVITY, calibrated_out=False)
     p, wrench = layout.start(fixed), arms.wrenches(4, 60.0, 5)
@@ -271,7 +276,8 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Fit, Floats]:
     effects = arms.effects(NAME)
     fixed = start_values(effects, 6)
     fixed[STIFF]["k_nm_per_rad"] = np.full(6, 5e4)
-    free = [u for u in unknowns(effects, 6).free if u.effect == NAME and u.index // KNOTS in (2, 4)]
+    every = unknowns(effects, 6, extras=lambda effect, site: True)
+    free = [u for u in every.free if u.effect == NAME and u.index // KNOTS in (2, 4)]
     layout = Unknowns(effects, 6, tuple(free))
     problem = Problem.of_sessions([SessionData.of(session)], [Weighting(session, 0.0)], layout, fixed)
     return fitted(problem, problem.first_states()), truth.ravel()

@@ -144,10 +144,13 @@ def _pinned(rng: np.random.Generator) -> dict[str, Floats]:
 
 
 def _wrong_angle(angle: Floats, p: Numbers) -> Floats:
-    """Straight lines between knots every 3 deg from -180 deg on, the same again every turn; joint by joint."""
+    """Waves of one and two a turn, and straight lines between knots every 3 deg from -180 deg on, the same again every
+    turn; joint by joint."""
     tables = p["error_rad"].reshape(len(angle), -1)
     knots = np.radians(-180.0 + 3.0 * np.arange(tables.shape[1]))
-    return np.array([np.interp(a, knots, t, period=2 * np.pi) for a, t in zip(angle, tables, strict=True)])
+    lines = np.array([np.interp(a, knots, t, period=2 * np.pi) for a, t in zip(angle, tables, strict=True)])
+    once, twice = (p[f"cos{k}_rad"] - 1j * p[f"sin{k}_rad"] for k in (1, 2))
+    return np.asarray(lines + np.real(once * np.exp(1j * angle) + twice * np.exp(2j * angle)))
 
 
 JOINTS: dict[str, Oracle] = {
@@ -169,6 +172,10 @@ JOINTS: dict[str, Oracle] = {
         on_base=True,
         sample=_waving,
     ),
-    "joint-angle-error": Oracle(angle=_wrong_angle, nothing={"error_rad": 0.0}, without_load=True),
+    "joint-angle-error": Oracle(
+        angle=_wrong_angle,
+        nothing=dict.fromkeys(("error_rad", "cos1_rad", "sin1_rad", "cos2_rad", "sin2_rad"), 0.0),
+        without_load=True,
+    ),
     "gravity-compensator": Oracle(torque=_compensated, nothing={"moment_nm": 0.0}, sample=_pinned),
 }

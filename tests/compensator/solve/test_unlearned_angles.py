@@ -30,7 +30,8 @@ def tables(gaps: dict[int, tuple[float, float]]) -> dict[str, dict[str, Floats]]
     for joint, (low, high) in gaps.items():
         inside = (low <= DEGREES) & (high >= DEGREES)
         values[joint - 1, inside], sd[joint - 1, inside] = 0.0, 7e-4
-    return {"values": {"error_rad": values.ravel()}, "sd": {"error_rad": sd.ravel()}}
+    whole = BY_NAME[NAME].neutral(6) | {"error_rad": values.ravel()}
+    return {"values": whole, "sd": {"error_rad": sd.ravel()}}
 
 
 def unsure(gaps: dict[int, tuple[float, float]]) -> AngleUncertainty:

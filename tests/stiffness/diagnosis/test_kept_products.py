@@ -81,7 +81,7 @@ def test_every_column_is_one_of_a_term() -> None:
         assert len(linear.selector.equations.reduced.slope) == len(linear.columns)
         for t in linear.selector.terms:
             assert {linear.columns[k].number.effect for k in t.columns} == {t.effect.name}
-            assert {linear.columns[k].number for k in t.columns} <= set(numbers_of(t.effect, t.site, 6, True))
+            assert {linear.columns[k].number for k in t.columns} <= set(numbers_of(t.effect, t.site, 6, t.extras))
 
 
 def test_derivatives_are_worked_out_for_a_piece_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:

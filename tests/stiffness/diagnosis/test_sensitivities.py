@@ -93,7 +93,7 @@ def test_some_readings_by_some_numbers_are_those_of_all(fit: SessionFit) -> None
     """Numbers of a table and of other effects, of an instrument too, of readings in any order."""
     table = BY_NAME["joint-angle-error"]
     mine = [u for e in SHOWN if e is not FRICTION and e is not table for u in numbers(e)]
-    mine += [u for s in table.sites(6) for u in numbers_of(table, s, 6)]
+    mine += [u for s in table.sites(6) for extras in (False, True) for u in numbers_of(table, s, 6, extras)]
     values = {e.name: e.neutral(6) for e in CATALOGUE} | on_trial(BY_NAME["backlash"], fit)
     of = Sensitivities(fit.observations.data, CATALOGUE, mine)
     whole = of.of(fit, values).whole()
@@ -143,7 +143,7 @@ def test_friction_holds_what_its_trial_remembers(fit: SessionFit) -> None:
 
 @pytest.mark.parametrize("effect", [e for e in ADDED if e.angle], ids=lambda e: e.name)
 def test_numbers_of_a_table_move_readings_by_way_of_their_joint(fit: SessionFit, effect: Effect) -> None:
-    (p,) = effect.parameters
+    (p,) = (p for p in effect.parameters if p.each > 1)
     q = np.degrees(fit.samples.q[:: len(fit.samples) // 3])  # some postures, the knots beside them
     near = np.floor((q + 180) / 360 * p.each).astype(int) % p.each
     knots = [Unknown(effect.name, p, j * p.each + int(k)) for row in near for j, k in enumerate(row)]

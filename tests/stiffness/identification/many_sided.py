@@ -62,4 +62,4 @@ def observed(
 def free(*names: str) -> tuple[Unknowns, dict[str, dict[str, Floats]]]:
     """All numbers of joint stiffness and of other effects, and where they start."""
     effects, numbers = values(*names)
-    return unknowns(effects, 6, extras=True), numbers
+    return unknowns(effects, 6, extras=lambda effect, site: True), numbers

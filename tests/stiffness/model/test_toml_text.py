@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
+from stiffness.effects import BY_NAME
 from stiffness.model.correlations import Correlations
 from stiffness.model.model import ComplianceModel, load_model, model_text, save_model
 
@@ -21,7 +22,7 @@ def test_arrays_stand_in_rows_and_read_back_to_the_last_bit(tmp_path: Path) -> N
     root = rng.normal(size=(len(names), 60))
     values = {"joint-stiffness": {"k_nm_per_rad": 10 ** rng.uniform(4, 6, 6)}}
     values["kinematic-offset"] = {p: 1e-3 * rng.normal(size=6) for p in KINEMATIC}
-    values["joint-angle-error"] = {"error_rad": 1e-4 * rng.normal(size=720)}
+    values["joint-angle-error"] = {**BY_NAME["joint-angle-error"].neutral(6), "error_rad": 1e-4 * rng.normal(size=720)}
     model = ComplianceModel(
         source="",
         robot="ur10",
