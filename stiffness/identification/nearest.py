@@ -53,11 +53,14 @@ def _holding(fit: Fit, unknown: npt.NDArray[np.bool_], otherwise: Fit) -> Fit:
 
 
 def _about_nothing(problem: Problem) -> Problem:
-    """The problem with the mean of every loose prior where an effect is not there."""
+    """The problem with the mean of loose priors where an effect is not there, if its law is linear in its numbers."""
+    shaped = {
+        e.name for e in problem.unknowns.effects if any(p.neutral is None for p in e.parameters if p.fit != "given")
+    }
     loose = problem.parameter_sd >= loose_sd(problem.unknowns, problem.fixed)
     fixed = {name: {k: np.array(v, dtype=float) for k, v in own.items()} for name, own in problem.fixed.items()}
     for u, ok in zip(problem.unknowns.free, loose, strict=True):
-        if ok and u.parameter.neutral is not None:
+        if ok and u.effect not in shaped:
             fixed[u.effect][u.parameter.name][u.index] = u.parameter.neutral
     return replace(problem, fixed=fixed)
 

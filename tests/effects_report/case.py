@@ -19,6 +19,7 @@ from stiffness.diagnosis.result import Diagnosis
 from stiffness.effects import BASE
 from stiffness.effects.effect import Effect
 from stiffness.identification.evaluate import evaluate
+from stiffness.identification.settled import settled
 from stiffness.identification.unknowns import Unknown
 from stiffness.identify import identify
 from stiffness.model.model import ComplianceModel
@@ -186,7 +187,7 @@ def _distances(said: Diagnosis, named: AbstractSet[str], truths: tuple[Truth, ..
     if all(t.effect in SPRINGS_KEPT for t in truths):
         true |= {(BASE.name, "k_nm_per_rad", k): value for k, value in enumerate(cell.stiffness)}
     seen = {key: _seen(key, value) for key, value in true.items()}
-    for r in regrouped(said.fit, [t.effect for t in truths]):
+    for r in regrouped(settled(said.fit)[0], [t.effect for t in truths]):
         number = _key(r.number)
         if number not in seen:
             continue

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from stiffness.diagnosis.diagnose import diagnose
-from stiffness.diagnosis.told_approaches import MISSING, RIGHT, _left, _square, _turned, told_approaches
+from stiffness.diagnosis.flanks import _left, _turned, square
+from stiffness.diagnosis.told_approaches import MISSING, RIGHT, told_approaches
 from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
 from tests.plant.cells import SCENARIOS, write
@@ -73,8 +74,8 @@ def test_random_rotations_are_no_flanks(rotations: str, share: float) -> None:
         "sine": 3e-4 * np.sin(rng.uniform(-np.pi, np.pi, 400)),
     }[rotations]
     r = [x * a + carried * b for x, a, b in zip(z, d, m, strict=True)]
-    best = min((_turned(r, m, d, g) for g in (0.0, 1e-4, 2e-4)), key=lambda f: _left(r, m, d, *f))
-    left = _left(r, m, d, *best) / _square(r)
+    best = min((_turned(r, m, d, g) for g in (0.0, 1e-4, 2e-4)), key=lambda f: _left(r, m, d, f))
+    left = _left(r, m, d, best) / square(r)
     assert left == pytest.approx(share, abs=0.04) and (left < RIGHT) == (rotations == "two")
     if rotations == "two":
         assert best[0] == pytest.approx(2e-4, rel=1e-6)
