@@ -66,15 +66,15 @@ def _about_nothing(problem: Problem) -> Problem:
 
 
 def _with_sums(fit: Fit) -> Fit:
-    """The fit with all numbers as sure as they are where what yields, and is the choice of a solution, is as it is."""
+    """The fit with springs as sure as their sums with what yields and is the choice of a solution."""
     free = fit.unknowns.free
     at = np.flatnonzero([bool(c) and u.parameter.yields for c, u in zip(fit.gauge.chosen, free, strict=True)])
     if not len(at):
         return fit
-    covariance = fit.solution.covariance
-    gain = covariance[:, at] @ inverse(covariance[np.ix_(at, at)])
-    rest = covariance - gain @ covariance[at]
-    rest[np.ix_(at, at)] = covariance[np.ix_(at, at)]
+    covariance, springs = fit.solution.covariance, np.flatnonzero(fit.unknowns.springs)
+    turn = np.eye(len(covariance))
+    turn[np.ix_(springs, at)] = -covariance[np.ix_(springs, at)] @ inverse(covariance[np.ix_(at, at)])
+    rest = turn @ covariance @ turn.T
     return replace(fit, solution=replace(fit.solution, covariance=rest))
 
 
