@@ -97,8 +97,8 @@ def identify(sessions: tuple[Path, ...], output: Path, effects: str | None, verb
     names = None if effects is None else [name.strip() for name in effects.split(",") if name.strip()]
     with progress(verbose) as say:
         done = identify_files(sessions, output, effects=names, say=say, **options)
+    print_findings(done.report, done.warnings)  # what is wrong with the measurement is said first
     show_fit(done)
-    print_findings(done.report, done.warnings)
 
 
 @main.command()
@@ -118,7 +118,7 @@ def diagnose(
 
     with progress(verbose) as say:
         done = diagnose_files(sessions, model, output, say=say, **options)
-    print_findings(done.report, done.warnings)  # what is wrong with the measurement is said first
+    print_findings(done.report, done.warnings)  # first, as of identify
     show_lines([*diagnosis_lines(done.diagnosis, done.report), *(f"wrote {file}" for file in done.files)])
 
 
@@ -136,8 +136,8 @@ def evaluate(session: Path, model: Path, verbose: bool, **options: Any) -> None:
 
     with progress(verbose) as say:
         _, report = evaluate_file(session, model, say=say, **options)
-    show_evaluation(report)
     print_findings(report)
+    show_evaluation(report)
 
 
 @main.command("stiffness-map")

@@ -46,7 +46,7 @@ def refined_model(
             tools[a.effect.name] = fit.sessions[0].session.tool.name
         if a.effect.scope == "process":
             processes[a.effect.name] = process_of([s.session for s in fit.sessions])
-    identified = {**model.identified, **free.model(model.robot, {}).identified}
+    identified = {**model.identified, **free.identified()}
     provenance = {**model.provenance, "not_identified": free.not_identified()}
     return replace(
         model,

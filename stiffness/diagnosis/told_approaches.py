@@ -9,6 +9,9 @@ chooses the flank and d where the approach does (+ or -), the residual of set-up
 and g and the s_i follow in turn (a mixture of two with one distance). Random rotations z of a joint lose
 (mean |z|)^2 / mean z^2 of their square to the best signs, two thirds of a normal distribution; two flanks lose all. So
 the signs are tried in a whole diagnosis and stand where it is left with hardly anything.
+
+All signs of a joint the other way round, with a link that rests on the other side, are the same readings: which side a
+rotation leaves the link on stays open, and its standard deviation says so.
 """
 
 from __future__ import annotations
@@ -17,10 +20,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from stiffness.diagnosis.candidates import trials
 from stiffness.diagnosis.flanks import Flanks, OnTrial, square, without_approaches
-from stiffness.diagnosis.result import Diagnosis
+from stiffness.diagnosis.result import AddedEffect, Diagnosis
+from stiffness.diagnosis.searched_numbers import NORMAL
 from stiffness.effects import BY_NAME
 from stiffness.effects.backlash import EFFECT as GAP
 from stiffness.identification.fit import Fit
@@ -30,6 +35,7 @@ from stiffness.session.session import Session
 PART = 0.1  # of what is above the noise: a joint whose two flanks explain less is left
 ROUNDS = 3  # of signs and a fit of all numbers
 SURE = 9.0  # of chi-square over the misfit: signs that differ by less are not told
+OPEN = 1 / NORMAL  # a side that is +1 or -1, its interval from one to the other
 RIGHT = 0.1  # of what was above the noise may be left: random rotations leave a third, a wobble a fifth
 
 
@@ -55,8 +61,20 @@ class ToldApproaches:
         joints = ", ".join(f"joint {j + 1}" for j in self.where)
         return (
             f"no approach columns: the flanks that {joints} came to rest on are read off the readings themselves, "
-            f"{self.told} of {self.of} are told. Columns approach1 ... make it sure, and tell the rest"
+            f"{self.told} of {self.of} are told. They do not tell on which side of its gap a rotation leaves a link: "
+            f"{GAP.name}.side is its default, and a path on which the joint reverses may be corrected the wrong way. "
+            "Columns approach1 ... tell it, and the rest"
         )
+
+    def with_open_side(self, found: Diagnosis) -> Diagnosis:
+        """A diagnosis of these sessions that says that the side of a gap is not told."""
+        own = found.model.sd.get(GAP.name)
+        if own is None:
+            return found
+        side = own["side"].copy()
+        side[list(self.where)] = OPEN
+        model = replace(found.model, sd={**found.model.sd, GAP.name: {**own, "side": side}})
+        return replace(found, model=model, added=tuple(_with_side(a, side) for a in found.added))
 
 
 MISSING = (
@@ -81,7 +99,7 @@ def with_told_approaches(
     say("95 %: reading approaches off the readings")
     told = told_approaches(found.fit, found.outliers)
     if told is not None and told.explain(found, other := again(told.sessions, told.note)):
-        return other
+        return told.with_open_side(other)
     return replace(found, notes=(*found.notes, MISSING)) if remembers else found
 
 
@@ -121,6 +139,15 @@ def told_approaches(fit: Fit, outliers: Sequence[tuple[str, int]]) -> ToldApproa
         now = now.with_flanks(flanks)
     told = int(sum(np.count_nonzero(f.sign) for f in sure))
     return ToldApproaches(tuple(now.sessions), tuple(sorted(where)), told, sum(len(f.sign) for f in sure))
+
+
+def _with_side(a: AddedEffect, sd: npt.NDArray[np.float64]) -> AddedEffect:
+    """An added gap with standard deviations (n,) of its side."""
+    if a.effect != GAP.name:
+        return a
+    values, _, unit = a.parameters["side"]
+    own = sd[[int(joint.removeprefix("joint-")) - 1 for (joint,) in a.sites]]
+    return replace(a, parameters={**a.parameters, "side": (values, own, unit)})
 
 
 def _share(now: OnTrial, fit: Fit) -> float:

@@ -245,15 +245,6 @@ class Fit:
     def model(self, robot: str, provenance: Mapping[str, object]) -> ComplianceModel:
         """The fit as a model of ``robot`` (name or path, as it shall stand in the model file)."""
         first, cut = self.sessions[0].session, process_of([s.session for s in self.sessions])
-        known = self.determined()
-        identified = {}
-        for e in self.unknowns.effects:
-            flags = np.ones(self.unknowns.joints, dtype=bool)
-            for u, ok in zip(self.unknowns.free, known, strict=True):
-                if u.effect == e.name and u.parameter.size == "joint" and u.inverse:
-                    flags[u.index] &= ok
-            if not flags.all():
-                identified[e.name] = flags
         reference = first.reference_temperature
         return ComplianceModel(
             source="",
@@ -264,12 +255,24 @@ class Fit:
             tip=first.robot.tip,
             values=self.allowed_values(),
             sd=self.deviations(),
-            identified=identified,
+            identified=self.identified(),
             tools={e.name: first.tool.name for e in self.unknowns.effects if e.scope == "tool"},
             processes={e.name: cut for e in self.unknowns.effects if e.scope == "process"},
             provenance=dict(provenance),
             correlations=self.correlations(),
         )
+
+    def identified(self) -> dict[str, npt.NDArray[np.bool_]]:
+        """(n,) which joints' springs the data determine, of effects where they do not of all."""
+        known, out = self.determined(), {}
+        for e in self.unknowns.effects:
+            flags = np.ones(self.unknowns.joints, dtype=bool)
+            for u, ok in zip(self.unknowns.free, known, strict=True):
+                if u.effect == e.name and u.parameter.size == "joint" and u.inverse:
+                    flags[u.index] &= ok
+            if not flags.all():
+                out[e.name] = flags
+        return out
 
     def correlations(self) -> Correlations | None:
         """Between the robot's numbers that are determined, as the solver sees them; an inverse turns the sign."""

@@ -53,6 +53,19 @@ def test_a_spring_that_is_known_with_the_base_only_is_not_held_where_it_begins(a
         assert one.determined()[0]
 
 
+def test_a_law_that_bends_with_its_numbers_is_not_held_at_nothing() -> None:
+    """Of a balancing spring the readings leave a combination of moment and lengths open: no way straight from where the
+    fit ended to no spring at all stays within it."""
+    ill = sick("gravity-compensator", KUKA, seed=1)
+    effect = BY_NAME["gravity-compensator"]
+    begun = {p.name: np.full(p.count(6), -1.0 if p.name == "angle_rad" else p.start) for p in effect.parameters}
+    fit = ill.fits.fit([Addition(effect, effect.sites(6), frozenset(effect.sites(6)), begun)], ill.base)
+    assert fit.solution.misfit < 1.02 and not fit.gauge.told.all()
+    near = nearest_to_drawing(fit).values()["gravity-compensator"]
+    for name, value in fit.values()["gravity-compensator"].items():
+        assert near[name] == pytest.approx(value, rel=0.05) and abs(value[0]) > 0.1
+
+
 def test_what_is_written_and_leaves_more_is_told_in_noises_with_its_cause() -> None:
     ill = sick("joint-hardening joint-2", UR, size=6.0)
     bad, left = ill.base, float(np.sqrt(ill.base.solution.chi2 / ill.base.solution.freedom))

@@ -52,7 +52,10 @@ def test_a_gap_that_no_torque_chooses_is_found_without_columns(seen: Session) ->
     assert gap.effect == "backlash" and gap.where == ("joint-5",)
     with_columns = identify([seen]).values()["backlash"]["gap_rad"][4]
     assert gap.parameters["gap_rad"][0][0] == pytest.approx(with_columns, rel=0.02) and with_columns > 1e-4
-    assert any("read off the readings themselves, 34 of 34" in n for n in found.notes)
+    assert any("read off the readings themselves, 34 of 34" in n and "backlash.side" in n for n in found.notes)
+    # with all signs the other way round the readings are the same: +1 and -1 both lie in the interval
+    assert gap.parameters["side"][1] == pytest.approx([1 / 1.96], rel=1e-3)
+    np.testing.assert_allclose(found.model.sd["backlash"]["side"], [0, 0, 0, 0, 1 / 1.96, 0], rtol=1e-3)
     assert MISSING not in found.notes
 
 
