@@ -56,7 +56,8 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
     Args:
         register: states per block, evenly by position in the file, that estimate what belongs to the set-up (tracker
             pose, roughly known reflectors, tracker drift where the model has one; centre and length of a ball-bar); all
-            others are scored. Default 25 where there is anything of that kind to place, else 0.
+            others are scored. Default 25 where there is anything of that kind to place (a third of the states where that
+            would be all of them), else 0.
 
     Raises:
         StiffnessError: the tracker's pose is unknown and nothing may estimate it, or everything does.
@@ -72,8 +73,10 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
             f"{REGISTER})"
         )
     chosen = _evenly(session, count)
+    states = len(np.unique(session.states.of))
+    if register is None and chosen.all():  # a small session: a third of it places the tracker
+        chosen = _evenly(session, max(states // (3 * len(np.unique(session.samples.block))), 1))
     if chosen.all():
-        states = len(np.unique(session.states.of))
         raise StiffnessError(
             f"{session.source}: --register {count}: all {states} states place the tracker and none is left to be "
             f"scored; give fewer, such as --register {max(states // 3, 1)}"

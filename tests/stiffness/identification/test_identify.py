@@ -193,6 +193,12 @@ def test_evaluate_registers_on_evenly_spread_states(tmp_path: Path) -> None:
         evaluate(session, model, states)
     assert result.absolute is not None
     assert result.absolute.rms < 1.5 * result.absolute.noise_floor
+    few, _ = lab.session(tmp_path / "few", 62, setups=4, form=Form(registered=False))
+    small = evaluate(few, model)
+    assert (len(few.states), small.registered_on) == (20, 3 * 6)
+    assert small.absolute is not None
+    assert small.absolute.count == 3 * 14
+    assert small.absolute.rms < 2 * small.absolute.noise_floor
     soft = replace(model, values={"joint-stiffness": {"k_nm_per_rad": 0.5 * lab.stiffness}})
     worse = evaluate(session, soft, 10)
     assert worse.displacement is not None
