@@ -56,8 +56,8 @@ def evaluate(session: Session, model: ComplianceModel, register: int | None = No
     Args:
         register: states per block, evenly by position in the file, that estimate what belongs to the set-up (tracker
             pose, roughly known reflectors, tracker drift where the model has one; centre and length of a ball-bar); all
-            others are scored. Default 25 where there is anything of that kind to place (a third of the states where that
-            would be all of them), else 0.
+            others are scored. Default 25 where there is anything of that kind to place (a third of the states where
+            that would be all of them), else 0.
 
     Raises:
         StiffnessError: the tracker's pose is unknown and nothing may estimate it, or everything does.
