@@ -5,6 +5,7 @@ from __future__ import annotations
 from compensator.cell.equipped_arm import EquippedArm
 from compensator.cell.placement import Placement
 from stiffness.effects import BY_NAME
+from stiffness.model.counted_twice import REMEDY, counted_twice
 from stiffness.model.model import ComplianceModel
 from stiffness.robot.robot import Robot
 from toolpaths.finding import NOTE, WARNING, Finding
@@ -44,6 +45,8 @@ def job_findings(arm: EquippedArm, placement: Placement, sag: str) -> list[Findi
         what = "no mass given, its weight is not modelled"
         level = WARNING if sag == "uncompensated" else NOTE
         found.append(Finding(level, f"tool {', '.join(weightless)}", what, "Give mass and com of the tool"))
+    twice = [text for tool in placement.tools.by_number.values() for text in counted_twice(model, tool)]
+    found += [Finding(WARNING, model.source, text, REMEDY) for text in twice]
     bare = [t.name for t in placement.tools.by_number.values() if not t.position.any()]
     if bare:
         what = f"xyz is 0 0 0, the TCP is the flange (a spindle with its cutter is usually {SPINDLE} mm long)"

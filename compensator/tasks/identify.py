@@ -27,8 +27,10 @@ from stiffness.identification.fit import Fit
 from stiffness.identify import identify
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.identify import identify_local
+from stiffness.model.counted_twice import REMEDY, counted_twice
 from stiffness.model.model import ComplianceModel, load_model, model_text
 from stiffness.session.session import Session
+from toolpaths.finding import WARNING, Finding
 
 
 @dataclass(frozen=True, repr=False)
@@ -150,7 +152,10 @@ def evaluated(
     _same_kind(session, model.gravity, model.source)
     say("predicting")
     result = evaluate(session, model, register)
-    return result, evaluation_report(result, _not_learned(session, model))
+    twice = [
+        Finding(WARNING, model.source, text, REMEDY, kind="model") for text in counted_twice(model, session.tool.tool())
+    ]
+    return result, evaluation_report(result, _not_learned(session, model), twice)
 
 
 def _not_learned(session: Session, model: ComplianceModel) -> list[NotLearned]:

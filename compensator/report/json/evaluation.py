@@ -14,15 +14,18 @@ from compensator.solve.unlearned_angles import NotLearned
 from stiffness.diagnosis.doubts import session_doubts
 from stiffness.identification.evaluate import Evaluation
 from stiffness.identification.scores import Score
+from toolpaths.finding import Finding
 
 SCHEMA = "evaluation-summary/1"
 
 
-def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()) -> Report:
+def evaluation_report(
+    result: Evaluation, not_learned: Sequence[NotLearned] = (), findings: Sequence[Finding] = ()
+) -> Report:
     """The scores of both kinds of evidence, without wrong rows and with them; null where a session has none.
 
     Args:
-        not_learned: angles of the session that the model did not learn.
+        not_learned: angles of the session that the model did not learn. findings: of session and model together.
     """
     session = result.seen.session
     rows = session.samples.line[np.flatnonzero(result.wrong)]
@@ -31,6 +34,7 @@ def evaluation_report(result: Evaluation, not_learned: Sequence[NotLearned] = ()
         "findings": findings_report([
             *of_doubts(session_doubts([result.seen])),
             *session_frame_findings([session]),
+            *findings,
             *notes("model", session.source, (str(part) for part in not_learned)),
         ]),
         "displacement": _score(result.displacement),
