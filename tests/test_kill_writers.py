@@ -1,4 +1,4 @@
-"""kill -9 at a few moments, and before every file operation, of a verb with one output and of one with several."""
+"""kill -9 at a few moments, and before every file operation, of a verb with two outputs and of one with three."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ ROOT = Path(__file__).resolve().parents[1]
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs are forked")
 def test_killed_at_any_moment() -> None:
     """All of them: `python -m tests.kill_writers`."""
-    command = [sys.executable, "-m", "tests.kill_writers", "--kills", "4", "--verbs", "datasheet", "stiffness-map"]
+    command = [sys.executable, "-m", "tests.kill_writers", "--kills", "4", "--verbs", "datasheet", "trace"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    for verb, line in zip(("datasheet", "stiffness-map"), done.stdout.splitlines(), strict=True):
+    for verb, line in zip(("datasheet", "trace"), done.stdout.splitlines(), strict=True):
         assert line.startswith(f"{verb}: ") and line.count("all old") == line.count("all new") == 2, line
 
 

@@ -6,6 +6,7 @@ not depend on the length of the path and drops out; what is kept, or made of all
 
 from __future__ import annotations
 
+import gc
 import tracemalloc
 from pathlib import Path
 
@@ -42,12 +43,15 @@ RUN = {**JOBS, "mill": milled.run}  # on a stock of a few bricks, whose grid is 
 def peak(job: str, folder: Path, poses: int, *, memory: bool) -> tuple[int, int]:
     """The most bytes that a job takes, and the poses that it makes."""
     prepared(job, folder, poses, memory=memory)
+    gc.collect()
+    gc.freeze()  # when cycles are collected depends on how many objects other tests have left
     tracemalloc.start()
     try:
         made = RUN[job](folder)
         return tracemalloc.get_traced_memory()[1], made
     finally:
         tracemalloc.stop()
+        gc.unfreeze()
 
 
 def prepared(job: str, folder: Path, poses: int, *, memory: bool) -> None:

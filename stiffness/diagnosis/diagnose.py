@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
 from stiffness.diagnosis.adoption import with_richer_forms
@@ -14,24 +13,22 @@ from stiffness.diagnosis.alternatives import Alternatives, candidates, explained
 from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.held_out import held_out, held_out_scores
 from stiffness.diagnosis.known_effects import KnownEffects, with_known
+from stiffness.diagnosis.last_fit import last_fit, without_outliers
 from stiffness.diagnosis.moved_alternatives import Imitation, imitating, with_imitations
 from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
-from stiffness.diagnosis.refined_model import given_way, refined_model
-from stiffness.diagnosis.regrouped import regrouped
+from stiffness.diagnosis.refined_model import given_way
 from stiffness.diagnosis.reported import added_effect, contradicted
 from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search, like_noise
-from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
 from stiffness.diagnosis.told_approaches import with_told_approaches
 from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import CLEAR, Fit
-from stiffness.identification.outliers import cleaned, odd_states, with_whole_setups
+from stiffness.identification.outliers import odd_states
 from stiffness.identification.robust import one_robot
-from stiffness.identification.settled import settled
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, ROUGH
 from stiffness.planning.next_setups import NextSetup, splitting, spread
@@ -39,7 +36,6 @@ from stiffness.session.processes import of_one_process
 from stiffness.session.repeats import with_repeats
 from stiffness.session.session import Session, traces_alone
 
-Bools = npt.NDArray[np.bool_]
 ENOUGH = 6  # set-ups: one per joint
 Say = Callable[[str], None]
 
@@ -89,7 +85,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     held = [held_out(s) for s in sessions]
     fits = ModelFits.of(sessions, effects, values, [~h for h in held])
     say("0 %: fitting the model's own parameters")
-    fits, base = _without_outliers(fits, [])
+    fits, base = without_outliers(fits, [])
     enough = sum(len(np.unique(s.samples.setup)) for s in sessions) >= ENOUGH
     own = KnownEffects.of(model, effects, sessions)
     bare = replace(fits, base=own.base, given=own.given, ending=ROUGH)
@@ -118,65 +114,35 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     moved = bool(other or changed)
     refined = bare.within_limits(fit, additions) if moved else None
     say("90 %: scoring on readings that took no part")
-    whole = replace(
-        bare,
-        ending=EXACT,
-        used=tuple(np.ones_like(h) for h in held),
-        allowed=tuple(np.ones_like(h) for h in held),
-    )
-    whole, last = _without_outliers(whole, additions, fit)
-    final = with_final_numbers(last, additions)
-    if final is not None:
-        additions, last = final, whole.fit(final, last)
-    last, chosen = settled(last)
-    together = map(str, regrouped(last, [a.effect.name for a in news]))
-    last = replace(last, searched_sd=searched_deviations(last, additions))
-    allowed, chosen = _allowed(whole, last, additions, chosen)
-    if refined is not None and (note := contradicted(fit, refined, last, allowed)):
+    last = last_fit(bare, fit, additions, news)
+    if refined is not None and (note := contradicted(fit, refined, last.fit, last.allowed)):
         verdict, more, structure = "unexplained", [note], Structure(True, structure.sources)
-    given = given_way(model, sessions, additions)
     return Diagnosis(
         verdict=verdict,
-        added=tuple(added_effect(a, allowed, last, found.alternatives) for a in news),
+        added=tuple(added_effect(a, last.allowed, last.fit, found.alternatives) for a in news),
         removed=found.removed,
         changed=tuple(changed),
-        scores=held_out_scores(model, base, refined, [s.used for s in last.sessions]),
+        scores=held_out_scores(model, base, refined, [s.used for s in last.fit.sessions]),
         candidates=found.ranking,
         residual_sources=tuple(structure.sources),
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),
-        outliers=tuple(last.outlier_rows()),
-        notes=(*notes, *structure.notes, *more, *(chosen if moved else ()), *together, *odd_states(last), *given),
+        outliers=tuple(last.fit.outlier_rows()),
+        notes=(
+            *notes,
+            *structure.notes,
+            *more,
+            *(last.chosen if moved else ()),
+            *last.together,
+            *odd_states(last.fit),
+            *given_way(model, sessions, last.additions),
+        ),
         next_traces=tuple(next_traces(sessions, found.alternatives, changed, structure.left)),
-        model=refined_model(
-            model, fit=allowed, free=last, additions=additions, removed=[r.effect for r in found.removed]
-        )
-        if moved
-        else model,
+        model=last.model(model, found.removed) if moved else model,
         base=base,
         fit=fit,
         held=tuple(tuple(np.unique(s.samples.setup[h]).tolist()) for s, h in zip(sessions, held, strict=True)),
         base_heldout_rms=found.base_rms,
     )
-
-
-def _without_outliers(
-    fits: ModelFits, additions: Sequence[Addition], start: Fit | None = None
-) -> tuple[ModelFits, Fit]:
-    """Fits, from here on, without the rows that the others contradict, and the fit without them."""
-    clean = cleaned(replace(fits, ending=ROUGH).fit(additions, start), ROUGH)
-    fits = replace(fits, used=with_whole_setups(clean))
-    return fits, fits.fit(additions, clean)
-
-
-def _allowed(
-    fits: ModelFits, fit: Fit, additions: Sequence[Addition], chosen: tuple[str, ...]
-) -> tuple[Fit, tuple[str, ...]]:
-    """A settled fit within the limits of its effects, and what was ``chosen`` in it."""
-    allowed = fits.within_limits(fit, additions)
-    if allowed is fit:
-        return fit, chosen
-    again, chosen = settled(allowed)  # what was fitted again is free again
-    return (again, chosen) if fits.within_limits(again, additions) is again else (allowed, ())
 
 
 def _searched(search: Search, base: Fit) -> _Found:
