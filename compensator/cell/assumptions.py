@@ -45,7 +45,7 @@ def job_findings(arm: EquippedArm, placement: Placement, sag: str) -> list[Findi
         what = "no mass given, its weight is not modelled"
         level = WARNING if sag == "uncompensated" else NOTE
         found.append(Finding(level, f"tool {', '.join(weightless)}", what, "Give mass and com of the tool"))
-    twice = [text for tool in placement.tools.by_number.values() for text in counted_twice(model, tool)]
+    twice = [text for tool in placement.tools.by_number.values() for text in counted_twice(model, tool.name, tool.mass)]
     found += [Finding(WARNING, model.source, text, REMEDY) for text in twice]
     bare = [t.name for t in placement.tools.by_number.values() if not t.position.any()]
     if bare:

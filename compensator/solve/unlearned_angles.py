@@ -126,7 +126,9 @@ class AngleUncertainty:
         """
         if effect.angle_sd is None:
             return np.zeros(q.shape, dtype=bool)
-        prior = effect.angle_sd(q, effect.neutral(self.robot.n), {})
+        n = self.robot.n
+        unseen = {p.name: np.full(p.count(n), p.prior_sd) for p in effect.parameters if p.extra and p.prior_sd}
+        prior = effect.angle_sd(q, effect.neutral(n), unseen)
         unlearned = (prior > 0) & (own >= UNLEARNED * prior)
         rows = np.flatnonzero(unlearned.any(axis=1))
         if effect.name in self._errors and len(rows):

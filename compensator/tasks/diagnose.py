@@ -10,6 +10,7 @@ from typing import Any
 
 from compensator.report.json.diagnosis import diagnosis_report
 from compensator.report.json.text import as_json
+from compensator.tasks.declared_mass import declared_masses
 from compensator.tasks.measurements import in_terms_of, load_measurements
 from compensator.tasks.page_last import write_with_page
 from compensator.tasks.robot_reference import refuse_other_robot, robot_beside
@@ -19,6 +20,7 @@ from compensator.tasks.strict import refuse_warnings
 from compensator.version import version
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
+from stiffness.model.counted_twice import KEY
 from stiffness.model.model import ComplianceModel, load_model, model_text
 from stiffness.session.session import Session
 
@@ -86,7 +88,7 @@ def refined_text(found: Diagnosis, model: ComplianceModel, sessions: Sequence[Se
         if robot == model.robot:
             return Path(model.source).read_text(encoding="utf-8")
         return model_text(replace(model, robot=robot))
-    told = {**found.model.provenance, "diagnosis": _provenance(found, model, sessions)}
+    told = {**found.model.provenance, KEY: declared_masses(sessions), "diagnosis": _provenance(found, model, sessions)}
     return model_text(replace(found.model, robot=robot, provenance=told))
 
 

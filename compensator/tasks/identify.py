@@ -13,6 +13,7 @@ from compensator.report.json.evaluation import evaluation_report
 from compensator.report.json.fit import fit_report, local_fit_report
 from compensator.report.json.text import as_json
 from compensator.solve.unlearned_angles import AngleUncertainty, NotLearned
+from compensator.tasks.declared_mass import declared_masses, mass_findings
 from compensator.tasks.measurements import in_terms_of, load_measurement, load_measurements
 from compensator.tasks.outputs import Outputs
 from compensator.tasks.page_last import write_with_page
@@ -27,10 +28,9 @@ from stiffness.identification.fit import Fit
 from stiffness.identify import identify
 from stiffness.local_method.fit import LocalFit
 from stiffness.local_method.identify import identify_local
-from stiffness.model.counted_twice import REMEDY, counted_twice
+from stiffness.model.counted_twice import KEY
 from stiffness.model.model import ComplianceModel, load_model, model_text
 from stiffness.session.session import Session
-from toolpaths.finding import WARNING, Finding
 
 
 @dataclass(frozen=True, repr=False)
@@ -152,10 +152,7 @@ def evaluated(
     _same_kind(session, model.gravity, model.source)
     say("predicting")
     result = evaluate(session, model, register)
-    twice = [
-        Finding(WARNING, model.source, text, REMEDY, kind="model") for text in counted_twice(model, session.tool.tool())
-    ]
-    return result, evaluation_report(result, _not_learned(session, model), twice)
+    return result, evaluation_report(result, _not_learned(session, model), mass_findings(model, session))
 
 
 def _not_learned(session: Session, model: ComplianceModel) -> list[NotLearned]:
@@ -189,6 +186,7 @@ def _provenance(fit: Fit, prior: Path | None) -> dict[str, Any]:
         "session_date": "not in the session format",
         "software": f"toolpath-compensator {version()}",
         "not_identified": fit.not_identified(),
+        KEY: declared_masses(sessions),
     }
     if prior is not None:
         out["prior"] = str(prior)

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffness.diagnosis.added_effects import Addition
+from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.adoption import adopted
 from stiffness.diagnosis.linearisation import Expansion, Linearised
 from stiffness.diagnosis.result import Candidate
 from stiffness.diagnosis.search import ODDS, Search, bic, within
 from stiffness.diagnosis.selection import Selection, steady
+from stiffness.diagnosis.twin_start import like_its_twin
 from stiffness.effects.effect import Effect, Site
 from stiffness.identification.fit import Fit
 from stiffness.session.session import traces_alone
@@ -168,8 +169,13 @@ def _trials(
     out = []
     for chosen in rivals:
         more, trial = adopted(search.fits, start, chosen, rest)
-        name = chosen.terms[0].effect.name
-        out.append(_Trial(name, trial, more, bic(trial, fit.solution.misfit)))
+        other = chosen.terms[0].effect
+        if other.name in a.effect.twins and trial.solution.chi2 > fit.solution.chi2:
+            for begun in like_its_twin(fit, a, other):
+                again = search.fits.fit([*rest, begun], fit)
+                if again.solution.chi2 < trial.solution.chi2:
+                    more, trial = at_values_of(again, [*rest, begun]), again
+        out.append(_Trial(other.name, trial, more, bic(trial, fit.solution.misfit)))
     return out, shares
 
 

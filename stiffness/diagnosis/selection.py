@@ -23,6 +23,7 @@ Floats = npt.NDArray[np.float64]
 # studied in tests/stiffness/diagnosis/test_selection.py, tests/effects_report
 CHANCE = 0.01  # false-positive rate: of one session of a robot to whose model nothing needs to be added
 STEADY = 1.5  # standard errors of the mean by which held-out folds have to improve
+EVERY = 7  # folds that all gain by chance once in 128 times
 CROSSED = 8  # set-ups from which on cross-validation decides too
 MOST = 14  # terms
 PROMISING = 12  # steps that are fitted together with all that is chosen
@@ -169,6 +170,15 @@ class Selector:
 
 
 def steady(gain: Floats) -> bool:
-    """Whether the gain (folds,) of held-out folds is positive by more than its scatter explains."""
+    """Whether the gain (folds,) of held-out folds is positive by more than its scatter explains; or in every one of
+    them, and twice as clearly without the largest: one that gains far more than the others scatters, and is no doubt.
+    """
+    if len(gain) >= EVERY and gain.min() > 0 and _clear(np.sort(gain)[:-1], 2 * STEADY):
+        return True
+    return _clear(gain, STEADY)
+
+
+def _clear(gain: Floats, errors: float) -> bool:
+    """Whether a mean is positive by so many standard errors."""
     error = float(np.std(gain, ddof=1) / np.sqrt(len(gain))) if len(gain) > 1 else np.inf
-    return bool(gain.mean() > STEADY * error)
+    return bool(gain.mean() > errors * error)

@@ -22,6 +22,7 @@ SLIGHT = 0.1  # of what was above the noise: so much may stay when an explanatio
 SLIGHTLY = 1.3  # residual over noise that a law which is not exact may leave
 TRIFLE = 0.05  # of what was above the noise: so much may stay where
 MINOR = 0.1  # of it is the most that any place or column explains
+MANY = 3  # kinds of effects added to one session that are no explanation unless noise is all they leave
 CRUMB = 0.03  # of what was above the noise: an addition that explains less beside others is left out
 LARGE = 0.6  # of what was above the noise: an effect that explains more and leaves all others behind stands
 AHEAD = 0.5  # of what it explains in cross-validation: where no other explains more, it leaves all others behind
@@ -91,7 +92,7 @@ def standing(
     search: Search, base: Fit, fit: Fit, additions: list[Addition], found: Sequence[Alternatives]
 ) -> Judged:
     """Additions that stand beside what is left, and the structure that is left."""
-    now = Judged(fit, additions, _structure(search, base, fit))
+    now = _seen(search, base, fit, additions)
     notes = now.structure.notes
     compared = {r.addition.effect.name: r for r in found}
     while now.structure.left and (doubtful := _doubtful(search, base, now, compared)) is not None:
@@ -103,28 +104,34 @@ def standing(
         )
         kept = [a for a in now.additions if a is not doubtful]
         fit = search.fits.fit(kept, now.fit)
-        now = Judged(fit, at_values_of(fit, kept), _structure(search, base, fit))
+        now = _seen(search, base, fit, at_values_of(fit, kept))
         notes = (*notes, note, *now.structure.notes)
     return replace(now, structure=replace(now.structure, notes=notes))
 
 
-def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
-    """Whether a fit leaves clear structure, and where."""
+def _seen(search: Search, base: Fit, fit: Fit, additions: list[Addition]) -> Judged:
+    """Additions with what they leave."""
+    new = [a for a in additions if all(a.effect is not k.effect for k in search.known)]
+    return Judged(fit, additions, _structure(search, base, fit, many=len(new) >= MANY))
+
+
+def _structure(search: Search, base: Fit, fit: Fit, *, many: bool) -> Structure:
+    """Whether a fit leaves clear structure, and where; of ``many`` kinds of effects, whether anything is left."""
     misfit = float(np.sqrt(fit.solution.chi2 / max(fit.solution.freedom, 1.0)))
     above, first = _above(fit), _above(base)
     if like_noise(fit):
         return Structure(False, [])
-    if misfit < CLEAR:
+    if misfit < CLEAR and not many:
         small = (
             f"the residual is {misfit:.2f} times the noise: more than chance, less than can be named; standard "
             "deviations hold what it may hide"
         )
         return Structure(False, [], (small,) if any(coherent(s) for s in fit.sessions) else ())
-    if fit is not base and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
+    if fit is not base and not many and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
         note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
         return Structure(False, [], (note,))
     sources = _sources(search, fit)
-    if fit is not base and above < TRIFLE * first and all(s.fraction < MINOR for s in sources):
+    if fit is not base and not many and above < TRIFLE * first and all(s.fraction < MINOR for s in sources):
         note = (
             f"what was added leaves {misfit:.2f} times the noise, {100 * above / first:.0f} % of what there was above "
             "it, and no place and no column explains a tenth of that"
@@ -136,6 +143,8 @@ def _structure(search: Search, base: Fit, fit: Fit) -> Structure:
         f"the residual is {misfit:.2f} times the noise, but readings of one state do not agree on it and it "
         "follows nothing that was looked at: the instruments scatter more than their data sheet says"
     )
+    if any(e.memory for e in fit.unknowns.effects):
+        note += ", or some states came to rest on another flank than the model has them on"
     return Structure(False, sources, (note,))
 
 

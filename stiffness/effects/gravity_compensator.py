@@ -4,7 +4,8 @@
 
 the torque of a linear spring between two pins at the distances a and b from the axis of joint 2: M = k a b, l its
 free length over sqrt(a^2 + b^2), e = 2 a b / (a^2 + b^2), and q_0 the angle where both pins lie on one side. l = 0 is
-a spring whose force grows from zero with its length, and e is then of no account.
+a spring whose force grows from zero with its length, and e is then of no account. l < 0 is one that was wound with
+initial tension, or a cylinder of gas, whose force is there from the start and rises by a part over its stroke.
 """
 
 from __future__ import annotations
@@ -58,12 +59,12 @@ EFFECT = Effect(
             unit="1",
             size=1,
             start=0.8,
-            low=0.0,
+            low=-20.0,
             high=3.0,
             scale=0.5,
-            meaning="relaxed length over root of a^2 + b^2",
+            meaning="relaxed length over root of a^2 + b^2, below 0 with initial tension",
             default=0.0,
-            trials=(0.0,),
+            trials=(0.0, -1.0),
         ),
         Parameter(
             name="eccentricity",

@@ -53,21 +53,21 @@ def _as_table() -> Floats:
 
 
 def _angle_sd(angle: Floats, p: Numbers, sd: Numbers) -> Floats:
-    """(N, n) rad: standard deviation at angles (N, n). Of the table, SPREAD at knots without readings; of harmonics, at
-    all angles, where a joint has no table."""
-    spread = sd.get("error_rad")
+    """(N, n) rad: standard deviation at angles (N, n). Of tables, SPREAD at knots without readings, also in joints that
+    have none; of harmonics, where a joint has no table, at all angles."""
     n = angle.shape[1]
-    table = np.zeros(n * KNOTS) if spread is None else np.asarray(spread)
-    table = np.where(p["error_rad"] == 0, SPREAD, table).reshape(n, KNOTS)
+    spread = np.reshape(sd.get("error_rad", np.zeros(n * KNOTS)), (n, KNOTS))
+    knots = np.reshape(p["error_rad"], (n, KNOTS))
+    tables = bool(np.any(knots) or np.any(spread))
+    table = np.where(knots == 0, SPREAD if tables else 0.0, spread)
     u = (angle / STEP + KNOTS / 2) % KNOTS
     low = np.floor(u).astype(int) % KNOTS
     share = u - np.floor(u)
     joint = np.arange(n)
     own = (1 - share) * table[joint, low] + share * table[joint, (low + 1) % KNOTS]
     waves = np.sqrt(sum((sd.get(k, np.zeros(n)) * f(order * angle)) ** 2 for k, (order, f) in HARMONICS.items()))
-    waving = np.any([p[name] != 0 for name in HARMONICS], axis=0)
-    alone = waving & ~np.any(np.reshape(p["error_rad"], (n, KNOTS)) != 0, axis=1)
-    return np.asarray(np.where(alone, waves, np.hypot(own, waves)))
+    waving = np.any([p[name] != 0 for name in HARMONICS], axis=0) & ~np.any(knots, axis=1)
+    return np.asarray(np.where(waving, waves, np.hypot(own, waves)))
 
 
 def _harmonic(name: str, order: int) -> Parameter:

@@ -6,9 +6,9 @@ about z alone, all other numbers free, have the evidence (MacKay 1992)
 
     2 log p(s) = b' (A + (s D)^-2)^-1 b - log det(I + s^2 D A D)        b = A z of the readings alone
 
-The s where it is largest holds the offsets about the drawing, the drawing itself where the readings leave that open,
-and all other numbers follow, linear. Standard deviations stay those of the prior: of directions that no reading tells,
-none tells how near the drawing is.
+The s where it is largest holds the offsets about the drawing, the drawing itself where the readings leave that open.
+All other numbers follow, first as the linear model has it, then fitted anew: a law with a shape bends on the way.
+Standard deviations stay those of the prior: of directions that no reading tells, none tells how near the drawing is.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from stiffness.identification.fit import CLEAR, Fit
+from stiffness.identification.nearest import CONTRADICTED, HELD, yielding_alike
 from stiffness.identification.problem import loose_sd
 from stiffness.numerics.least_squares import bounded_minimum, inverse
 
@@ -56,17 +57,37 @@ def with_drawing_scale(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
     low, high = (b[others] - vector[others] for b in bounds)
     pull = -information[np.ix_(~own, own)] @ step
     vector[others] += bounded_minimum(information[np.ix_(~own, ~own)], pull, low, high)
+    begun = replace(fit, solution=replace(fit.solution, vector=vector))
+    held = np.setdiff1d(np.arange(len(fit.unknowns)), others)
+    moved = _followed(begun, held)
+    if moved.solution.chi2 > CONTRADICTED * fit.solution.chi2:
+        return fit, ()
     names = ", ".join(dict.fromkeys(fit.unknowns.free[k].effect for k in at))
-    held = "at the drawing" if likely == SCALES[0] else f"within about {likely:.2g} mm and mrad of the drawing"
-    note = f"{names}: held {held}, from which these readings find the robot less than {most:.2g} mm and mrad off"
-    return replace(fit, solution=replace(fit.solution, vector=vector)), (note,)
+    near = "at the drawing" if likely == SCALES[0] else f"within about {likely:.2g} mm and mrad of the drawing"
+    note = f"{names}: held {near}, from which these readings find the robot less than {most:.2g} mm and mrad off"
+    return moved, (note,)
+
+
+def _followed(fit: Fit, held: npt.NDArray[np.intp]) -> Fit:
+    """A fit with the parameters ``held`` where they are and all other numbers fitted anew; with its deviations."""
+    values = fit.values()
+    fixed = {name: {k: np.array(v, dtype=float) for k, v in own.items()} for name, own in fit.problem.fixed.items()}
+    for u in (fit.unknowns.free[k] for k in held):
+        fixed[u.effect][u.parameter.name][u.index] = values[u.effect][u.parameter.name][u.index]
+    problem = replace(fit.problem, fixed=fixed)
+    rows = np.zeros((len(held), len(fit.solution.vector)))
+    rows[np.arange(len(held)), held] = 1 / (HELD * problem.sd[held])
+    solution, states = problem.solved(fit.states, fit.solution.vector, widened=fit.solution.misfit, held=rows)
+    kept = replace(fit.solution, vector=solution.vector, chi2=solution.chi2)
+    return replace(fit, solution=kept, states=states)
 
 
 def _moving(fit: Fit) -> tuple[npt.NDArray[np.intp], Floats]:
-    """(M,) numbers of the vector that may move, all but springs that no reading tells and what was chosen to be stiff,
-    and their information (M, M)."""
+    """(M,) numbers of the vector that may move, all but springs that no reading tells, what was chosen to be stiff and
+    what yields as a spring does, and their information (M, M)."""
     stays = np.zeros(len(fit.solution.vector), dtype=bool)
     stiff = fit.gauge.chosen & [u.parameter.yields for u in fit.unknowns.free]
+    stiff |= yielding_alike(fit, fit.unknowns.springs)
     stays[: len(fit.unknowns)] = (fit.unknowns.springs & ~fit.determined()) | stiff
     moving = np.flatnonzero(~stays)
     prior = np.diag((fit.solution.misfit / fit.problem.sd[moving]) ** 2)

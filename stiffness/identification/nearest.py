@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 # studied in tests/stiffness/identification/test_gauge.py
 HELD = 1e-6  # prior standard deviations that what is held may move
 CONTRADICTED = 1.1  # of chi-square: what is held may not cost more
+ONE = 1 - 1e-4  # correlation of what two numbers do to all readings
 FIXED = 1e-3  # of that for a single number: a stiff start is 3e-4 prior standard deviations of compliance from rigid
 
 
@@ -40,8 +41,20 @@ def nearest_to_drawing(fit: Fit) -> Fit:
 def _nearest(fit: Fit) -> Fit:
     """With springs in the directions; then with those held that stay unknown."""
     near = _holding(fit, np.zeros(len(fit.unknowns), dtype=bool), otherwise=fit)
+    alike = yielding_alike(near, fit.unknowns.springs & ~_with_sums(near).determined())
+    near = _holding(near, alike, otherwise=near) if alike.any() else near
     unknown = fit.unknowns.springs & ~_with_sums(near).determined()
     return _holding(fit, unknown, otherwise=near) if unknown.any() else near
+
+
+def yielding_alike(fit: Fit, springs: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """(P,) places that all readings see yield as one of the ``springs`` (P,) does: where one is not told by itself, the
+    place may have taken their sum and left it rigid."""
+    n = len(fit.unknowns)
+    information = fit.solution.information[:n, :n]
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    as_one = np.abs(information / np.outer(size, size))[:, springs] > ONE
+    return np.asarray(as_one.any(axis=1) & [u.parameter.yields for u in fit.unknowns.free])
 
 
 def _holding(fit: Fit, unknown: npt.NDArray[np.bool_], otherwise: Fit) -> Fit:
@@ -66,9 +79,11 @@ def _about_nothing(problem: Problem) -> Problem:
 
 
 def _with_sums(fit: Fit) -> Fit:
-    """The fit with springs as sure as their sums with what yields and is the choice of a solution."""
-    free = fit.unknowns.free
-    at = np.flatnonzero([bool(c) and u.parameter.yields for c, u in zip(fit.gauge.chosen, free, strict=True)])
+    """The fit with springs as sure as their sums with what yields and is the choice of a solution, or yields as one
+    of them that is not told by itself."""
+    yields = np.array([u.parameter.yields for u in fit.unknowns.free], dtype=bool)
+    alike = yielding_alike(fit, fit.unknowns.springs & ~fit.determined())
+    at = np.flatnonzero(fit.gauge.chosen & yields | alike)
     if not len(at):
         return fit
     covariance, springs = fit.solution.covariance, np.flatnonzero(fit.unknowns.springs)

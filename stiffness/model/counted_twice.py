@@ -1,32 +1,36 @@
-"""Counted twice: a mass that a model found at a tool, and that the tool is declared with since."""
+"""Counted twice: a mass that a model found at a tool beside what its session declared, and that is declared since."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from stiffness.model.model import ComplianceModel
-from stiffness.statics.tool import Tool
 
+KEY = "tool_mass_kg"  # of the provenance: tool -> what the sessions declared for it
 REMEDY = "Identify again from that session with the mass declared in it, or declare the mass in one place only"
 ALIKE = 0.2  # of a mass: a spindle with another holder is still the same spindle
 
 
-def counted_twice(model: ComplianceModel, tool: Tool) -> list[str]:
-    """Sentences on masses of the model at this tool that may be what the tool is declared with.
+def counted_twice(model: ComplianceModel, tool: str, mass: float) -> list[str]:
+    """Sentences on masses of the model at a tool that its ``mass``, kg, as it is declared now, may hold too.
 
-    They are alike where they differ by less than a fifth, or by less than three standard deviations.
+    They are alike where what is declared more than in the sessions differs from what was found by less than a fifth, or
+    by less than three standard deviations.
     """
-    told = []
+    declared = model.provenance.get(KEY, {})
+    if not isinstance(declared, dict) or tool not in declared:
+        return []
+    more, told = mass - float(declared[tool]), []
     for effect in model.effects:
-        if effect.mass is None or model.tools.get(effect.name) != tool.name:
+        if effect.mass is None or model.tools.get(effect.name) != tool:
             continue
-        mass = next(p.name for p in effect.parameters if p.unit == "kg")
-        found = float(np.sum(model.values[effect.name][mass]))
-        sd = model.sd.get(effect.name, {}).get(mass)
-        doubt = 0.0 if sd is None else 3.0 * float(np.nan_to_num(np.sum(sd)))
-        if tool.mass and abs(tool.mass - found) < max(ALIKE * tool.mass, doubt):
+        name = next(p.name for p in effect.parameters if p.unit == "kg")
+        found = float(np.sum(model.values[effect.name][name]))
+        doubt = 3.0 * float(np.nan_to_num(np.sum(model.sd.get(effect.name, {}).get(name, 0.0))))
+        if more > 0 and abs(more - found) < max(ALIKE * found, doubt):
             told.append(
-                f"{effect.name} of {found:.3g} kg was found beside what its session declared for tool {tool.name!r}, "
-                f"and {tool.mass:.3g} kg are declared here: if they are the same mass, its weight counts twice"
+                f"{effect.name} of {found:.3g} kg was found at tool {tool!r} beside {declared[tool]:.3g} kg that its "
+                f"sessions declared, and {mass:.3g} kg are declared here: if that holds the same mass, its weight "
+                "counts twice"
             )
     return told

@@ -35,9 +35,11 @@ NOISE = lab.Noise(1.5e-5, 0.2, 0.02)
 Law = Callable[[float], float]
 
 
-def measured(law: Law, joint: int, count: int, directions: int) -> Session:
-    """So many set-ups of an arm whose joint errs by a law of its commanded angle."""
+def measured(law: Law, joint: int, count: int, directions: int, reach: tuple[float, float] | None = None) -> Session:
+    """So many set-ups of an arm whose joint errs by a law of its commanded angle; ``reach``: rad, of that joint."""
     arm = Arm.load(session_desk.ROBOT, tool=session_desk.TOOL)
+    if reach is not None:
+        arm.lower[joint - 1], arm.upper[joint - 1] = reach
 
     def wrong(at: Situation) -> Floats:
         return np.where(np.arange(6) == joint - 1, law(float(at.command[joint - 1])), 0.0)
@@ -133,6 +135,15 @@ def test_harmonics_leave_open_what_their_deviations_say() -> None:
     got = EFFECT.angle_sd(q, values, sd)
     first = [np.hypot(3e-5 * np.sin(a), 4e-5 * np.cos(2 * a)) for a in np.radians([30.0, 120.0])]
     np.testing.assert_allclose(got, [[first[0], 1e-5], [first[1], 5e-4]], rtol=1e-9)
+
+
+def test_joints_without_any_error_are_not_open() -> None:
+    """Of a model without a table: an eccentric encoder in joint 2 says nothing of joint 1."""
+    values, q = EFFECT.neutral(2), np.radians([[30.0, 30.0]])
+    values["sin2_rad"][1] = 2e-4
+    assert EFFECT.angle_sd is not None
+    got = EFFECT.angle_sd(q, values, {"sin2_rad": np.array([0.0, 4e-5])})
+    np.testing.assert_allclose(got, [[0.0, 4e-5 * np.sin(np.radians(60.0))]], rtol=1e-9)
 
 
 def test_a_file_of_harmonics_has_no_table_and_a_file_of_a_table_no_harmonics(tmp_path: Path) -> None:
