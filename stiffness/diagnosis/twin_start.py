@@ -24,7 +24,7 @@ ANOTHER = 0.05  # of the standard deviation of a motion: what differs by more so
 
 def like_its_twin(fit: Fit, a: Addition, twin: Effect) -> list[Addition]:
     """The twin of an addition in the same joint, with numbers that turn it alike at the angles of the readings, but for
-    an offset, which is the joint's zero; the most alike first. None where one of the two is no law of an angle.
+    an offset, which is the joint's zero; the most alike first; empty where one of the two is no law of an angle.
 
     Args:
         fit: that has the addition. What its law does not reach, other numbers have taken: the most alike need not be
