@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffness.diagnosis.added_effects import Addition, ModelFits, at_values_of
+from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
-from stiffness.diagnosis.search import Search
+from stiffness.diagnosis.hidden_effects import Look, with_hidden
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers, with_middles
 from stiffness.diagnosis.structure import standing
 from stiffness.effects import CATALOGUE
@@ -25,9 +25,8 @@ from stiffness.identification.plausibility import doubts
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.identification.settled import settled
 from stiffness.model.model import ComplianceModel
-from stiffness.numerics.least_squares import ROUGH
 from stiffness.session.processes import in_words, of_one_process, process_of
-from stiffness.session.session import Session, traces_alone
+from stiffness.session.session import Session
 
 Say = Callable[[str], None]
 
@@ -98,20 +97,22 @@ def _with_memory(
 ) -> Fit:
     """Add what depends on the approach where the approach is known and a search over the catalogue finds it."""
     if not any(np.any(s.samples.approach != 0) for s in sessions):
-        return fit
+        return with_hidden(fit, Look.of(fit, say).explained()) if fit.lacks else fit
     if not any(_load_levels(s) > 1 for s in sessions):
         note = "one load level: a gap between flanks and a softer flank cannot be told apart"
         fit = replace(fit, notes=(*fit.notes, note))
-    found, alike = _found(sessions, fit, say)
+    look = Look.of(fit, say)
+    found, alike, best = _found(look)
     if not found:
-        return fit
+        return with_hidden(fit, [best] if best else look.explained() if fit.lacks else [])
     every = named_effects([*names, *(a.effect.name for a in found)])
     trial = robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in fit.sessions], only=found)
     found, trial = _numbers_searched(sessions, found, fit=trial, prior=prior)
     notes = tuple(_note(a, fit, trial, alike.get(a.effect.name, ())) for a in found)
     last = reconsidered(replace(trial, notes=(*fit.notes, *notes)))
     last = with_middles(last, at_values_of(last, found))
-    return replace(last, searched_sd=searched_deviations(last, at_values_of(last, found)))
+    last = replace(last, searched_sd=searched_deviations(last, at_values_of(last, found)))
+    return with_hidden(last, [best] if best else [])
 
 
 def _told(sessions: Sequence[Session], effects: Sequence[str], prior: ComplianceModel | None) -> Fit:
@@ -147,30 +148,19 @@ def _load_levels(session: Session) -> int:
     return 0 if not len(loaded) else 1 + int(loaded[-1] > 1.3 * loaded[0])
 
 
-def _found(
-    sessions: Sequence[Session], fit: Fit, say: Say
-) -> tuple[list[Addition], dict[str, tuple[str, ...]]]:
-    """What of the approach's effects a search adds to a fit, and the names of those that cannot be told from each."""
-    values = fit.values()
-    whole = ModelFits.of(sessions, fit.unknowns.effects, values, [s.used for s in fit.sessions])
-    fits = replace(whole, ending=ROUGH)
-    if traces_alone(sessions):
-        # of the geometry a trace determines a part; the rest must not imitate, far out, what the model still lacks
-        drawing = {e.name: fit.fixed[e.name] for e in fit.unknowns.effects if e.unloaded}
-        fits = replace(fits, values={**values, **drawing}, widened=fit.solution.misfit)
-    search = Search(fits, (), say)
-    linear = search.linearisation.at(fits.fit([]), [])
-    beginnings, start = search.beginnings(linear), linear.expansion
-    del linear
-    if not any(t.effect.fitted_where == "approach" for chosen in beginnings for t in chosen.terms):
-        return [], {}
-    best, additions = search.run(start, beginnings)
+def _found(look: Look) -> tuple[list[Addition], dict[str, tuple[str, ...]], Fit | None]:
+    """What of the approach's effects a search adds to a fit, the names of those that cannot be told from each, and the
+    fit with all that it finds; None where it was not gone."""
+    search, start = look.search, look.start
+    if not any(t.effect.fitted_where == "approach" for chosen in look.beginnings for t in chosen.terms):
+        return [], {}, None
+    best, additions = search.run(start, look.beginnings)
     if not any(a.effect.fitted_where == "approach" for a in additions):
-        return [], {}
+        return [], {}, best
     best, additions, found = with_alternatives(search, best, additions, start.fit)
     stand = standing(search, base=start.fit, fit=best, additions=additions, found=found).additions
     own = [a for a in stand if a.effect.fitted_where == "approach"]
-    return own, {r.addition.effect.name: tuple(r.fits) for r in found}
+    return own, {r.addition.effect.name: tuple(r.fits) for r in found}, best
 
 
 def _note(a: Addition, before: Fit, after: Fit, alike: Sequence[str]) -> str:

@@ -45,6 +45,7 @@ class Fit:
         states: where the evaluation of every observations ended, with the rows that were used.
         notes: what was decided, and why.
         searched_sd: standard deviations of numbers that no derivative leads to, by effect and parameter.
+        hidden: (P,) how far effects that the model lacks may have moved the numbers, where a search tells.
     """
 
     problem: Problem
@@ -52,6 +53,7 @@ class Fit:
     states: States
     notes: tuple[str, ...] = ()
     searched_sd: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
+    hidden: Floats | None = None
 
     def __repr__(self) -> str:
         return f"Fit({', '.join(e.name for e in self.unknowns.effects)}, {self.solution.count} numbers)"
@@ -186,12 +188,17 @@ class Fit:
         """Of numbers of the model file, by effect and parameter, with what a missing effect may hide; 0 where given."""
         n = self.unknowns.joints
         out = {e.name: {p.name: np.zeros(p.count(n)) for p in e.parameters} for e in self.unknowns.effects}
-        hidden = hidden_bias(self.solution, self.sessions)[: len(self.unknowns)] if self.solution.misfit > 1 else 0.0
-        for u, value, sd in zip(self.unknowns.free, self.parameters, np.hypot(self.sd, hidden), strict=True):
+        for u, value, sd in zip(self.unknowns.free, self.parameters, np.hypot(self.sd, self._hidden), strict=True):
             out[u.effect][u.parameter.name][u.index] = sd / value**2 if u.inverse else sd
         for name, numbers in self.searched_sd.items():
             out[name] = {**out[name], **{k: np.array(v) for k, v in numbers.items()}}
         return out
+
+    @property
+    def _hidden(self) -> Floats | float:
+        if self.hidden is not None or self.solution.misfit <= 1:
+            return 0.0 if self.hidden is None else self.hidden
+        return hidden_bias(self.solution, self.sessions)[: len(self.unknowns)]
 
     def condition_number(self) -> float | None:
         """Of the design: largest over smallest singular value of the directions that the data determine; None where
