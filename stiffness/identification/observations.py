@@ -18,6 +18,7 @@ from stiffness.identification.predicted_readings import PredictedReadings, Sessi
 from stiffness.identification.prediction import SessionPredictor
 from stiffness.identification.reading_slopes import Slopes
 from stiffness.identification.session_data import SessionData
+from stiffness.identification.station import Station
 from stiffness.identification.unknowns import Unknowns
 from stiffness.identification.weighting import Weighting
 from stiffness.numerics.whitened import Whitened
@@ -55,11 +56,13 @@ class Observations(Protocol[State]):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SessionObservations:
-    """One session, ready to be fitted: its data, their prediction for one layout of free numbers, their weighting."""
+    """One session, ready to be fitted: its data, their prediction for one layout of free numbers, their weighting, and
+    whether its registration is taken as it was declared (``exact``)."""
 
     data: SessionData
     predictor: SessionPredictor
     weighting: Weighting
+    exact: bool = False
 
     @classmethod
     def of(
@@ -84,7 +87,8 @@ class SessionObservations:
     @property
     def own_sd(self) -> Floats:
         """(S,) prior standard deviations of the station's numbers, m and rad."""
-        return self.data.station.prior_sd()
+        station = self.data.station
+        return station.prior_sd(self.exact) if isinstance(station, Station) else station.prior_sd()
 
     def first_state(self) -> SessionState:
         """Undeflected arms, no load history, all readings in use."""

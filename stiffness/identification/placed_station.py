@@ -49,11 +49,11 @@ class PlacedReflector:
 
 
 def placed_trackers(fit: Fit) -> list[PlacedTracker]:
-    """Every tracker pose that the fit has estimated."""
+    """Every tracker pose that the fit has estimated; a registration that stays as it was declared is none."""
     out = []
     for s, sd in zip(fit.sessions, _spreads(fit), strict=True):
         poses, blocks = s.predicted.state.poses, s.observations.data.station.blocks
-        if poses is None:
+        if poses is None or s.observations.exact:
             continue
         for k, block in enumerate(blocks):
             six, wide = s.own[6 * k : 6 * k + 6], np.sqrt(np.diag(sd))[6 * k : 6 * k + 6]

@@ -1,8 +1,12 @@
 """Station: the numbers of a measurement set-up that are estimated with the robot's parameters.
 
-The tracker's pose per block where the session is not registered, reflectors that are only roughly known, and the
-placement of a rigid probe whose reflectors form a group. A vector holds six numbers per pose [d; phi] and three
-per reflector, as increments on a first guess.
+The tracker's pose per block, reflectors that are only roughly known, and the placement of a rigid probe whose
+reflectors form a group. A vector holds six numbers per pose [d; phi] and three per reflector, as increments on a first
+guess.
+
+Where the session is registered, a pose is what the registration missed by: it was measured too, with reflectors in the
+workshop and on the turning axes of the robot, to tenths of a millimetre and of a milliradian. Taken as exact, what it
+misses by would have to be an effect.
 """
 
 from __future__ import annotations
@@ -18,6 +22,11 @@ from stiffness.session.session import Session
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
+
+
+# studied in tests/stiffness/identification/test_registration.py
+REGISTERED_SD = (2e-4,) * 6  # m, rad: of a frame that was measured on a robot
+EXACT_SD = (1e-9,) * 6  # of one that is taken as it was declared
 
 
 @dataclass(frozen=True)
@@ -42,7 +51,7 @@ class Station:
     def __init__(self, session: Session) -> None:
         self.session = session
         s = session.samples
-        self.blocks = np.unique(s.block) if not session.registered else np.empty(0, dtype=np.int64)
+        self.blocks = np.unique(s.block)
         rough = [k for k, r in enumerate(session.reflectors) if not r.exact]
         self.single = [k for k in rough if session.group[k] < 0]
         self.groups = sorted({int(session.group[k]) for k in rough if session.group[k] >= 0})
@@ -63,18 +72,23 @@ class Station:
     def _members(self, group: int) -> list[int]:
         return [k for k, g in enumerate(self.session.group) if g == group]
 
-    def prior_sd(self) -> Floats:
+    def prior_sd(self, exact: bool = False) -> Floats:
         """(S,) how far a first guess may be off, m and rad: so loose that of all equivalent solutions the one with the
-        robot nearest to its drawing is the likeliest."""
+        robot nearest to its drawing is the likeliest. ``exact``: a registration is taken as it was declared."""
         sd = np.empty(self.size)
         for entry in self.entries:
             six = entry.span.stop - entry.span.start == 6
             sd[entry.span] = [1.0] * 3 + [0.5] * 3 if six else [1.0] * 3
+        if self.session.registered:
+            sd[: 6 * len(self.blocks)] = (EXACT_SD if exact else REGISTERED_SD) * len(self.blocks)
         return sd
 
     def placed(self, base: Floats) -> TrackerPoses:
-        """First guess of the tracker poses: the rigid motion that fits predicted base positions (N, 3) best."""
-        samples = self.session.samples
+        """First guess of the tracker poses: the base where registered; else the rigid motion that fits predicted base
+        positions (N, 3) best."""
+        samples, count = self.session.samples, len(self.blocks)
+        if self.session.registered:
+            return TrackerPoses(np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)))
         found = [
             rigid_fit(samples.position[samples.block == block], base[samples.block == block]) for block in self.blocks
         ]
@@ -115,8 +129,6 @@ class Station:
         """Positions (N, 3) as read, rotations (N, 3, 3) base -> reading, derivatives (N, 3, S) by tracker poses."""
         count = len(base)
         derivative = np.zeros((count, 3, self.size))
-        if not len(self.blocks):
-            return base, np.tile(np.eye(3), (count, 1, 1)), derivative
         which = np.searchsorted(self.blocks, self.session.samples.block)
         pose = vector[: 6 * len(self.blocks)].reshape(-1, 6)
         turn = Rotation.from_rotvec(pose[:, 3:]).as_matrix() @ poses.rotation

@@ -17,6 +17,7 @@ from stiffness.identification.fitting import fitted
 from stiffness.identification.outliers import cleaned, reconsidered, with_whole_setups
 from stiffness.identification.problem import LOOSE, Problem, loose_sd
 from stiffness.identification.session_data import SessionData
+from stiffness.identification.station import REGISTERED_SD
 from stiffness.identification.weighting import Weighting
 from stiffness.session.session import Session
 from tests.plant import lab
@@ -53,14 +54,14 @@ def fit(*sessions: Session, offset: float = 0.0) -> Fit:
 
 def test_own_numbers_stand_behind_the_parameters(session: Session, two: list[Session]) -> None:
     p = problem(session, *two)
-    assert p.columns == (slice(6, 12), slice(12, 12), slice(12, 12))
-    assert p.start == pytest.approx(np.concatenate([1 / many_sided.STIFFNESS, np.zeros(6)]))
+    assert p.columns == (slice(6, 12), slice(12, 18), slice(18, 24))
+    assert p.start == pytest.approx(np.concatenate([1 / many_sided.STIFFNESS, np.zeros(18)]))
     assert p.sd[:6] == pytest.approx(LOOSE / 1e6 * np.ones(6))
-    assert p.sd[6:].tolist() == [1.0] * 3 + [0.5] * 3
+    assert p.sd[6:].tolist() == [1.0] * 3 + [0.5] * 3 + [*REGISTERED_SD] * 2
     blocks, states = p.blocks(p.start, p.first_states())
-    assert {b.jacobian.shape[1] for b in blocks} == {12}
+    assert {b.jacobian.shape[1] for b in blocks} == {24}
     assert len(states) == 3
-    own = [b for b in blocks if b.jacobian[:, 6:].any()]
+    own = [b for b in blocks if b.jacobian[:, 6:12].any()]
     assert len(own) == len(np.unique(session.samples.setup))
     assert len(p.sessions(p.start, states)) == 3
 
@@ -70,15 +71,18 @@ def test_the_fit_is_that_of_scipy_on_all_whitened_residuals(two: list[Session]) 
     p = problem(*two)
     found = fitted(p, p.first_states(), once=True)
 
+    unit = np.concatenate([1 / many_sided.STIFFNESS, p.sd[6:]])
+
     def residual(scaled: Floats) -> Floats:
-        vector = scaled / many_sided.STIFFNESS
+        vector = scaled * unit
         states = p.first_states()
         for _ in range(2):
             blocks, states = p.blocks(vector, states)
         return np.concatenate([b.residual for b in blocks] + [(vector - p.start) / p.sd])
 
-    scipy = optimize.least_squares(residual, np.full(6, 0.9), xtol=1e-10, ftol=1e-10, diff_step=1e-4)
-    off = (found.parameters - scipy.x / many_sided.STIFFNESS) / np.sqrt(np.diag(found.solution.covariance))
+    start = np.concatenate([np.full(6, 0.9), np.full(12, 0.1)])
+    scipy = optimize.least_squares(residual, start, xtol=1e-10, ftol=1e-10, diff_step=1e-4)
+    off = (found.solution.vector - scipy.x * unit) / np.sqrt(np.diag(found.solution.covariance))
     assert np.abs(off).max() < 0.1  # scipy also moves the noise that the wrench makes
     assert found.solution.chi2 == pytest.approx(2 * scipy.cost, rel=1e-3)
 
@@ -125,8 +129,8 @@ def test_a_prior_counts_by_its_standard_deviation(two: list[Session]) -> None:
     assert known.parameter_sd == pytest.approx(free.sd)
     both = fitted(known, known.first_states(), once=True)
     # two Gaussians: the mean weighted by the information of each
-    data, prior = np.linalg.inv(free.solution.covariance), np.diag(free.sd**-2.0)
-    expected = np.linalg.solve(data + prior, data @ free.parameters + prior @ known.start)
+    data, prior = np.linalg.inv(free.solution.covariance[:6, :6]), np.diag(free.sd**-2.0)
+    expected = np.linalg.solve(data + prior, data @ free.parameters + prior @ known.start[:6])
     assert (both.parameters - expected) / both.sd == pytest.approx(np.zeros(6), abs=0.05)
     assert np.all(both.sd < free.sd)
 

@@ -1,0 +1,56 @@
+"""Registration: a frame that misses by what laboratories miss by is found and told, and no effect stands in for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from stiffness.diagnosis.diagnose import diagnose
+from stiffness.identification.placed_station import placed_trackers
+from stiffness.identify import identify
+from stiffness.session.session import Session
+from tests.plant.cell_design import CELLS
+from tests.stiffness.diagnosis.sick import UR, sick
+
+SHIFT, TURN = np.array([1.2e-4, -1.5e-4, 0.9e-4]), np.array([1.5e-4, 1.0e-4, -0.4e-4])
+
+
+def missed(session: Session, shift: np.ndarray = SHIFT, turn: np.ndarray = TURN) -> Session:
+    """As read by a tracker whose frame stands ``shift`` (m) and ``turn`` (rad) off the base that is declared."""
+    read = (session.samples.position - shift) @ Rotation.from_rotvec(turn).as_matrix()
+    return replace(session, samples=replace(session.samples, position=read))
+
+
+def off(k: np.ndarray) -> float:
+    return float(np.abs(k / np.array(CELLS[UR].stiffness) - 1).max())
+
+
+def test_a_frame_is_as_declared_where_the_readings_allow_it() -> None:
+    session = sick("clean").session
+    assert session.registered
+    fit = identify([session])
+    assert not placed_trackers(fit) and not any("registration" in n for n in fit.notes)
+    assert np.abs(fit.sessions[0].own[:6]).max() < 1e-8 and fit.solution.misfit == 1
+
+
+def test_a_frame_that_misses_is_estimated_and_told() -> None:
+    fit = identify([missed(sick("clean").session)])
+    (note,) = (n for n in fit.notes if n.startswith("registration:"))
+    assert "register anew" in note and fit.solution.misfit == 1 and not fit.lacks
+    (pose,) = placed_trackers(fit)
+    # about z it turns as joint 1 does, and along z the first link may be longer: those two a drawing takes
+    assert np.abs((pose.origin - SHIFT) / pose.origin_sd).max() < 3 and pose.origin_sd[:2].max() < 3e-5
+    assert pose.rpy[:2] == pytest.approx(TURN[:2], abs=3e-5)
+    assert off(fit.values()["joint-stiffness"]["k_nm_per_rad"]) < 0.03
+
+
+@pytest.mark.parametrize(("scenario", "added"), [("clean", []), ("payload", ["payload"])])
+def test_no_effect_stands_in_for_a_frame_that_misses(scenario: str, added: list[str]) -> None:
+    ill = missed(sick(scenario).session)
+    said = diagnose([ill], identify([ill]).model(UR, {}))
+    assert [a.effect for a in said.added] == added
+    assert said.verdict == ("explained" if added else "adequate")
+    assert not added or any(n.startswith("registration:") for n in said.notes)
