@@ -19,7 +19,7 @@ from stiffness.diagnosis.moved_parameters import moved_parameters
 from stiffness.diagnosis.next_traces import next_traces
 from stiffness.diagnosis.process_alone import ProcessAlone, process_alone
 from stiffness.diagnosis.refined_model import given_way
-from stiffness.diagnosis.reported import added_effect, contradicted
+from stiffness.diagnosis.reported import added_effect, contradicted, worse
 from stiffness.diagnosis.result import Candidate, Diagnosis, MovedParameter, RemovedEffect, Verdict
 from stiffness.diagnosis.search import Search, like_noise
 from stiffness.diagnosis.structure import Judged, Structure, judged, without_crumbs
@@ -111,18 +111,26 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
     verdict, more = _verdict(
         sessions=sessions, enough=enough, structure=structure, other=other, changed=changed, base=base
     )
-    moved = bool(other or changed)
-    refined = bare.within_limits(fit, additions) if moved else None
+    refined = bare.within_limits(fit, additions) if other or changed else None
     say("90 %: scoring on readings that took no part")
     last = last_fit(bare, fit, additions, news)
+    scores = held_out_scores(model, base, refined, [s.used for s in last.fit.sessions])
     if refined is not None and (note := contradicted(fit, refined, last.fit, last.allowed)):
-        verdict, more, structure = "unexplained", [note], Structure(True, structure.sources)
+        verdict, more, structure = "unexplained", [note], replace(structure, left=True)
+    if refined is not None and (note := worse(scores, base, last.allowed)):
+        # what was found is no model of these readings: the one at hand stays, and where its residual sits is told
+        verdict, more, structure = "unexplained", [*more, note], replace(structure, left=True)
+        fit, news, changed, refined = base, [], [], None
+        found = replace(found, alternatives=(), removed=())
+        last = last_fit(fits, base, [], [])
+        scores = held_out_scores(model, base, None, [s.used for s in last.fit.sessions])
+    moved = refined is not None
     return Diagnosis(
         verdict=verdict,
         added=tuple(added_effect(a, last.allowed, last.fit, found.alternatives) for a in news),
         removed=found.removed,
         changed=tuple(changed),
-        scores=held_out_scores(model, base, refined, [s.used for s in last.fit.sessions]),
+        scores=scores,
         candidates=found.ranking,
         residual_sources=tuple(structure.sources),
         next_setups=tuple(_next_setups(verdict, fit, found.alternatives, structure.sources)),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from stiffness.diagnosis.added_effects import Addition
 from stiffness.diagnosis.alternatives import Alternatives
-from stiffness.diagnosis.result import AddedEffect
+from stiffness.diagnosis.result import AddedEffect, HeldOutScores
 from stiffness.identification.fit import CLEAR, Fit
 
 
@@ -56,6 +56,24 @@ def contradicted(judged: Fit, refined: Fit, last: Fit, allowed: Fit) -> str:
             f"the numbers that explain the readings ({before:.2f} times the noise is left) are beyond what their "
             f"effects allow (a stiffness that would be negative somewhere): with the nearest that are allowed "
             f"{within:.2f} times the noise is left. The law is another one"
+        )
+    return ""
+
+
+def worse(scores: Mapping[str, HeldOutScores | None], base: Fit, written: Fit) -> str:
+    """A note where a refined model predicts readings that took no part clearly worse than the model at hand did, as it
+    was or fitted anew (``base``), or where what is ``written`` leaves more than that; "" where neither."""
+    nothing = "the model at hand stays, nothing is added. The law is another one"
+    for kind, s in scores.items():
+        if s is not None and s.after.rms > CLEAR * (best := min(s.before.rms, s.refitted.rms)):
+            return (
+                f"what explains the readings that took part predicts those held out worse ({kind}: "
+                f"{1e3 * s.after.rms:.3f} mm, {1e3 * best:.3f} mm without): {nothing}"
+            )
+    if _left(written) > CLEAR * _left(base):
+        return (
+            f"what was found leaves {_left(written):.2f} times the noise of all readings, the model at hand "
+            f"{_left(base):.2f} times: {nothing}"
         )
     return ""
 
