@@ -22,6 +22,7 @@ from stiffness.errors import StiffnessError
 from stiffness.identification.fit import Fit
 from stiffness.identification.outliers import odd_states, reconsidered
 from stiffness.identification.plausibility import doubts
+from stiffness.identification.registration import with_registration
 from stiffness.identification.robust import named_effects, one_robot, robust_fit
 from stiffness.identification.settled import settled
 from stiffness.model.model import ComplianceModel
@@ -84,8 +85,9 @@ def _left_out(sessions: Sequence[Session], prior: ComplianceModel | None) -> lis
 
 def _finished(fit: Fit) -> Fit:
     """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
+    fit, declared = with_registration(fit)
     fit, chosen = settled(fit)
-    return replace(fit, notes=(*fit.notes, *chosen, *odd_states(fit), *doubts(fit)))
+    return replace(fit, notes=(*fit.notes, *declared, *chosen, *odd_states(fit), *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:

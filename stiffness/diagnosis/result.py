@@ -93,7 +93,8 @@ class Diagnosis:
         outliers: (session, line of samples.csv).
         notes: in words, for the report.
         model: refined.
-        base, fit: the model at hand fitted anew, and with what was added, on the readings that took part.
+        base, fit: the model at hand fitted anew, and with what was added, on the readings that took part; ``last``:
+            the latter on all readings.
         held: set-ups that took no part, per session. next_traces: what to trace next, in words.
         base_heldout_rms: of the model at hand, as ``Candidate.heldout_rms``.
     """
@@ -111,6 +112,7 @@ class Diagnosis:
     model: ComplianceModel
     base: Fit
     fit: Fit
+    last: Fit
     held: tuple[tuple[int, ...], ...] = field(default=())
     base_heldout_rms: float | None = None
     next_traces: tuple[str, ...] = ()

@@ -6,13 +6,11 @@ from stiffness.identification.common_numbers import with_common_numbers
 from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.fit import Fit
 from stiffness.identification.nearest import nearest_to_drawing
-from stiffness.identification.registration import with_registration
 
 
 def settled(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
     """The fit nearest to the drawing, with one number where one cause makes several, and notes of what was chosen.
     Comparisons of chi-square are over."""
-    fit, declared = with_registration(fit)
     fit, near = with_drawing_scale(nearest_to_drawing(fit))
     fit, common = with_common_numbers(fit)
-    return fit, (*declared, *near, *common)
+    return fit, (*near, *common)

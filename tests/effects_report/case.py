@@ -19,6 +19,7 @@ from stiffness.diagnosis.result import Diagnosis
 from stiffness.effects import BASE
 from stiffness.effects.effect import Effect
 from stiffness.identification.evaluate import evaluate
+from stiffness.identification.registration import with_registration
 from stiffness.identification.settled import settled
 from stiffness.identification.unknowns import Unknown
 from stiffness.identify import identify
@@ -106,7 +107,7 @@ def run(task: Task) -> Row:
     before, after = _rms(held, model), _rms(held, said.model)
     best = None
     if all(t.effect != "unknown" for t in truths):
-        fit = reference(ill, model, truths, cell, said) if truths else said.base
+        fit = with_registration(reference(ill, model, truths, cell, said) if truths else said.base)[0]
         best = _rms(held, fit.model(healthy.robot_name, {}))[0]
     named = _named(said, model)
     far = _distances(said, {n.effect for n in named}, truths, cell)

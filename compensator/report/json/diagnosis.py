@@ -60,7 +60,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
         "outlier_rows": [{"session": name, "row": int(row)} for name, row in d.outliers],
         "held_setups": [list(map(int, setups)) for setups in d.held],
         "not_applied": not_applied(d),
-        **station_report(d.fit),
+        **station_report(d.last),
         **trace_report(d.fit.sessions, d.base.sessions),
         "notes": [*d.notes, *_trace_notes(d)],
     }  # fmt: skip

@@ -53,4 +53,11 @@ def test_no_effect_stands_in_for_a_frame_that_misses(scenario: str, added: list[
     said = diagnose([ill], identify([ill]).model(UR, {}))
     assert [a.effect for a in said.added] == added
     assert said.verdict == ("explained" if added else "adequate")
-    assert not added or any(n.startswith("registration:") for n in said.notes)
+    assert any(n.startswith("registration:") for n in said.notes) and len(placed_trackers(said.last)) == 1
+
+
+def test_a_diagnosis_takes_a_frame_as_declared_where_the_readings_allow_it() -> None:
+    ill = sick("payload").session
+    said = diagnose([ill], identify([ill]).model(UR, {}))
+    assert said.verdict == "explained" and not any(n.startswith("registration:") for n in said.notes)
+    assert not placed_trackers(said.last) and np.abs(said.last.sessions[0].own[:6]).max() < 1e-8
