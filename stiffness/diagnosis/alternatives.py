@@ -195,7 +195,7 @@ def _rivals(
         chosen
         for e in search.effects
         for site in e.sites(search.fits.joints)
-        if e.name in a.effect.twins and [site.where] == [s.where for s in a.sites]
+        if e.name in a.effect.twins and any(site.where == s.where for s in a.sites)
         if (chosen := within(selector, e, site)).terms
     ]
     near = own.bic_gain - ODDS - LINEAR * own.fit.gain

@@ -23,15 +23,16 @@ ANOTHER = 0.05  # of the standard deviation of a motion: what differs by more so
 
 
 def like_its_twin(fit: Fit, a: Addition, twin: Effect) -> list[Addition]:
-    """The twin of an addition in the same joint, with numbers that turn it alike at the angles of the readings, but for
-    an offset, which is the joint's zero; the most alike first; empty where one of the two is no law of an angle.
+    """The twin of an addition in a joint where both may be, with numbers that turn it alike at the angles of the
+    readings, but for an offset, which is the joint's zero; the most alike first; empty where one of the two is no law
+    of an angle.
 
     Args:
         fit: that has the addition. What its law does not reach, other numbers have taken: the most alike need not be
             the best.
     """
     n, values = fit.unknowns.joints, fit.values()
-    site = next((s for s in twin.sites(n) if s.where == a.sites[0].where), None)
+    site = next((s for s in twin.sites(n) if any(s.where == own.where for own in a.sites)), None)
     spring = next((e for e in fit.unknowns.effects if e.is_base), None)
     if site is None or spring is None:
         return []

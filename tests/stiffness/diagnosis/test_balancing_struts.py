@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from stiffness.diagnosis.added_effects import Addition, ModelFits
+from stiffness.diagnosis.alternatives import with_alternatives
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.result import Diagnosis
+from stiffness.diagnosis.search import Search
 from stiffness.diagnosis.twin_start import like_its_twin
 from stiffness.effects import BASE, BY_NAME
 from stiffness.effects.joint_angle_error import HARMONICS
@@ -104,3 +106,15 @@ def test_a_strut_begins_where_it_turns_the_joint_as_the_encoder_does() -> None:
     turned = -m / k * np.sin(q - side) * (1 - relaxed / np.sqrt(1 - e * np.cos(q - side)))
     assert np.std(turned - wanted) < 0.03 * np.std(wanted)
     assert like_its_twin(fit, encoder, BY_NAME["payload"]) == []
+
+
+def test_a_strut_is_tried_where_encoders_of_several_joints_stand_for_it() -> None:
+    """Waves of wrist joints take up what those of joint 2 leave of its law; all of them give way to it."""
+    session = measured(deflection(wound, 2e-2), 2, 36, 1, REACH)
+    fits = ModelFits.of([session], [BASE], {SPRING: {"k_nm_per_rad": STIFFNESS}}, [np.ones(len(session), dtype=bool)])
+    sites = tuple(ENCODER.sites(6)[k] for k in (1, 3, 4))
+    base, several = fits.fit([]), Addition(ENCODER, sites, frozenset(), ENCODER.neutral(6))
+    search = Search(fits, (), lambda text: None)
+    _, stands, found = with_alternatives(search, fits.fit([several], base), [several], base)
+    assert [(a.effect, a.where) for a in stands] == [(STRUT, ("joint-2",))]
+    assert [r.addition.effect for r in found] == [STRUT]
