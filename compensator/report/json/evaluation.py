@@ -12,9 +12,9 @@ from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report
 from compensator.solve.unlearned_angles import NotLearned
 from stiffness.diagnosis.doubts import session_doubts
-from stiffness.identification.evaluate import Evaluation
+from stiffness.identification.evaluate import REGISTER, Evaluation
 from stiffness.identification.scores import Score
-from toolpaths.finding import Finding
+from toolpaths.finding import WARNING, Finding
 
 SCHEMA = "evaluation-summary/1"
 
@@ -34,6 +34,7 @@ def evaluation_report(
         "findings": findings_report([
             *of_doubts(session_doubts([result.seen])),
             *session_frame_findings([session]),
+            *_unplaced(result),
             *findings,
             *notes("model", session.source, (str(part) for part in not_learned)),
         ]),
@@ -42,10 +43,31 @@ def evaluation_report(
         "path": _score(result.path),
         "with_outliers": {kind: _score(score) for kind, score in result.with_wrong.items()},
         "n_readings": len(session),
+        "n_placing": result.registered_on,
         "outlier_rows": [{"session": session.source, "row": int(row)} for row in rows],
         **trace_report([result.seen]),
         "not_learned": [part.as_dict() for part in not_learned],
     }
+
+
+def _unplaced(result: Evaluation) -> list[Finding]:
+    """A warning of reflectors that are scored where they roughly are, as no state placed them."""
+    session, score = result.seen.session, result.absolute
+    if result.registered_on or score is None:
+        return []
+    rough = [r.name for r in session.reflectors if not r.exact and r.name in score.by_reflector]
+    if not rough:
+        return []
+    each = ", ".join(f"{name} ({score.by_reflector[name] * MM:.3f} mm RMS)" for name in rough)
+    return [
+        Finding(
+            WARNING,
+            session.source,
+            f"roughly known reflectors are scored where the session has them: {each}, absolute",
+            kind="measurement",
+            remedy=f"--register {REGISTER} places them with {REGISTER} states and scores the others",
+        )
+    ]
 
 
 def _score(score: Score | None) -> Report | None:

@@ -66,6 +66,24 @@ def test_evaluate(session: Path, tmp_path: Path) -> None:
     assert "calibrated-out" in done.output
 
 
+def test_a_rough_reflector_that_nothing_placed_is_told(session: Path, tmp_path: Path) -> None:
+    model, report, rough = tmp_path / "m.toml", tmp_path / "e.json", tmp_path / "rough.toml"
+    run("identify", session, "-o", model, "--effects", "joint-stiffness")
+    (tmp_path / "samples.csv").write_bytes((session.parent / "samples.csv").read_bytes())
+    before, elbow = session.read_text().split("[reflectors.elbow]")
+    assert "exact = true" in elbow
+    rough.write_text(before + "[reflectors.elbow]" + elbow.replace("exact = true", "exact = false", 1))
+    said = run("evaluate", rough, "--model", model, "--json", report)
+    told = json.loads(report.read_text())
+    (found,) = (f for f in told["findings"] if "roughly known" in f["what"])
+    own = told["absolute"]["by_reflector"]["elbow"]
+    assert f"elbow ({own:.3f} mm RMS)" in found["what"] and found["level"] == "warning" and told["n_placing"] == 0
+    assert found["what"] in " ".join(said.split())
+    placed = run("evaluate", rough, "--model", model, "--json", report, "--register", "25")
+    told = json.loads(report.read_text())
+    assert told["n_placing"] == 25 * 3 and "roughly known" not in placed
+
+
 def test_local_method(tmp_path: Path) -> None:
     """The paper's experiment through the command; ratios of its Table 3 (few repeats here: 5 %)."""
     session = table_3(repeats=[150] * 6, seed=5).write(tmp_path, "abb-irb6600-175-255")
