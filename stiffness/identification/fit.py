@@ -196,9 +196,9 @@ class Fit:
 
     @property
     def _hidden(self) -> Floats | float:
-        if self.hidden is not None or self.solution.misfit <= 1:
-            return 0.0 if self.hidden is None else self.hidden
-        return hidden_bias(self.solution, self.sessions)[: len(self.unknowns)]
+        if self.hidden is not None:
+            return self.hidden
+        return hidden_bias(self.solution, self.sessions)[: len(self.unknowns)] if self.solution.misfit > 1 else 0.0
 
     def condition_number(self) -> float | None:
         """Of the design: largest over smallest singular value of the directions that the data determine; None where

@@ -20,7 +20,7 @@ def with_registration(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
     observations = fit.problem.observations
     exact = tuple(_exact(o) if isinstance(o, SessionObservations) else o for o in observations)
     moved = [k for k, (a, b) in enumerate(zip(observations, exact, strict=True)) if a is not b]
-    if not moved or fit.solution.misfit > CLEAR:
+    if not moved:
         return fit, ()
     problem = replace(fit.problem, observations=exact)
     vector = fit.solution.vector.copy()
@@ -30,6 +30,8 @@ def with_registration(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
     rise = (solution.chi2 - fit.solution.chi2) / fit.solution.misfit**2
     if stats.chi2.sf(max(rise, 0.0), len(poses)) > CHANCE:
         return replace(fit, problem=problem, solution=solution, states=states), ()
+    if fit.solution.misfit > CLEAR:
+        return fit, ()
     off = fit.solution.vector[poses].reshape(-1, 2, 3)
     far, turned = 1e3 * np.linalg.norm(off, axis=2).max(axis=0)
     return fit, (

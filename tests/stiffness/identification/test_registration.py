@@ -61,3 +61,9 @@ def test_a_diagnosis_takes_a_frame_as_declared_where_the_readings_allow_it() -> 
     said = diagnose([ill], identify([ill]).model(UR, {}))
     assert said.verdict == "explained" and not any(n.startswith("registration:") for n in said.notes)
     assert not placed_trackers(said.last) and np.abs(said.last.sessions[0].own[:6]).max() < 1e-8
+
+
+def test_a_frame_that_imitates_what_a_model_lacks_is_not_told() -> None:
+    """Half a millimetre of sag of a tool that nobody declared: the frame takes what it can."""
+    fit = identify([sick("payload", size=6.0).session])
+    assert fit.lacks and not any("registration" in n for n in fit.notes)
