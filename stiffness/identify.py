@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.alternatives import with_alternatives
-from stiffness.diagnosis.hidden_effects import Look, with_hidden
+from stiffness.diagnosis.hidden_effects import Look, may_hide, with_hidden
 from stiffness.diagnosis.searched_numbers import searched_deviations, with_final_numbers, with_middles
 from stiffness.diagnosis.structure import standing
 from stiffness.effects import CATALOGUE
@@ -99,14 +99,14 @@ def _with_memory(
 ) -> Fit:
     """Add what depends on the approach where the approach is known and a search over the catalogue finds it."""
     if not any(np.any(s.samples.approach != 0) for s in sessions):
-        return with_hidden(fit, Look.of(fit, say).explained()) if fit.lacks else fit
+        return with_hidden(fit, Look.of(fit, say).explained()) if may_hide(fit) else fit
     if not any(_load_levels(s) > 1 for s in sessions):
         note = "one load level: a gap between flanks and a softer flank cannot be told apart"
         fit = replace(fit, notes=(*fit.notes, note))
     look = Look.of(fit, say)
     found, alike, best = _found(look)
     if not found:
-        return with_hidden(fit, [best] if best else look.explained() if fit.lacks else [])
+        return with_hidden(fit, [best] if best else look.explained() if may_hide(fit) else [])
     every = named_effects([*names, *(a.effect.name for a in found)])
     trial = robust_fit(sessions, effects=every, prior=prior, used=[s.used for s in fit.sessions], only=found)
     found, trial = _numbers_searched(sessions, found, fit=trial, prior=prior)

@@ -59,10 +59,15 @@ class Look:
         return out
 
 
+def may_hide(fit: Fit) -> bool:
+    """Whether a fit lacks something, of sessions whose effects can be told by a first look: not of traces alone."""
+    return bool(fit.lacks) and not traces_alone([s.session for s in fit.sessions])
+
+
 def with_hidden(fit: Fit, others: Sequence[Fit]) -> Fit:
     """A fit that knows how far what it lacks may have moved its numbers: as far as those of the farthest of others,
     with their standard deviations and what the best still lacks; one that lacks nothing has refuted those that do."""
-    if not others or not fit.lacks or traces_alone([s.session for s in fit.sessions]):
+    if not others or not may_hide(fit):
         return fit
     best = min(others, key=lambda f: f.solution.chi2)
     rest = _as_in(fit, best, hidden_bias(best.solution, best.sessions)) if best.lacks else 0.0
