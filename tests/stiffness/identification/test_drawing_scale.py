@@ -11,6 +11,7 @@ import pytest
 from stiffness.identification.drawing_scale import with_drawing_scale
 from stiffness.identification.fit import Fit
 from stiffness.identification.nearest import nearest_to_drawing
+from stiffness.identification.registration import with_registration
 from stiffness.identification.robust import named_effects, robust_fit
 from stiffness.identify import identify
 from stiffness.session.session import Session
@@ -32,7 +33,7 @@ def offsets(fit: Fit) -> np.ndarray:
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_an_arm_like_its_drawing_is_given_as_drawn(robot: str, tmp_path: Path) -> None:
     session, _ = Lab(robot).session(tmp_path, 3)
-    free = nearest_to_drawing(robust_fit([session], named_effects(NAMES), None))
+    free = nearest_to_drawing(with_registration(robust_fit([session], named_effects(NAMES), None))[0])
     fit = identify([session])
     assert np.abs(offsets(free)).max() > 3e-6
     assert np.abs(offsets(fit)).max() < 1e-8
@@ -52,7 +53,7 @@ def test_zeros_of_an_arm_that_nobody_calibrated_stay(robot: str, tmp_path: Path)
     session, _ = Lab(robot).session(tmp_path, 4)
     zero = np.array([0.0, 1.1e-3, -0.8e-3, 1.6e-3, -0.9e-3, 0.0])
     ill = turned(session, zero)
-    free = nearest_to_drawing(robust_fit([ill], named_effects(NAMES), None))
+    free = nearest_to_drawing(with_registration(robust_fit([ill], named_effects(NAMES), None))[0])
     fit = identify([ill])
     # nearer than a tenth of its noise to what it was
     assert np.abs(offsets(fit) - offsets(free)).max() < 3e-5
