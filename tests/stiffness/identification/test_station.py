@@ -39,18 +39,20 @@ def test_the_layout_has_six_numbers_per_pose_and_three_per_reflector(station: St
     assert station.prior_sd()[12:15].tolist() == [1.0] * 3
 
 
-def test_nothing_to_estimate_where_all_is_known(tmp_path: Path) -> None:
+def test_a_registered_frame_is_nearly_what_was_declared(tmp_path: Path) -> None:
     from tests.stiffness import session_desk
 
     known, _ = session_desk.write(tmp_path, form=session_desk.lab.Form())
     station = Station(known)
-    assert [e.name for e in station.entries] == ["reflector side"]
+    assert [e.name for e in station.entries] == ["tracker block 0", "reflector side"]
+    assert station.prior_sd().tolist() == [2e-4] * 6 + [1.0] * 3
+    assert station.prior_sd(exact=True).tolist() == [1e-9] * 6 + [1.0] * 3
     base = known.samples.position
-    poses = station.placed(base)
-    read, back, by_pose = station.seen(np.zeros(3), base, poses)
-    assert read is base
+    poses = station.placed(base + 0.1)
+    read, back, by_pose = station.seen(np.zeros(9), base, poses)
+    assert read == pytest.approx(base, abs=1e-15)
     assert np.array_equal(back, np.broadcast_to(np.eye(3), back.shape))
-    assert not by_pose.any()
+    assert not by_pose[:, :, 6:].any() and np.array_equal(by_pose[:, :, :3], -back)
 
 
 def test_reflectors_move_as_their_numbers_say(session: Session, station: Station) -> None:
