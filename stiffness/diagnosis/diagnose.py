@@ -28,6 +28,7 @@ from stiffness.errors import StiffnessError
 from stiffness.identification.evaluate import shown_effects
 from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.outliers import odd_states
+from stiffness.identification.registration import with_registration
 from stiffness.identification.robust import one_robot
 from stiffness.model.model import ComplianceModel
 from stiffness.numerics.least_squares import EXACT, ROUGH
@@ -95,7 +96,7 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         bare, found = alone.fits, _of_process(alone, base, imitating(fits, model, base))
     else:
         found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
-    fit, additions, structure = found.judged.fit, found.judged.additions, found.judged.structure
+    fit, additions, structure = with_registration(found.judged.fit)[0], found.judged.additions, found.judged.structure
     news = [a for a in (_new(a, own.known) for a in additions) if a is not None]
     # structure that no effect explains biases the model's own numbers: none of them is reported as moved
     known = enough and not structure.left

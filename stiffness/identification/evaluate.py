@@ -14,6 +14,7 @@ from stiffness.errors import StiffnessError
 from stiffness.identification import scores
 from stiffness.identification.isolated import isolated_rows
 from stiffness.identification.problem import Problem
+from stiffness.identification.registration import as_declared
 from stiffness.identification.session_data import SessionData
 from stiffness.identification.session_fit import SessionFit
 from stiffness.identification.unknowns import Unknowns, unknowns
@@ -138,7 +139,7 @@ def shown_effects(model: ComplianceModel, *sessions: Session) -> tuple[Effect, .
 
 def _placed(session: Session, layout: Unknowns, fixed: Mapping[str, Numbers], used: Bools) -> SessionFit:
     """The session with its own numbers estimated from the readings in use: free effects of instruments, the station."""
-    problem = Problem.of_sessions([SessionData.of(session)], [Weighting(session, 0.0)], layout, fixed)
+    problem = as_declared(Problem.of_sessions([SessionData.of(session)], [Weighting(session, 0.0)], layout, fixed))
     states = tuple(replace(s, used=used) for s in problem.first_states())
     vector = problem.start
     if len(vector) and used.any():

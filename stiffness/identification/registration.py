@@ -9,6 +9,7 @@ from scipy import stats
 
 from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.observations import SessionObservations
+from stiffness.identification.problem import Problem
 
 # studied in tests/stiffness/identification/test_registration.py
 CHANCE = 1e-6  # of so much less chi-square where a frame is as it was declared
@@ -18,11 +19,11 @@ def with_registration(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
     """The fit with registered frames as they were declared where its readings allow that; else with a note of how far
     they are off. Where the model lacks something a frame may imitate it: it stays as it was fitted."""
     observations = fit.problem.observations
-    exact = tuple(_exact(o) if isinstance(o, SessionObservations) else o for o in observations)
+    problem = as_declared(fit.problem)
+    exact = problem.observations
     moved = [k for k, (a, b) in enumerate(zip(observations, exact, strict=True)) if a is not b]
     if not moved:
         return fit, ()
-    problem = replace(fit.problem, observations=exact)
     vector = fit.solution.vector.copy()
     poses = np.concatenate([_poses(fit, k) for k in moved])
     vector[poses] = 0.0
@@ -39,6 +40,12 @@ def with_registration(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
         f"(chi-square falls by {rise:.0f} for {len(poses)} numbers): positions of this model count from the robot's "
         "own base; register anew, or give registered = false",
     )
+
+
+def as_declared(problem: Problem) -> Problem:
+    """A problem whose registered frames are taken as they were declared."""
+    every = (_exact(o) if isinstance(o, SessionObservations) else o for o in problem.observations)
+    return replace(problem, observations=tuple(every))
 
 
 def _exact(o: SessionObservations) -> SessionObservations:
