@@ -130,7 +130,8 @@ class Station:
         count = len(base)
         derivative = np.zeros((count, 3, self.size))
         which = np.searchsorted(self.blocks, self.session.samples.block)
-        pose = vector[: 6 * len(self.blocks)].reshape(-1, 6)
+        own = vector if len(vector) else np.zeros(self.size)  # of a frame as it was declared
+        pose = own[: 6 * len(self.blocks)].reshape(-1, 6)
         turn = Rotation.from_rotvec(pose[:, 3:]).as_matrix() @ poses.rotation
         origin = poses.origin + pose[:, :3]
         back = np.swapaxes(turn, 1, 2)[which]

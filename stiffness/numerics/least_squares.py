@@ -121,7 +121,8 @@ def solve(
         there, state = evaluated(vector + step, state)
         enough = max(ending.gain * max(here.cost / max(total, 1), 1.0), ending.share * here.cost)
         if not there.cost <= here.cost * (1 + 1e-9):
-            ended, damping, growth = last or here.promise(step) < enough, max(growth * damping, 1e-7), 2 * growth
+            ended = last or (damping == 0 and here.promise(step) < enough)
+            damping, growth = max(growth * damping, 1e-7), 2 * growth
             continue
         growth, little = GROWTH, here.cost - there.cost < enough
         vector, here = vector + step, there
