@@ -22,7 +22,6 @@ State = TypeVar("State")
 SETTLED = 1e-3  # standard deviations: a smaller step ends the iteration
 EVEN = 1e-9  # standard deviations: rounding of a step
 PATIENCE = 3  # exchanges of all wrong bounds at once that may fail to help
-GROWTH = 8.0  # of the damping after a step that made things worse, twice as much each further time (Nielsen 1999)
 PIVOTS = 10  # exchanges per number: more than any real problem takes
 
 
@@ -103,7 +102,7 @@ def solve(
     """
     own = np.diag(1 / prior_sd**2)
     weight = own if held is None else own + held.T @ held
-    vector, damping, growth, steps, ended, last = start.copy(), 0.0, GROWTH, 0, False, False
+    vector, damping, steps, ended, last = start.copy(), 0.0, 0, False, False
 
     def evaluated(at: Floats, state: State) -> tuple[_Quadratic, State]:
         """Blocks go at once: they take more than all else of a fit."""
@@ -119,12 +118,11 @@ def solve(
             ended, last, damping = damping == 0 or last, True, 0.0
             continue
         there, state = evaluated(vector + step, state)
-        enough = max(ending.gain * max(here.cost / max(total, 1), 1.0), ending.share * here.cost)
         if not there.cost <= here.cost * (1 + 1e-9):
-            ended = last or (damping == 0 and here.promise(step) < enough)
-            damping, growth = max(growth * damping, 1e-7), 2 * growth
+            ended, damping = last, max(8 * damping, 1e-7)
             continue
-        growth, little = GROWTH, here.cost - there.cost < enough
+        enough = max(ending.gain * max(here.cost / max(total, 1), 1.0), ending.share * here.cost)
+        little = here.cost - there.cost < enough
         vector, here = vector + step, there
         # damping holds what the data do not determine where it happens to be: before the end a step without is tried
         ended, last = little and damping == 0, last or little
@@ -174,10 +172,6 @@ class _Quadratic:
         return bounded_minimum(
             self.information + self.weight + np.diag(damping * np.diag(self.information)), self.gradient, low, high
         )
-
-    def promise(self, step: Floats) -> float:
-        """By how much a step lowers the cost of the quadratic."""
-        return float(2 * self.gradient @ step - step @ (self.information + self.weight) @ step)
 
     def length(self, step: Floats) -> float:
         """Of a step, in standard deviations."""
