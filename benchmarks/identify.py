@@ -130,8 +130,9 @@ def _read(rigid: Session, rng: np.random.Generator, ill: Mapping[str, Mapping[st
     """The rigid session as instruments would show the elastic arm."""
     fixed = {"joint-stiffness": {"k_nm_per_rad": STIFFNESS}, **ill}
     nothing_free = unknowns([e for e in CATALOGUE if e.name in fixed], rigid.robot.n, list(fixed))
-    arm = SessionPredictor.of(SessionData.of(rigid), nothing_free, fixed)
-    true = arm.predict(arm.first_state(), np.zeros(0), np.zeros(0)).position
+    data = SessionData.of(rigid)
+    arm = SessionPredictor.of(data, nothing_free, fixed)
+    true = arm.predict(arm.first_state(), np.zeros(0), np.zeros(data.station.size)).position
     load = rigid.samples.load
     sensed = load.wrench + rng.normal(scale=[FORCE] * 3 + [TORQUE] * 3, size=load.wrench.shape)
     position = true + rng.normal(scale=TRACKER, size=true.shape)

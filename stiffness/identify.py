@@ -85,9 +85,8 @@ def _left_out(sessions: Sequence[Session], prior: ComplianceModel | None) -> lis
 
 def _finished(fit: Fit) -> Fit:
     """Of all solutions alike the one to give, and what is doubtful in it; comparisons of chi-square are over."""
-    fit, declared = with_registration(fit)
-    fit, chosen = settled(fit)
-    return replace(fit, notes=(*fit.notes, *declared, *chosen, *odd_states(fit), *doubts(fit)))
+    fit, chosen = settled(with_registration(fit))
+    return replace(fit, notes=(*fit.notes, *chosen, *odd_states(fit), *doubts(fit)))
 
 
 def _sag(sessions: Sequence[Session]) -> bool:

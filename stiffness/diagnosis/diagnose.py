@@ -96,7 +96,8 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
         bare, found = alone.fits, _of_process(alone, base, imitating(fits, model, base))
     else:
         found = _searched(Search(bare, own.known, say), base) if enough else _as_it_is(base, own.known)
-    fit, additions, structure = with_registration(found.judged.fit)[0], found.judged.additions, found.judged.structure
+    additions, structure = found.judged.additions, found.judged.structure
+    fit = with_registration(found.judged.fit)  # effects have been compared: readings held out count from that frame
     news = [a for a in (_new(a, own.known) for a in additions) if a is not None]
     # structure that no effect explains biases the model's own numbers: none of them is reported as moved
     known = enough and not structure.left
@@ -140,7 +141,6 @@ def _diagnosed(sessions: tuple[Session, ...], model: ComplianceModel, say: Say, 
             *notes,
             *structure.notes,
             *more,
-            *last.declared,
             *(last.chosen if moved else ()),
             *last.together,
             *odd_states(last.fit),

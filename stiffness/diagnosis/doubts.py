@@ -6,12 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from stiffness.diagnosis.doubt import Doubt
 from stiffness.diagnosis.jumps import measurement_changes
 from stiffness.diagnosis.wrench_scale import wrench_doubt
-from stiffness.identification.fit import CLEAR
+from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.outliers import WRONG, contradicting
+from stiffness.identification.registration import missed_frames
 from stiffness.identification.session_fit import SessionFit
 from stiffness.session.session import Session
 
@@ -40,6 +42,21 @@ def set_up_doubts(fits: Sequence[SessionFit]) -> tuple[Doubt, ...]:
     """What is wrong with the wrench or the tool of sessions as a whole; () where nothing is."""
     each = (d for fit in fits for d in (wrench_doubt(fit), *tool_doubts(fit.session)))
     return tuple(d for d in each if d is not None)
+
+
+def registration_doubts(fit: Fit) -> tuple[Doubt, ...]:
+    """Declared frames that the readings of a fit contradict."""
+    out = []
+    for t in missed_frames(fit):
+        turn = Rotation.from_matrix(t.rotation).magnitude()
+        far, sd = float(np.linalg.norm(t.origin)), np.sqrt([np.mean(t.origin_sd**2), np.mean(t.rotation_sd**2)])
+        what = (
+            f"registered = true, but by these readings the frame of block {t.block} is {1e3 * far:.2f} mm and "
+            f"{1e3 * turn:.2f} mrad off the robot's base (sd {1e3 * sd[0]:.2f} mm, {1e3 * sd[1]:.2f} mrad per axis): "
+            "positions of this model count from the robot's own base. Register anew, or give registered = false"
+        )
+        out.append(Doubt(t.session, what))
+    return tuple(out)
 
 
 def _left(fit: SessionFit) -> float:

@@ -27,14 +27,12 @@ class LastFit:
     Attributes:
         fit: whose standard deviations hold. allowed: the same within the limits of its effects.
         additions: with the numbers that were searched.
-        declared: what the readings say against a registration, in words.
         chosen: what only a gauge tells, in words. together: what the readings know together only, in words.
     """
 
     fit: Fit
     allowed: Fit
     additions: Sequence[Addition]
-    declared: tuple[str, ...]
     chosen: tuple[str, ...]
     together: tuple[str, ...]
 
@@ -55,14 +53,11 @@ def last_fit(fits: ModelFits, fit: Fit, additions: Sequence[Addition], news: Seq
     final = with_final_numbers(last, additions)
     if final is not None:
         additions, last = final, whole.fit(final, last)
-    last, declared = with_registration(last)
-    last, chosen = settled(last)
+    last, chosen = settled(with_registration(last))
     together = tuple(map(str, regrouped(last, [a.effect.name for a in news])))
     last = replace(last, searched_sd=searched_deviations(last, additions))
     allowed, chosen = _allowed(whole, last, additions, chosen)
-    return LastFit(
-        last, allowed=allowed, additions=additions, declared=declared, chosen=chosen, together=together
-    )
+    return LastFit(last, allowed=allowed, additions=additions, chosen=chosen, together=together)
 
 
 def without_outliers(fits: ModelFits, additions: Sequence[Addition], start: Fit | None = None) -> tuple[ModelFits, Fit]:
@@ -79,5 +74,5 @@ def _allowed(
     allowed = fits.within_limits(fit, additions)
     if allowed is fit:
         return fit, chosen
-    again, chosen = settled(with_registration(allowed)[0])  # what was fitted again is free again
+    again, chosen = settled(with_registration(allowed))  # what was fitted again is free again
     return (again, chosen) if fits.within_limits(again, additions) is again else (allowed, ())

@@ -1,4 +1,8 @@
-"""Registration: whether what a session declares of the tracker's frame is what its readings say."""
+"""Registration: whether what a session declares of the tracker's frame is what its readings say.
+
+A registration is a measurement: while effects are compared, what it misses by is estimated within ``REGISTERED_SD``, so
+that no effect stands in for it. In the end the frame is taken as it was declared where the readings allow that.
+"""
 
 from __future__ import annotations
 
@@ -9,37 +13,28 @@ from scipy import stats
 
 from stiffness.identification.fit import CLEAR, Fit
 from stiffness.identification.observations import SessionObservations
+from stiffness.identification.placed_station import PlacedTracker, placed_trackers
 from stiffness.identification.problem import Problem
 
 # studied in tests/stiffness/identification/test_registration.py
 CHANCE = 1e-6  # of so much less chi-square where a frame is as it was declared
 
 
-def with_registration(fit: Fit) -> tuple[Fit, tuple[str, ...]]:
-    """The fit with registered frames as they were declared where its readings allow that; else with a note of how far
-    they are off. Where the model lacks something a frame may imitate it: it stays as it was fitted."""
-    observations = fit.problem.observations
+def with_registration(fit: Fit) -> Fit:
+    """The fit with registered frames as they were declared, where that raises chi-square no more than chance would."""
     problem = as_declared(fit.problem)
-    exact = problem.observations
-    moved = [k for k, (a, b) in enumerate(zip(observations, exact, strict=True)) if a is not b]
+    pairs = zip(fit.problem.observations, problem.observations, strict=True)
+    moved = [k for k, (fitted, declared) in enumerate(pairs) if fitted is not declared]
     if not moved:
-        return fit, ()
-    vector = fit.solution.vector.copy()
+        return fit
     poses = np.concatenate([_poses(fit, k) for k in moved])
+    vector = fit.solution.vector.copy()
     vector[poses] = 0.0
     solution, states = problem.solved(fit.states, vector, widened=fit.solution.misfit)
     rise = (solution.chi2 - fit.solution.chi2) / fit.solution.misfit**2
-    if stats.chi2.sf(max(rise, 0.0), len(poses)) > CHANCE:
-        return replace(fit, problem=problem, solution=solution, states=states), ()
-    if fit.solution.misfit > CLEAR:
-        return fit, ()
-    off = fit.solution.vector[poses].reshape(-1, 2, 3)
-    far, turned = 1e3 * np.linalg.norm(off, axis=2).max(axis=0)
-    return fit, (
-        f"registration: the readings find the declared frame {far:.2g} mm and {turned:.2g} mrad off the robot's base "
-        f"(chi-square falls by {rise:.0f} for {len(poses)} numbers): positions of this model count from the robot's "
-        "own base; register anew, or give registered = false",
-    )
+    if stats.chi2.sf(max(rise, 0.0), len(poses)) < CHANCE:
+        return fit
+    return replace(fit, problem=problem, solution=solution, states=states)
 
 
 def as_declared(problem: Problem) -> Problem:
@@ -48,10 +43,16 @@ def as_declared(problem: Problem) -> Problem:
     return replace(problem, observations=tuple(every))
 
 
+def missed_frames(fit: Fit) -> list[PlacedTracker]:
+    """Registered frames that the readings contradict, after ``with_registration``; none of a model that lacks
+    something, which a frame may imitate."""
+    registered = {s.session.source for s in fit.sessions if s.session.registered}
+    return [t for t in placed_trackers(fit) if t.session in registered] if fit.solution.misfit < CLEAR else []
+
+
 def _exact(o: SessionObservations) -> SessionObservations:
     """With its frame as it was declared, where it was."""
-    registered = o.session.registered and o.session.path is None and len(o.data.station.blocks)
-    return replace(o, exact=True) if registered and not o.exact else o
+    return replace(o, exact=True) if o.session.registered and len(o.data.station.blocks) and not o.exact else o
 
 
 def _poses(fit: Fit, k: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:

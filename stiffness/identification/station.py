@@ -2,11 +2,8 @@
 
 The tracker's pose per block, reflectors that are only roughly known, and the placement of a rigid probe whose
 reflectors form a group. A vector holds six numbers per pose [d; phi] and three per reflector, as increments on a first
-guess.
-
-Where the session is registered, a pose is what the registration missed by: it was measured too, with reflectors in the
-workshop and on the turning axes of the robot, to tenths of a millimetre and of a milliradian. Taken as exact, what it
-misses by would have to be an effect.
+guess. Of a registered session a pose is what the registration misses by (``registration``); of a registered trace there
+is none: one path does not tell a frame from the arm.
 """
 
 from __future__ import annotations
@@ -51,7 +48,8 @@ class Station:
     def __init__(self, session: Session) -> None:
         self.session = session
         s = session.samples
-        self.blocks = np.unique(s.block)
+        fixed = session.registered and session.path is not None
+        self.blocks = np.empty(0, dtype=np.int64) if fixed else np.unique(s.block)
         rough = [k for k, r in enumerate(session.reflectors) if not r.exact]
         self.single = [k for k in rough if session.group[k] < 0]
         self.groups = sorted({int(session.group[k]) for k in rough if session.group[k] >= 0})
@@ -129,9 +127,10 @@ class Station:
         """Positions (N, 3) as read, rotations (N, 3, 3) base -> reading, derivatives (N, 3, S) by tracker poses."""
         count = len(base)
         derivative = np.zeros((count, 3, self.size))
+        if not len(self.blocks):
+            return base, np.tile(np.eye(3), (count, 1, 1)), derivative
         which = np.searchsorted(self.blocks, self.session.samples.block)
-        own = vector if len(vector) else np.zeros(self.size)  # of a frame as it was declared
-        pose = own[: 6 * len(self.blocks)].reshape(-1, 6)
+        pose = vector[: 6 * len(self.blocks)].reshape(-1, 6)
         turn = Rotation.from_rotvec(pose[:, 3:]).as_matrix() @ poses.rotation
         origin = poses.origin + pose[:, :3]
         back = np.swapaxes(turn, 1, 2)[which]

@@ -107,7 +107,7 @@ def run(task: Task) -> Row:
     before, after = _rms(held, model), _rms(held, said.model)
     best = None
     if all(t.effect != "unknown" for t in truths):
-        fit = with_registration(reference(ill, model, truths, cell, said) if truths else said.base)[0]
+        fit = with_registration(reference(ill, model, truths, cell, said) if truths else said.base)
         best = _rms(held, fit.model(healthy.robot_name, {}))[0]
     named = _named(said, model)
     far = _distances(said, {n.effect for n in named}, truths, cell)

@@ -10,7 +10,7 @@ from compensator.report.json.findings import findings_report, of_doubts
 from compensator.report.json.fit import station_report
 from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report
-from stiffness.diagnosis.doubts import session_doubts
+from stiffness.diagnosis.doubts import registration_doubts, session_doubts
 from stiffness.diagnosis.result import AddedEffect, Diagnosis, HeldOutScores
 
 Floats = npt.NDArray[np.float64]
@@ -23,7 +23,7 @@ def diagnosis_report(d: Diagnosis) -> Report:
     return {
         "schema": SCHEMA,
         "findings": findings_report([
-            *of_doubts(session_doubts(d.fit.sessions, d.outliers)),
+            *of_doubts((*session_doubts(d.fit.sessions, d.outliers), *registration_doubts(d.last))),
             *session_frame_findings(s.session for s in d.fit.sessions),
         ]),
         "verdict": d.verdict,

@@ -12,7 +12,7 @@ from compensator.report.analysis.predicted import predicted_sessions
 from compensator.report.json.findings import findings_report, of_doubts
 from compensator.report.json.path_trace import trace_report
 from compensator.report.json.text import MM, Report, known_numbers
-from stiffness.diagnosis.doubts import session_doubts, set_up_doubts
+from stiffness.diagnosis.doubts import registration_doubts, session_doubts, set_up_doubts
 from stiffness.effects import BASE
 from stiffness.identification import scores
 from stiffness.identification.evaluate import predicted_by
@@ -38,7 +38,7 @@ def fit_report(fit: Fit) -> Report:
     return {
         "schema": SCHEMA,
         "findings": findings_report([
-            *of_doubts(session_doubts(fit.sessions)),
+            *of_doubts((*session_doubts(fit.sessions), *registration_doubts(fit))),
             *session_frame_findings(s.session for s in fit.sessions),
             *_misfit(fit),
         ]),

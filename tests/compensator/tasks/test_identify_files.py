@@ -84,6 +84,22 @@ def test_a_rough_reflector_that_nothing_placed_is_told(session: Path, tmp_path: 
     assert told["n_placing"] == 25 * 3 and "roughly known" not in placed
 
 
+def test_a_frame_that_misses_is_said_first_in_every_output(session: Path, tmp_path: Path) -> None:
+    rows = [line.split(",") for line in (session.parent / "samples.csv").read_text().splitlines()]
+    at = rows[0].index("x")
+    for row in rows[1:]:
+        row[at] = str(float(row[at]) + 0.25)
+    (tmp_path / "samples.csv").write_text("\n".join(",".join(row) for row in rows) + "\n")
+    missed, model = tmp_path / "session.toml", tmp_path / "m.toml"
+    missed.write_bytes(session.read_bytes())
+    for verb, *more in (("identify", "-o", model), ("diagnose", "--model", model, "-o", tmp_path / "r.toml")):
+        report, page = tmp_path / f"{verb}.json", tmp_path / f"{verb}.html"
+        said = run(verb, missed, *more, "--json", report, "--report", page)
+        (found,) = (f for f in json.loads(report.read_text())["findings"] if "Register anew" in f["what"])
+        assert found["level"] == "warning" and " 0.25 mm" in found["what"]
+        assert "Register anew" in said and "Register anew" in page.read_text()
+
+
 def test_local_method(tmp_path: Path) -> None:
     """The paper's experiment through the command; ratios of its Table 3 (few repeats here: 5 %)."""
     session = table_3(repeats=[150] * 6, seed=5).write(tmp_path, "abb-irb6600-175-255")

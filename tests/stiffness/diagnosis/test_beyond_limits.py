@@ -63,10 +63,9 @@ def test_a_law_that_bends_with_its_numbers_is_not_held_at_nothing() -> None:
     begun = {p.name: np.full(p.count(6), -1.0 if p.name == "angle_rad" else p.start) for p in effect.parameters}
     fit = ill.fits.fit([Addition(effect, effect.sites(6), frozenset(effect.sites(6)), begun)], ill.base)
     assert fit.solution.misfit < 1.02 and not fit.gauge.told.all()
-    near = nearest_to_drawing(fit)
-    assert near.solution.chi2 < fit.solution.chi2 + 1 < ill.base.solution.chi2 / 4
-    values, begun = near.values()["gravity-compensator"], fit.values()["gravity-compensator"]
-    assert values["moment_nm"][0] > 100 and values["angle_rad"] == pytest.approx(begun["angle_rad"], abs=0.02)
+    near = nearest_to_drawing(fit).values()["gravity-compensator"]
+    for name, value in fit.values()["gravity-compensator"].items():
+        assert near[name] == pytest.approx(value, rel=0.05) and abs(value[0]) > 0.1
 
 
 def test_what_is_written_and_leaves_more_is_told_in_noises_with_its_cause() -> None:

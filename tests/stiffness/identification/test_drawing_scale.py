@@ -33,7 +33,7 @@ def offsets(fit: Fit) -> np.ndarray:
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_an_arm_like_its_drawing_is_given_as_drawn(robot: str, tmp_path: Path) -> None:
     session, _ = Lab(robot).session(tmp_path, 3)
-    free = nearest_to_drawing(with_registration(robust_fit([session], named_effects(NAMES), None))[0])
+    free = nearest_to_drawing(with_registration(robust_fit([session], named_effects(NAMES), None)))
     fit = identify([session])
     assert np.abs(offsets(free)).max() > 3e-6
     assert np.abs(offsets(fit)).max() < 1e-8
@@ -53,7 +53,7 @@ def test_zeros_of_an_arm_that_nobody_calibrated_stay(robot: str, tmp_path: Path)
     session, _ = Lab(robot).session(tmp_path, 4)
     zero = np.array([0.0, 1.1e-3, -0.8e-3, 1.6e-3, -0.9e-3, 0.0])
     ill = turned(session, zero)
-    free = nearest_to_drawing(with_registration(robust_fit([ill], named_effects(NAMES), None))[0])
+    free = nearest_to_drawing(with_registration(robust_fit([ill], named_effects(NAMES), None)))
     fit = identify([ill])
     # nearer than a tenth of its noise to what it was
     assert np.abs(offsets(fit) - offsets(free)).max() < 3e-5

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stiffness.identification.station import Station, TrackerPoses, rigid_fit
+from stiffness.session.path_trace import PathTrace
 from stiffness.session.session import Session
 from tests.stiffness.identification import many_sided
 
@@ -53,6 +56,19 @@ def test_a_registered_frame_is_nearly_what_was_declared(tmp_path: Path) -> None:
     assert read == pytest.approx(base, abs=1e-15)
     assert np.array_equal(back, np.broadcast_to(np.eye(3), back.shape))
     assert not by_pose[:, :, 6:].any() and np.array_equal(by_pose[:, :, :3], -back)
+
+
+def test_a_registered_frame_of_a_trace_is_what_was_declared(tmp_path: Path) -> None:
+    from tests.stiffness import session_desk
+
+    known, _ = session_desk.write(tmp_path, form=session_desk.lab.Form())
+    station = Station(replace(known, path=cast(PathTrace, object())))
+    assert [e.name for e in station.entries] == ["reflector side"]
+    base = known.samples.position
+    read, back, by_pose = station.seen(np.zeros(3), base, station.placed(base))
+    assert read is base
+    assert np.array_equal(back, np.broadcast_to(np.eye(3), back.shape))
+    assert not by_pose.any()
 
 
 def test_reflectors_move_as_their_numbers_say(session: Session, station: Station) -> None:
