@@ -48,8 +48,7 @@ def last_fit(fits: ModelFits, fit: Fit, additions: Sequence[Addition], news: Seq
     Args:
         news: those of ``additions`` that the model at hand does not have.
     """
-    every = tuple(np.ones_like(used) for used in fits.used)
-    whole, last = without_outliers(replace(fits, ending=EXACT, used=every, allowed=every), additions, fit)
+    whole, last = of_all_readings(replace(fits, ending=EXACT), additions, fit)
     final = with_final_numbers(last, additions)
     if final is not None:
         additions, last = final, whole.fit(final, last)
@@ -58,6 +57,12 @@ def last_fit(fits: ModelFits, fit: Fit, additions: Sequence[Addition], news: Seq
     last = replace(last, searched_sd=searched_deviations(last, additions))
     allowed, chosen = _allowed(whole, last, additions, chosen)
     return LastFit(last, allowed=allowed, additions=additions, chosen=chosen, together=together)
+
+
+def of_all_readings(fits: ModelFits, additions: Sequence[Addition], start: Fit) -> tuple[ModelFits, Fit]:
+    """Fits, from here on, of all readings but those that the others contradict, and the fit of these."""
+    every = tuple(np.ones_like(used) for used in fits.used)
+    return without_outliers(replace(fits, used=every, allowed=every), additions, start)
 
 
 def without_outliers(fits: ModelFits, additions: Sequence[Addition], start: Fit | None = None) -> tuple[ModelFits, Fit]:

@@ -44,12 +44,12 @@ def contradicted(judged: Fit, refined: Fit, last: Fit, allowed: Fit) -> str:
         judged: what the verdict is about. refined: the same within the limits of its effects. last: of all readings.
         allowed: that within the limits, as it is written.
     """
-    before = max(_left(judged), 1.0)
-    within = max(_left(refined), _left(allowed))
-    if _left(last) > CLEAR * before:
+    before = max(judged.solution.noises, 1.0)
+    within = max(refined.solution.noises, allowed.solution.noises)
+    if last.solution.noises > CLEAR * before:
         return (
             f"the effects that explain the readings of the fit ({before:.2f} times the noise is left) leave "
-            f"{_left(last):.2f} times the noise of all, those put aside included: the law is another one"
+            f"{last.solution.noises:.2f} times the noise of all, those put aside included: the law is another one"
         )
     if within > CLEAR * before:
         return (
@@ -70,14 +70,9 @@ def worse(scores: Mapping[str, HeldOutScores | None], base: Fit, written: Fit) -
                 f"what explains the readings that took part predicts those held out worse ({kind}: "
                 f"{1e3 * s.after.rms:.3f} mm, {1e3 * best:.3f} mm without): {nothing}"
             )
-    if _left(written) > CLEAR * _left(base):
+    if written.solution.noises > CLEAR * base.solution.noises:
         return (
-            f"what was found leaves {_left(written):.2f} times the noise of all readings, the model at hand "
-            f"{_left(base):.2f} times: {nothing}"
+            f"what was found leaves {written.solution.noises:.2f} times the noise of all readings, the model at hand "
+            f"{base.solution.noises:.2f} times: {nothing}"
         )
     return ""
-
-
-def _left(fit: Fit) -> float:
-    """RMS of the whitened residuals."""
-    return float((fit.solution.chi2 / max(fit.solution.freedom, 1.0)) ** 0.5)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from stiffness.diagnosis.added_effects import Addition, at_values_of
 from stiffness.diagnosis.adoption import better, richest
 from stiffness.diagnosis.alternatives import Alternatives
 from stiffness.diagnosis.attribution import ResidualSource, residual_sources
 from stiffness.diagnosis.beyond_catalogue import beyond_catalogue
+from stiffness.diagnosis.last_fit import of_all_readings
 from stiffness.diagnosis.search import Search, like_noise
 from stiffness.effects.effect import part_of
 from stiffness.identification.coherence import coherent
@@ -112,12 +111,12 @@ def standing(
 def _seen(search: Search, base: Fit, fit: Fit, additions: list[Addition]) -> Judged:
     """Additions with what they leave."""
     new = [a for a in additions if all(a.effect is not k.effect for k in search.known)]
-    return Judged(fit, additions, _structure(search, base, fit, many=len(new) >= MANY))
+    return Judged(fit, additions, _structure(search, base, fit, additions, many=len(new) >= MANY))
 
 
-def _structure(search: Search, base: Fit, fit: Fit, *, many: bool) -> Structure:
+def _structure(search: Search, base: Fit, fit: Fit, additions: list[Addition], *, many: bool) -> Structure:
     """Whether a fit leaves clear structure, and where; of ``many`` kinds of effects, whether anything is left."""
-    misfit = float(np.sqrt(fit.solution.chi2 / max(fit.solution.freedom, 1.0)))
+    misfit = fit.solution.noises
     above, first = _above(fit), _above(base)
     if like_noise(fit):
         return Structure(False, [])
@@ -127,7 +126,9 @@ def _structure(search: Search, base: Fit, fit: Fit, *, many: bool) -> Structure:
             "deviations hold what it may hide"
         )
         return Structure(False, [], (small,) if any(coherent(s) for s in fit.sessions) else ())
-    if fit is not base and not many and misfit < SLIGHTLY and above < SLIGHT * first and first > 0:
+    slight = fit is not base and not many and misfit < SLIGHTLY and above < SLIGHT * first and first > 0
+    # a law that is right to a trifle is so of readings that did not choose it as well
+    if slight and of_all_readings(search.fits, additions, fit)[1].solution.noises < SLIGHTLY:
         note = f"what was added leaves {misfit:.2f} times the noise: its law is right, but not to the last digit"
         return Structure(False, [], (note,))
     sources = _sources(search, fit)

@@ -65,11 +65,16 @@ class Solution:
     converged: bool = True
 
     @property
+    def noises(self) -> float:
+        """Residual over noise."""
+        return float(np.sqrt(self.chi2 / max(self.freedom, 1.0)))
+
+    @property
     def misfit(self) -> float:
         """Factor on standard deviations: 1 where the noise explains the residual, else what is left over."""
         if self.freedom < 1 or stats.chi2.sf(self.chi2, self.freedom) > 1e-3:
             return 1.0
-        return float(np.sqrt(self.chi2 / self.freedom))
+        return self.noises
 
 
 def solve(

@@ -112,3 +112,20 @@ def test_what_an_effect_explains_is_told_beside_those_that_stayed() -> None:
     assert own.addition is found[0]
     assert own.explains == pytest.approx((ill.base.solution.chi2 - fit.solution.chi2) / above(ill.base), rel=1e-9)
     assert explained_at_last(ill.search, fit, found, base=ill.base, found=before[:1])[0].explains == 0.3
+
+
+def test_a_law_is_right_to_a_trifle_only_where_all_readings_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Readings that took no part in the choice are left with no more than those that did."""
+    ill = sick("base-compliance", KUKA, seed=1)
+    fit, found = fitted(ill, addition("base-compliance"))
+
+    def leaving(noises: float) -> Fit:
+        return replace(fit, solution=replace(fit.solution, chi2=noises**2 * fit.solution.freedom))
+
+    slight, first = leaving(1.2), leaving(6.0)
+    for of_all, stands in ((1.25, True), (1.5, False)):
+        monkeypatch.setattr(
+            "stiffness.diagnosis.structure.of_all_readings", lambda fits, *given, left=of_all: (fits, leaving(left))
+        )
+        now = standing(ill.search, base=first, fit=slight, additions=found, found=[])
+        assert any("not to the last digit" in note for note in now.structure.notes) == stands
