@@ -78,8 +78,9 @@ class ToldApproaches:
 
 
 MISSING = (
-    "no approach columns: on which flank a gap came to rest is not known where no torque chooses it; what is left may "
-    "be that. Add columns approach1 ... (the sign of the last rotation of each joint before the set-up)"
+    "no approach columns: on which flank a joint came to rest is not known where no torque chooses it; what is left "
+    "may be a gap, a softer flank or friction. Add columns approach1 ... (the sign of the last rotation of each joint "
+    "before the set-up)"
 )
 
 
@@ -100,7 +101,7 @@ def with_told_approaches(
     told = told_approaches(found.fit, found.outliers)
     if told is not None and told.explain(found, other := again(told.sessions, told.note)):
         return told.with_open_side(other)
-    return replace(found, notes=(*found.notes, MISSING)) if remembers else found
+    return replace(found, notes=(*found.notes, MISSING))
 
 
 def told_approaches(fit: Fit, outliers: Sequence[tuple[str, int]]) -> ToldApproaches | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from itertools import product
 
 import casadi as ca
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy.optimize import least_squares
 
 from stiffness.diagnosis.added_effects import Addition
-from stiffness.effects.effect import Effect, Numbers, part_of
+from stiffness.effects.effect import Effect, part_of
 from stiffness.identification.fit import Fit
 
 Floats = npt.NDArray[np.float64]
@@ -38,42 +38,49 @@ def like_its_twin(fit: Fit, a: Addition, twin: Effect) -> list[Addition]:
         return []
     joint = part_of(site.where[0], n) - 1
     k = float(values[spring.name][spring.parameters[0].name][joint])
-    own, other = (_rotation(e, joint, k, n) for e in (a.effect, twin))
+    free = [p for p in twin.parameters if not p.extra]
+    counts = [len(range(p.count(n))[p.of_site(site.index)]) for p in free]
+    at, x = ca.SX.sym("q", n), ca.SX.sym("x", sum(counts))
+    parts = dict(zip([p.name for p in free], ca.vertsplit(x, [0, *np.cumsum(counts).tolist()]), strict=True))
+    named = {name: ca.SX(v) for name, v in twin.neutral(n).items()}
+    for p in free:
+        named[p.name][p.of_site(site.index)] = parts[p.name]
+    own = _rotation(a.effect, at, {name: ca.SX(v) for name, v in values[a.effect.name].items()}, joint=joint, k=k)
+    other = _rotation(twin, at, named, joint=joint, k=k)
     if own is None or other is None:
         return []
-    q = _angles(fit)
-    wanted = own(q, values[a.effect.name])
+    q = _angles(fit).T
+    wanted = np.asarray(ca.Function("own", [at], [own])(q)).ravel()
     size = max(float(np.std(wanted)), 1e-12)
-    numbers = [p for p in twin.parameters if not p.extra]
-    counts = [len(range(p.count(n))[p.of_site(site.index)]) for p in numbers]
+    turned, slope = (ca.Function("twin", [at, x], [f]) for f in (other, ca.jacobian(other, x)))
 
-    def at_site(x: Floats) -> dict[str, Floats]:
+    def apart(numbers: Floats) -> Floats:
+        off = np.asarray(turned(q, numbers)).ravel() - wanted
+        return np.asarray((off - off.mean()) / size)
+
+    def slopes(numbers: Floats) -> Floats:
+        each = np.asarray(ca.DM(slope(q, numbers))).reshape(-1, len(numbers))
+        return np.asarray((each - each.mean(axis=0)) / size)
+
+    def at_site(numbers: Floats) -> dict[str, Floats]:
         out = twin.neutral(n)
-        for p, part in zip(numbers, np.split(x, np.cumsum(counts)[:-1]), strict=True):
+        for p, part in zip(free, np.split(numbers, np.cumsum(counts)[:-1]), strict=True):
             out[p.name][p.of_site(site.index)] = part
         return out
 
-    def apart(x: Floats) -> Floats:
-        off = other(q, at_site(x)) - wanted
-        return np.asarray((off - off.mean()) / size)
-
-    low, high, scale = (np.repeat([getattr(p, of) for p in numbers], counts) for of in ("low", "high", "scale"))
-    shapes = [dict.fromkeys((p.start, *(p.trials if p.neutral is None else ()))) for p in numbers]
+    low, high, scale = (np.repeat([getattr(p, of) for p in free], counts) for of in ("low", "high", "scale"))
+    shapes = [dict.fromkeys((p.start, *(p.trials if p.neutral is None else ()))) for p in free]
     starts = [np.repeat(chosen, counts) for chosen in product(*shapes)]
-    found = sorted((least_squares(apart, x, bounds=(low, high), x_scale=scale) for x in starts), key=lambda r: r.cost)
+    found = [least_squares(apart, begun, slopes, bounds=(low, high), x_scale=scale) for begun in starts]
+    found.sort(key=lambda r: r.cost)
     distinct = [r for k, r in enumerate(found) if all(np.abs(r.fun - f.fun).max() > ANOTHER for f in found[:k])]
     return [Addition(twin, (site,), frozenset(), at_site(r.x)) for r in distinct[:MOST]]
 
 
-def _rotation(effect: Effect, joint: int, k: float, joints: int) -> Callable[[Floats, Numbers], Floats] | None:
-    """(angles (N, n) rad, numbers) -> (N,) rad that an effect turns a joint of stiffness ``k``."""
+def _rotation(effect: Effect, q: ca.SX, numbers: Mapping[str, ca.SX], *, joint: int, k: float) -> ca.SX | None:
+    """rad that an effect turns a joint of stiffness ``k``; None where it is no law of an angle."""
     law, share = (effect.angle, 1.0) if effect.angle is not None else (effect.torque, k)
-    if law is None:
-        return None
-    q = ca.SX.sym("q", joints)
-    names = {p.name: ca.SX.sym(p.name, p.count(joints)) for p in effect.parameters}
-    turned = ca.Function("turned", [q, ca.vertcat(*names.values())], [law(q, names)[joint] / share])
-    return lambda angles, p: np.asarray(turned(angles.T, np.concatenate([p[name] for name in names]))).ravel()
+    return None if law is None else law(q, numbers)[joint] / share
 
 
 def _angles(fit: Fit) -> Floats:

@@ -15,7 +15,7 @@ NAMES = ["payload", "tracker-drift", "joint-friction"]
 
 def fit(misfit: float) -> Any:
     """Of 2,000 readings."""
-    solution = SimpleNamespace(chi2=2000 * misfit**2, freedom=2000.0)
+    solution = SimpleNamespace(chi2=2000 * misfit**2, freedom=2000.0, noises=misfit)
     return SimpleNamespace(solution=solution, sessions=(), unknowns=SimpleNamespace(effects=()))
 
 
@@ -35,7 +35,8 @@ def test_many_kinds_have_to_leave_noise(
 ) -> None:
     source = SimpleNamespace(what="joint-3", fraction=0.05, is_place=True)
     monkeypatch.setattr(structure, "_sources", lambda search, fit: [source])
+    monkeypatch.setattr(structure, "of_all_readings", lambda fits, additions, fit: (fits, fit))
     additions: list[Any] = [SimpleNamespace(effect=BY_NAME[name]) for name in NAMES[:kinds]]
-    search: Any = SimpleNamespace(known=tuple(additions[:known]))
+    search: Any = SimpleNamespace(known=tuple(additions[:known]), fits=None)
     seen = structure._seen(search, fit(9.0), fit(misfit), additions)
     assert (seen.structure.left, seen.additions) == (left, additions)

@@ -83,3 +83,13 @@ def test_random_rotations_are_no_flanks(rotations: str, share: float) -> None:
     if rotations == "two":
         assert best[0] == pytest.approx(2e-4, rel=1e-6)
         np.testing.assert_array_equal(best[1], np.sign(z))
+
+
+def test_what_stays_unexplained_without_columns_asks_for_them(tmp_path: Path) -> None:
+    """A softer flank that no column tells: nothing in the catalogue stands for it."""
+    case = write(SCENARIOS["preload-softening joint-3"], tmp_path, 1, KUKA, size=6.0, sessions=("A_healthy", "D"))
+    healthy, ill = (blind(load_session(case.paths[k])) for k in ("A_healthy", "D"))
+    model = identify([healthy], ["joint-stiffness"]).model("kuka-kr210-r2700", {})
+    found = diagnose([ill], model)
+    assert found.verdict == "unexplained"
+    assert found.notes.count(MISSING) == 1 and "softer flank" in MISSING
