@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from stiffness.diagnosis.diagnose import diagnose
 from stiffness.diagnosis.flanks import _left, _turned, square
-from stiffness.diagnosis.told_approaches import MISSING, RIGHT, told_approaches
+from stiffness.diagnosis.result import AddedEffect
+from stiffness.diagnosis.told_approaches import MISSING, RIGHT, told_approaches, with_told_approaches
 from stiffness.identify import identify
 from stiffness.session.session import Session, load_session
 from tests.plant.cells import SCENARIOS, write
@@ -85,11 +88,26 @@ def test_random_rotations_are_no_flanks(rotations: str, share: float) -> None:
         np.testing.assert_array_equal(best[1], np.sign(z))
 
 
-def test_what_stays_unexplained_without_columns_asks_for_them(tmp_path: Path) -> None:
-    """A softer flank that no column tells: nothing in the catalogue stands for it."""
-    case = write(SCENARIOS["preload-softening joint-3"], tmp_path, 1, KUKA, size=6.0, sessions=("A_healthy", "D"))
-    healthy, ill = (blind(load_session(case.paths[k])) for k in ("A_healthy", "D"))
-    model = identify([healthy], ["joint-stiffness"]).model("kuka-kr210-r2700", {})
-    found = diagnose([ill], model)
-    assert found.verdict == "unexplained"
-    assert found.notes.count(MISSING) == 1 and "softer flank" in MISSING
+@dataclass(frozen=True)
+class Said:
+    """What a diagnosis says, as far as a second one with approaches looks at it."""
+
+    verdict: str
+    fit: Any
+    added: tuple[AddedEffect, ...] = ()
+    outliers: tuple[tuple[str, int], ...] = ()
+    notes: tuple[str, ...] = ("first",)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "columns", "asks"),
+    [("unexplained", False, True), ("unexplained", True, False), ("explained", False, False)],
+)
+def test_what_stays_unexplained_without_columns_asks_for_them(
+    verdict: str, columns: bool, asks: bool, seen: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever was added: a softer flank needs them as a gap does."""
+    monkeypatch.setattr("stiffness.diagnosis.told_approaches.told_approaches", lambda fit, outliers: None)
+    said: Any = Said(verdict, SimpleNamespace(sessions=[SimpleNamespace(session=seen if columns else blind(seen))]))
+    found = with_told_approaches(said, lambda sessions, note: said, lambda text: None)
+    assert found.notes == (("first", MISSING) if asks else ("first",))
