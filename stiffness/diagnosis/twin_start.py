@@ -41,10 +41,9 @@ def like_its_twin(fit: Fit, a: Addition, twin: Effect) -> list[Addition]:
     free = [p for p in twin.parameters if not p.extra]
     counts = [len(range(p.count(n))[p.of_site(site.index)]) for p in free]
     at, x = ca.SX.sym("q", n), ca.SX.sym("x", sum(counts))
-    parts = dict(zip([p.name for p in free], ca.vertsplit(x, [0, *np.cumsum(counts).tolist()]), strict=True))
     named = {name: ca.SX(v) for name, v in twin.neutral(n).items()}
-    for p in free:
-        named[p.name][p.of_site(site.index)] = parts[p.name]
+    for p, part in zip(free, ca.vertsplit(x, [0, *np.cumsum(counts).tolist()]), strict=True):
+        named[p.name][p.of_site(site.index)] = part
     own = _rotation(a.effect, at, {name: ca.SX(v) for name, v in values[a.effect.name].items()}, joint=joint, k=k)
     other = _rotation(twin, at, named, joint=joint, k=k)
     if own is None or other is None:

@@ -9,8 +9,9 @@ import pytest
 
 from stiffness.diagnosis.added_effects import Addition, at_values_of, with_sites
 from stiffness.diagnosis.alternatives import Alternatives, explained_at_last
+from stiffness.diagnosis.attribution import ResidualSource
 from stiffness.diagnosis.searched_numbers import with_better_numbers
-from stiffness.diagnosis.structure import standing, without_crumbs
+from stiffness.diagnosis.structure import _seen, standing, without_crumbs
 from stiffness.effects import BY_NAME
 from stiffness.identification.fit import Fit
 from tests.stiffness.diagnosis.sick import KUKA, UR, Sick, sick
@@ -123,9 +124,11 @@ def test_a_law_is_right_to_a_trifle_only_where_all_readings_say_so(monkeypatch: 
         return replace(fit, solution=replace(fit.solution, chi2=noises**2 * fit.solution.freedom))
 
     slight, first = leaving(1.2), leaving(6.0)
+    monkeypatch.setattr("stiffness.diagnosis.structure._sources", lambda search, fit: [ResidualSource("base", 0.9)])
     for of_all, stands in ((1.25, True), (1.5, False)):
         monkeypatch.setattr(
             "stiffness.diagnosis.structure.of_all_readings", lambda fits, *given, left=of_all: (fits, leaving(left))
         )
-        now = standing(ill.search, base=first, fit=slight, additions=found, found=[])
-        assert any("not to the last digit" in note for note in now.structure.notes) == stands
+        now = _seen(ill.search, first, slight, found).structure
+        assert any("not to the last digit" in note for note in now.notes) == stands
+        assert now.left != stands
